@@ -1,0 +1,109 @@
+"""Every command of the window: name, text, shortcut, icon and hint, declared once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from PySide6.QtGui import QAction, QActionGroup, QKeySequence
+from PySide6.QtWidgets import QWidget
+
+from gui import theme
+
+
+@dataclass(frozen=True)
+class Command:
+    """Declaration of an action."""
+
+    name: str
+    text: str
+    icon: str = ""
+    shortcut: str = ""
+    hint: str = ""
+    group: str = ""
+    """Actions of one group are checkable, one at a time."""
+    checkable: bool = False
+
+
+COMMANDS = (
+    Command("open", "&Open frame…", "ph.folder-open", "Ctrl+O", "Open a colour and a depth file, or a frame folder"),
+    Command("open_sample", "Open &sample", "ph.house", "Ctrl+Shift+O", "Open the bundled, generated room"),
+    Command(
+        "open_run", "Open &run…", "ph.clock-counter-clockwise", "", "Open a run.json: its frame, blocks and parameters"
+    ),
+    Command("load_blocks", "Load &blocks…", "ph.squares-four", "", "Replace the blocks by a label map (PNG)"),
+    Command("export", "&Export…", "ph.export", "Ctrl+E", "Write completed depth, blocks, curves, cloud and run.json"),
+    Command("save_picture", "Save &picture of the window…", "ph.camera", "", "Save what the window shows as PNG"),
+    Command("close_frame", "&Close frame", "ph.x", "Ctrl+W", "Close the present frame"),
+    Command("quit", "&Quit", "ph.sign-out", "Ctrl+Q"),
+    Command("extract", "E&xtract blocks", "ph.polygon", "Ctrl+B", "Extract blocks again; locked ones stay"),
+    Command("new_block", "&New block", "ph.plus-square", "Ctrl+N", "Start a new block with the brush"),
+    Command("delete_blocks", "&Delete blocks", "ph.trash", "Ctrl+Del", "Dissolve the chosen blocks"),
+    Command("merge_blocks", "&Merge blocks", "ph.unite", "Ctrl+M", "Join the chosen blocks into one"),
+    Command(
+        "lock_blocks", "&Lock or unlock", "ph.lock", "Ctrl+L", "Keep the chosen blocks from being edited, or allow it"
+    ),
+    Command("zoom_block", "&Zoom to block", "ph.magnifying-glass-plus", "Ctrl+J", "Show the chosen block large"),
+    Command("select_all", "Select &all blocks", "ph.selection-all", "Ctrl+A", "Choose every block"),
+    Command("run", "&Run all blocks", "ph.play", "F5", "Complete the depth of all blocks"),
+    Command(
+        "run_selected",
+        "Run &chosen blocks",
+        "ph.play-circle",
+        "Shift+F5",
+        "Complete the depth of the chosen blocks only",
+    ),
+    Command("pause", "&Pause", "ph.pause", "F6", "Hold the run, or go on", checkable=True),
+    Command("step", "&Step", "ph.skip-forward", "F7", "One iteration, then hold"),
+    Command("cancel", "&Cancel run", "ph.stop", "Shift+F6", "Stop; blocks that are done keep their results"),
+    Command("clear_results", "C&lear results", "ph.eraser", "", "Forget the completed depth of this frame"),
+    Command("tool_select", "&Select", "ph.cursor", "Ctrl+1", "Choose blocks", group="tool"),
+    Command("tool_paint", "&Paint", "ph.paint-brush", "Ctrl+2", "Add pixels to the chosen block", group="tool"),
+    Command("tool_erase", "&Erase", "ph.eraser", "Ctrl+3", "Take pixels from the chosen block", group="tool"),
+    Command("tool_split", "Sp&lit", "ph.scissors", "Ctrl+4", "Cut a block along a line", group="tool"),
+    Command("brush_smaller", "Smaller brush", "", "["),
+    Command("brush_larger", "Larger brush", "", "]"),
+    Command("fit", "&Fit frame", "ph.arrows-out", "Ctrl+0", "Show the whole frame"),
+    Command("one_to_one", "&One to one", "ph.frame-corners", "Ctrl+9", "One image pixel on one screen pixel"),
+    Command("next_frame", "Next frame", "", "Ctrl+PgDown"),
+    Command("previous_frame", "Previous frame", "", "Ctrl+PgUp"),
+    Command("about", "&About ILF Studio", "ph.info"),
+)
+
+
+class Actions:
+    """The window's QActions by name: `actions["run"]`."""
+
+    def __init__(self, window: QWidget) -> None:
+        self._window = window
+        self._actions: dict[str, QAction] = {}
+        groups: dict[str, QActionGroup] = {}
+        for command in COMMANDS:
+            action = QAction(command.text, window)
+            action.setObjectName(command.name)
+            action.setShortcut(QKeySequence(command.shortcut))
+            plain = command.text.replace("&", "")
+            keys = (
+                f" ({action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)})" if command.shortcut else ""
+            )
+            action.setToolTip(f"{command.hint or plain}{keys}")
+            action.setStatusTip(command.hint or plain)
+            action.setCheckable(command.checkable or bool(command.group))
+            if command.group:
+                groups.setdefault(command.group, QActionGroup(window)).addAction(action)
+            window.addAction(action)
+            self._actions[command.name] = action
+        self.draw_icons()
+
+    def __getitem__(self, name: str) -> QAction:
+        return self._actions[name]
+
+    def draw_icons(self) -> None:
+        """Take the icons in the colours of the window's palette."""
+        for command in COMMANDS:
+            if command.icon:
+                self[command.name].setIcon(theme.icon(command.icon, self._window.palette()))
+
+    def enable(self, allowed: bool, *names: str) -> None:
+        """Enable or disable several actions."""
+        for name in names:
+            self[name].setEnabled(allowed)

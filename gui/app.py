@@ -1,0 +1,142 @@
+"""Start of the desktop program: arguments, display, theme, exception hook."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from pathlib import Path
+
+from gui.display import display_problem
+
+SIZE_DEFAULT = (1440, 900)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Entry point of `ilf-gui`."""
+    options = _parser().parse_args(arguments)
+    offscreen = options.screenshot is not None and not os.environ.get("QT_QPA_PLATFORM")
+    problem = display_problem()
+    if problem and offscreen:
+        os.environ["QT_QPA_PLATFORM"] = "offscreen"
+    elif problem:
+        return _without_display(options, problem)
+
+    from PySide6.QtCore import QCoreApplication, QSettings, QTimer
+    from PySide6.QtWidgets import QApplication
+
+    from gui import theme
+
+    QCoreApplication.setOrganizationName("ILF Studio")
+    QCoreApplication.setApplicationName("ilf-studio")
+    app = QApplication.instance() or QApplication(sys.argv[:1])
+    theme.apply_theme(app, options.theme or str(QSettings().value("theme", "system")))
+
+    from gui.main_window import MainWindow
+
+    window = MainWindow()
+    window.resize(*options.size)
+    _install_exception_hook(window)
+    window.show()
+    _open(window, options)
+    if options.run or options.screenshot:
+        from gui.unattended import Unattended
+
+        unattended = Unattended(window, options.run, options.screenshot)
+        QTimer.singleShot(0, unattended.start)
+        status = app.exec()
+        return unattended.status or status
+    return app.exec()
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="ilf-gui", description="Complete the missing depth of RGB-D frames, and watch it converge."
+    )
+    parser.add_argument(
+        "frames",
+        nargs="*",
+        metavar="FRAME",
+        type=Path,
+        help="frame folders (with meta.json), run.json files, or a colour file followed by its depth file",
+    )
+    parser.add_argument("--sample", action="store_true", help="open the bundled sample room")
+    parser.add_argument("--depth-units", type=float, help="file units per metre of a depth file (1000: millimetres)")
+    parser.add_argument("--intrinsics", help="camera preset, fx,fy,cx,cy or a JSON file, for a colour and depth file")
+    parser.add_argument("--run", action="store_true", help="complete the depth of the (last) frame at once")
+    parser.add_argument("--screenshot", metavar="FILE.png", help="save a picture of the window when done, and exit")
+    parser.add_argument("--view", choices=("images", "cloud"), default="images", help="what the centre shows")
+    parser.add_argument("--size", type=_size, default=SIZE_DEFAULT, metavar="WxH", help="size of the window")
+    parser.add_argument("--theme", choices=("system", "light", "dark"), help="colours of the window")
+    return parser
+
+
+def _size(text: str) -> tuple[int, int]:
+    try:
+        width, height = (int(part) for part in text.lower().split("x"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not WIDTHxHEIGHT, as in 1440x900") from None
+    if not (400 <= width <= 8000 and 300 <= height <= 8000):
+        raise argparse.ArgumentTypeError("the window must be 400x300 to 8000x8000 pixels")
+    return width, height
+
+
+def _open(window: object, options: argparse.Namespace) -> None:
+    from gui.loader import FrameSource
+    from gui.main_window import MainWindow
+
+    assert isinstance(window, MainWindow)
+    if options.view == "cloud":
+        window.centre.setCurrentWidget(window.cloud)
+    if options.sample:
+        window.documents.open_sample()
+    files = [path for path in options.frames if not path.is_dir() and path.suffix != ".json"]
+    others = [path for path in options.frames if path not in files]
+    if others:
+        window.documents.open_paths(others)
+    for rgb, depth in zip(files[::2], files[1::2], strict=False):
+        window.loader.open(FrameSource(str(rgb), str(depth), options.depth_units, options.intrinsics))
+    if len(files) % 2:
+        window.documents.open_paths(files[-1:])
+
+
+def _without_display(options: argparse.Namespace, problem: str) -> int:
+    """Say that no window can be shown, and do the job by the command line where frames are named."""
+    from ilf.cli import main as command_line
+
+    print(f"ilf-gui: {problem}", file=sys.stderr)
+    inputs = [str(path) for path in options.frames]
+    if options.sample:
+        from ilf.assets import asset_path
+
+        inputs = [str(asset_path("samples/room"))]
+    if not inputs:
+        print("Without a window, use: ilf complete RGB DEPTH --out DIR (see ilf complete --help).", file=sys.stderr)
+        return 1
+    arguments = ["complete", *inputs, "--out", "ilf-output"]
+    if options.depth_units:
+        arguments += ["--depth-units", str(options.depth_units)]
+    if options.intrinsics:
+        arguments += ["--intrinsics", options.intrinsics]
+    print(f"Running this instead: ilf {' '.join(arguments)}", file=sys.stderr)
+    return command_line(arguments)
+
+
+def _install_exception_hook(window: object) -> None:
+    """An unexpected error in a slot is shown and logged; the program goes on with what it has."""
+    from gui.main_window import MainWindow
+
+    assert isinstance(window, MainWindow)
+
+    def hook(kind: type[BaseException], error: BaseException, trace: object) -> None:
+        traceback.print_exception(kind, error, trace)
+        if isinstance(error, Exception):
+            window.documents.report("Unexpected error", error)
+
+    sys.excepthook = hook
+
+
+if __name__ == "__main__":
+    sys.exit(main())

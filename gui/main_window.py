@@ -1,0 +1,325 @@
+"""The main window: docks, menus, and the wiring between workspace, controllers and widgets."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QEvent, QSettings, Qt
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDockWidget,
+    QLabel,
+    QMainWindow,
+    QMenu,
+    QProgressBar,
+    QSlider,
+    QTabWidget,
+    QToolBar,
+    QToolButton,
+    QWidget,
+)
+
+from gui.actions import Actions
+from gui.documents import Documents
+from gui.editor import Editor
+from gui.loader import FrameLoader
+from gui.panels.block_table import BlockTable
+from gui.panels.extraction_panel import ExtractionPanel
+from gui.panels.filter_panel import FilterPanel
+from gui.panels.frame_list import FrameList
+from gui.panels.log import LogPanel
+from gui.presenter import Presenter
+from gui.runs import RunController, RunState
+from gui.views.cloud_view import CloudView
+from gui.views.curves import CurvesPanel
+from gui.views.linked_views import LAYOUTS, LinkedViews
+from gui.workspace import Workspace
+
+_LAYOUT_TEXTS = {
+    "grid": "Four views",
+    "row": "Side by side",
+    "colour": "Colour + blocks",
+    "depth-in": "Depth in",
+    "depth-out": "Depth out",
+    "difference": "Difference",
+}
+_OPACITY = 45
+
+
+class MainWindow(QMainWindow):
+    """Wiring only: state lives in the workspace, work is done by the controllers."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setWindowTitle("ILF Studio")
+        self.setAcceptDrops(True)
+        self.setDockOptions(QMainWindow.DockOption.AnimatedDocks | QMainWindow.DockOption.AllowTabbedDocks)
+        self.workspace = Workspace(self)
+        self.loader = FrameLoader(self.workspace, self)
+        self.runs = RunController(self.workspace, self)
+        self.actions_ = Actions(self)
+
+        self.views = LinkedViews()
+        self.cloud = CloudView()
+        self.curves = CurvesPanel()
+        self.log = LogPanel()
+        self.frames = FrameList()
+        self.blocks = BlockTable()
+        run_actions = [self.actions_[name] for name in ("run", "run_selected", "pause", "step", "cancel")]
+        self.filter_panel = FilterPanel(run_actions)
+        self.extraction_panel = ExtractionPanel(self.actions_["extract"])
+        self.editor = Editor(self.workspace, self.views, self)
+        self.documents = Documents(self, self.workspace, self.loader, self.runs)
+        self.presenter = Presenter(self)
+
+        self.centre = QTabWidget()
+        self.centre.setDocumentMode(True)
+        self.centre.addTab(self.views, "Images")
+        self.centre.addTab(self.cloud, "Point cloud")
+        self.setCentralWidget(self.centre)
+        self._make_docks()
+        self._make_status_bar()
+        self._undo = self.workspace.undo_group.createUndoAction(self, "Undo")
+        self._redo = self.workspace.undo_group.createRedoAction(self, "Redo")
+        self._undo.setShortcut("Ctrl+Z")
+        self._redo.setShortcuts(["Ctrl+Shift+Z", "Ctrl+Y"])
+        self._make_menus()
+        self._make_tool_bar()
+        self._connect()
+        self.views.set_overlay_opacity(_OPACITY / 100)
+        self.presenter.show_session()
+        self.resize(1440, 900)
+        self._restore()
+
+    # layout
+
+    def _make_docks(self) -> None:
+        areas = Qt.DockWidgetArea
+        self._docks: list[QDockWidget] = []
+        frames = self._dock("Frames", self.frames, areas.LeftDockWidgetArea)
+        blocks = self._dock("Blocks", self.blocks, areas.LeftDockWidgetArea)
+        parameters = QTabWidget()
+        parameters.setDocumentMode(True)
+        parameters.addTab(self.filter_panel, "Filter")
+        parameters.addTab(self.extraction_panel, "Extraction")
+        self.parameter_tabs = parameters
+        right = self._dock("Parameters", parameters, areas.RightDockWidgetArea)
+        curves = self._dock("Convergence", self.curves, areas.BottomDockWidgetArea)
+        log = self._dock("Log", self.log, areas.BottomDockWidgetArea)
+        self.tabifyDockWidget(curves, log)
+        curves.raise_()
+        self.setCorner(Qt.Corner.BottomLeftCorner, areas.LeftDockWidgetArea)
+        self.setCorner(Qt.Corner.BottomRightCorner, areas.RightDockWidgetArea)
+        self.resizeDocks([frames, blocks], [170, 600], Qt.Orientation.Vertical)
+        self.resizeDocks([frames, right], [350, 320], Qt.Orientation.Horizontal)
+        self.resizeDocks([curves], [230], Qt.Orientation.Vertical)
+
+    def _dock(self, title: str, widget: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
+        dock = QDockWidget(title, self)
+        dock.setObjectName(title)
+        dock.setWidget(widget)
+        self.addDockWidget(area, dock)
+        self._docks.append(dock)
+        return dock
+
+    def _make_status_bar(self) -> None:
+        self.hint = QLabel()
+        self.hint.setMinimumWidth(0)
+        self.readout = QLabel()
+        self.progress = QProgressBar()
+        self.progress.setFixedWidth(160)
+        self.progress.setTextVisible(True)
+        self.progress.hide()
+        self.statusBar().addWidget(self.hint, 1)
+        self.statusBar().addPermanentWidget(self.readout)
+        self.statusBar().addPermanentWidget(self.progress)
+
+    def _make_menus(self) -> None:
+        entries = {
+            "&File": "open open_sample open_run | load_blocks export save_picture | close_frame quit",
+            "&Edit": "undo redo | select_all delete_blocks merge_blocks lock_blocks new_block | tool_select "
+            "tool_paint tool_erase tool_split | brush_smaller brush_larger",
+            "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks | zoom_block select_all",
+            "&Run": "run run_selected | pause step cancel | clear_results",
+        }
+        for title, names in entries.items():
+            self._fill(self.menuBar().addMenu(title), names)
+        view = self.menuBar().addMenu("&View")
+        self._fill(view, "fit one_to_one zoom_block | next_frame previous_frame")
+        view.addSeparator()
+        for dock in self._docks:
+            view.addAction(dock.toggleViewAction())
+        view.addSeparator()
+        view.addMenu(self.documents.theme_menu())
+        self._fill(self.menuBar().addMenu("&Help"), "about")
+
+    def _fill(self, menu: QMenu | QToolBar, names: str) -> None:
+        own = {"undo": self._undo, "redo": self._redo}
+        for name in names.split():
+            if name == "|":
+                menu.addSeparator()
+            else:
+                menu.addAction(own.get(name) or self.actions_[name])
+
+    def _make_tool_bar(self) -> None:
+        bar = QToolBar("Tools")
+        bar.setObjectName("Tools")
+        bar.setMovable(False)
+        self._fill(bar, "open export | undo redo | tool_select tool_paint tool_erase tool_split")
+        self.brush = QSlider(Qt.Orientation.Horizontal)
+        self.brush.setRange(1, 60)
+        self.brush.setFixedWidth(80)
+        self.brush_label = QLabel()
+        bar.addWidget(self.brush_label)
+        bar.addWidget(self.brush)
+        self._fill(bar, "| new_block merge_blocks delete_blocks | extract run pause step cancel |")
+        bar.addWidget(QLabel(" Blocks "))
+        self.opacity = QSlider(Qt.Orientation.Horizontal)
+        self.opacity.setRange(0, 100)
+        self.opacity.setValue(_OPACITY)
+        self.opacity.setFixedWidth(80)
+        self.opacity.setToolTip("Opacity of the blocks over the colour image")
+        bar.addWidget(self.opacity)
+        self.layouts = QComboBox()
+        for name in LAYOUTS:
+            self.layouts.addItem(_LAYOUT_TEXTS[name], name)
+        self.layouts.setToolTip("Which views are shown; a double-click on a title shows one alone")
+        bar.addSeparator()
+        bar.addWidget(self.layouts)
+        self._fill(bar, "fit")
+        self.addToolBar(bar)
+        run = bar.widgetForAction(self.actions_["run"])
+        if isinstance(run, QToolButton):
+            run.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+
+    # wiring
+
+    def _connect(self) -> None:
+        workspace, runs, editor, presenter = self.workspace, self.runs, self.editor, self.presenter
+        documents = self.documents
+        handlers = {
+            "open": documents.ask_open,
+            "open_sample": documents.open_sample,
+            "open_run": documents.ask_open_run,
+            "load_blocks": documents.ask_load_blocks,
+            "export": documents.ask_export,
+            "save_picture": documents.ask_save_picture,
+            "close_frame": documents.close_frame,
+            "quit": self.close,
+            "extract": documents.extract,
+            "new_block": editor.new_block,
+            "delete_blocks": editor.delete_selected,
+            "merge_blocks": editor.merge_selected,
+            "lock_blocks": presenter.toggle_locks,
+            "zoom_block": presenter.zoom_to_block,
+            "select_all": presenter.select_all,
+            "run": runs.start,
+            "run_selected": lambda: runs.start(set(workspace.session.selected)),
+            "step": self._step,
+            "cancel": runs.cancel,
+            "clear_results": workspace.clear_results,
+            "brush_smaller": lambda: editor.change_brush(-1),
+            "brush_larger": lambda: editor.change_brush(1),
+            "fit": self.views.fit,
+            "one_to_one": self.views.one_to_one,
+            "next_frame": lambda: documents.turn(1),
+            "previous_frame": lambda: documents.turn(-1),
+            "about": documents.about,
+        }
+        for name, handler in handlers.items():
+            self.actions_[name].triggered.connect(lambda _=False, handler=handler: handler())
+        self.actions_["pause"].triggered.connect(self._pause)
+        for name in editor.tools:
+            self.actions_[f"tool_{name}"].triggered.connect(lambda _=False, name=name: editor.set_tool(name))
+
+        workspace.sessions_changed.connect(presenter.show_frames)
+        workspace.session_changed.connect(presenter.show_session)
+        workspace.labels_changed.connect(presenter.show_labels)
+        workspace.infos_changed.connect(presenter.show_infos)
+        workspace.results_changed.connect(presenter.show_results)
+        workspace.selection_changed.connect(presenter.show_selection)
+        workspace.parameters_changed.connect(presenter.show_parameters)
+        runs.state_changed.connect(presenter.show_run_state)
+        runs.block_started.connect(presenter.start_curves)
+        runs.records.connect(presenter.add_records)
+        runs.previewed.connect(presenter.show_preview)
+        runs.ended.connect(documents.tell)
+        runs.failed.connect(lambda error: documents.report("The run stopped", error))
+        self.loader.busy_changed.connect(presenter.show_loading)
+        self.loader.failed.connect(documents.report)
+        self.loader.extracted.connect(documents.note_extracted)
+        editor.message.connect(documents.tell)
+        editor.tool_changed.connect(presenter.show_tool)
+        editor.brush_changed.connect(presenter.show_brush)
+        self.brush.valueChanged.connect(presenter.take_brush)
+        self.opacity.valueChanged.connect(lambda value: self.views.set_overlay_opacity(value / 100))
+        self.layouts.activated.connect(lambda _: self.views.set_layout(self.layouts.currentData()))
+        self.views.layoutChanged.connect(lambda name: self.layouts.setCurrentIndex(LAYOUTS.index(name)))
+        self.views.cursorMoved.connect(presenter.show_readout)
+        self.views.contextMenuRequested.connect(presenter.show_context_menu)
+        self.centre.currentChanged.connect(lambda _: presenter.show_cloud())
+        self.frames.activated.connect(documents.show_frame)
+        self.frames.removeRequested.connect(documents.remove_frame)
+        self.blocks.selectionChanged.connect(workspace.select)
+        self.blocks.renamed.connect(lambda label, name: workspace.edit_info(label, "Rename block", name=name))
+        self.blocks.recoloured.connect(
+            lambda label, colour: workspace.edit_info(label, "Recolour block", colour=colour.getRgb()[:3])
+        )
+        self.blocks.visibilityChanged.connect(workspace.set_visible)
+        self.blocks.lockChanged.connect(presenter.set_lock)
+        self.blocks.activated.connect(lambda _: presenter.zoom_to_block())
+        self.blocks.contextMenuRequested.connect(lambda place, _: presenter.show_block_menu(place))
+        self.filter_panel.edited.connect(presenter.take_parameters)
+        self.filter_panel.scope_changed.connect(presenter.show_parameters)
+        self.extraction_panel.edited.connect(documents.take_extraction_parameters)
+
+    def _pause(self, checked: bool) -> None:
+        (self.runs.pause if checked else self.runs.resume)()
+
+    def _step(self) -> None:
+        """One iteration: of the run under way, or of a new one over the chosen blocks, or all."""
+        if self.runs.state is RunState.IDLE:
+            self.runs.start(set(self.workspace.session.selected) or None, paused=True)
+        else:
+            self.runs.step()
+
+    # events
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """Take files."""
+        if event.mimeData().hasUrls():
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Open what was dropped."""
+        paths = [url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()]
+        if paths:
+            event.acceptProposedAction()
+            self.documents.open_paths([Path(path) for path in paths])
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Redraw icons for another theme."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "actions_"):
+            self.actions_.draw_icons()
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Ask about what is not exported, stop the threads, remember the layout."""
+        if not self.documents.may_close():
+            event.ignore()
+            return
+        self.runs.shutdown()
+        self.loader.shutdown()
+        self.documents.shutdown()
+        settings = QSettings()
+        settings.setValue("window/geometry", self.saveGeometry())
+        settings.setValue("window/state", self.saveState())
+        super().closeEvent(event)
+
+    def _restore(self) -> None:
+        settings = QSettings()
+        geometry, state = settings.value("window/geometry"), settings.value("window/state")
+        if geometry is not None and state is not None:
+            self.restoreGeometry(geometry)
+            self.restoreState(state)

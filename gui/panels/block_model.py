@@ -1,0 +1,269 @@
+"""What the table of blocks shows: one row per block, as text, icons, colours and sort keys."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt, Signal
+from PySide6.QtGui import QColor, QIcon, QPalette
+from PySide6.QtWidgets import QWidget
+
+from gui import theme
+
+Index = QModelIndex | QPersistentModelIndex
+SORT_ROLE = Qt.ItemDataRole.UserRole
+ICON_SIZE = 16
+
+# state -> icon, and the name of its colour in theme.Colours
+_STATES = {
+    "ready": ("ph.circle", "muted"),
+    "queued": ("ph.clock", "muted"),
+    "running": ("ph.play-circle", "accent"),
+    "completed": ("ph.check-circle", "good"),
+    "iteration limit": ("ph.warning", "warning"),
+    "not recoverable": ("ph.x-circle", "error"),
+    "nothing missing": ("ph.minus-circle", "muted"),
+    "cancelled": ("ph.prohibit", "muted"),
+}
+
+
+@dataclass(frozen=True)
+class BlockRow:
+    """What the table shows of one block.
+
+    Attributes
+    ----------
+    label : int
+        Label in the label map, > 0; identifies the row.
+    name : str
+    colour : tuple of int
+        Red, green, blue, 0-255.
+    pixels : int
+    defect_rate : float
+        Share of pixels without depth, 0-1.
+    state : str
+        "ready", "queued", "running", or the value of a `Status`.
+    detail : str
+        Tooltip of the state.
+    iterations : int
+        Done so far.
+    sigma_i : float
+        Of the last iteration [m]; NaN where there was none.
+    visible, locked : bool
+    """
+
+    label: int
+    name: str
+    colour: tuple[int, int, int]
+    pixels: int
+    defect_rate: float
+    state: str = "ready"
+    detail: str = ""
+    iterations: int = 0
+    sigma_i: float = math.nan
+    visible: bool = True
+    locked: bool = False
+
+
+class Column(IntEnum):
+    """Columns of the table, from the left."""
+
+    VISIBLE = 0
+    LOCKED = 1
+    COLOUR = 2
+    NAME = 3
+    PIXELS = 4
+    MISSING = 5
+    STATE = 6
+    ITERATIONS = 7
+    SIGMA = 8
+
+
+_HEADERS = {
+    Column.VISIBLE: ("", "Shown in the views. Click the eye, or press Space for the selected blocks."),
+    Column.LOCKED: ("", "Locked blocks cannot be edited. Click the lock to change it."),
+    Column.COLOUR: ("", "Colour in the views and plots. Click to choose another."),
+    Column.NAME: ("Name", "Name of the block. Press F2 to rename."),
+    Column.PIXELS: ("Pixels", "Size of the block in pixels."),
+    Column.MISSING: ("Missing", "Defect rate: the share of the block's pixels without depth."),
+    Column.STATE: ("State", "What became of the block in the last run."),
+    Column.ITERATIONS: ("Iter.", "Iterations of the low-pass filter."),
+    Column.SIGMA: ("σ [mm]", "Deviation sigma_i between the last two iterations, Eq. (2), in millimetres."),
+}
+TOOL_ICONS = {Column.VISIBLE: "ph.eye", Column.LOCKED: "ph.lock-simple", Column.COLOUR: "ph.palette"}
+_NUMBERS = (Column.PIXELS, Column.MISSING, Column.ITERATIONS, Column.SIGMA)
+
+
+class BlockModel(QAbstractTableModel):
+    """Rows in the order of their labels; the view sorts by a proxy.
+
+    Signals
+    -------
+    renamed(int, str)
+        Label and the name that the user typed; the row itself changes by `set_rows` only.
+    """
+
+    renamed = Signal(int, str)
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.rows: list[BlockRow] = []
+        self.set_palette(parent.palette())
+
+    def set_palette(self, palette: QPalette) -> None:
+        self._colours = theme.colours(palette)
+        self._header_icons = {column: theme.icon(name, palette) for column, name in TOOL_ICONS.items()}
+        faint = _tinted(palette, self._colours.muted)
+        self._flags = {
+            (Column.VISIBLE, True): _plain(theme.icon("ph.eye", palette)),
+            (Column.VISIBLE, False): _plain(theme.icon("ph.eye-slash", faint)),
+            (Column.LOCKED, True): _plain(theme.icon("ph.lock-simple", palette)),
+            (Column.LOCKED, False): _plain(theme.icon("ph.lock-simple-open", faint)),
+        }
+        self._states = {
+            state: _plain(theme.icon(name, _tinted(palette, getattr(self._colours, colour))))
+            for state, (name, colour) in _STATES.items()
+        }
+        if self.rows:
+            self._announce(0, len(self.rows) - 1)
+
+    def set_rows(self, rows: Iterable[BlockRow]) -> None:
+        wanted = {row.label: row for row in sorted(rows, key=lambda row: row.label)}
+        for number in reversed(range(len(self.rows))):
+            if self.rows[number].label not in wanted:
+                self.beginRemoveRows(QModelIndex(), number, number)
+                del self.rows[number]
+                self.endRemoveRows()
+        for number, row in enumerate(wanted.values()):
+            if number == len(self.rows) or self.rows[number].label != row.label:
+                self.beginInsertRows(QModelIndex(), number, number)
+                self.rows.insert(number, row)
+                self.endInsertRows()
+            # NaN in sigma_i is not equal to itself, its text is
+            elif repr(self.rows[number]) != repr(row):
+                self.rows[number] = row
+                self._announce(number, number)
+
+    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+        return 0 if parent.isValid() else len(self.rows)
+
+    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+        return 0 if parent.isValid() else len(Column)
+
+    def flags(self, index: Index) -> Qt.ItemFlag:
+        flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+        return flags | Qt.ItemFlag.ItemIsEditable if index.column() == Column.NAME else flags
+
+    def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
+        if orientation != Qt.Orientation.Horizontal:
+            return None
+        column = Column(section)
+        if role == Qt.ItemDataRole.DisplayRole:
+            return _HEADERS[column][0]
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return _HEADERS[column][1]
+        if role == Qt.ItemDataRole.DecorationRole:
+            return self._header_icons.get(column)
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return _alignment(column)
+        return None
+
+    def data(self, index: Index, role: int = 0) -> Any:
+        row, column = self.rows[index.row()], Column(index.column())
+        if role == Qt.ItemDataRole.DisplayRole:
+            return _text(row, column)
+        if role == Qt.ItemDataRole.EditRole:
+            return row.name
+        if role == SORT_ROLE:
+            return _sort_key(row, column)
+        if role == Qt.ItemDataRole.DecorationRole:
+            return self._decoration(row, column)
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return _alignment(column)
+        if role == Qt.ItemDataRole.ForegroundRole:
+            return self._foreground(row, column)
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return (row.detail or row.state) if column == Column.STATE else _HEADERS[column][1]
+        return None
+
+    def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
+        row, name = self.rows[index.row()], str(value).strip()
+        if not name or name == row.name:
+            return False
+        self.renamed.emit(row.label, name)
+        return True
+
+    def _announce(self, first: int, last: int) -> None:
+        self.dataChanged.emit(self.index(first, 0), self.index(last, len(Column) - 1))
+
+    def _decoration(self, row: BlockRow, column: Column) -> QIcon | QColor | None:
+        if column == Column.VISIBLE:
+            return self._flags[column, row.visible]
+        if column == Column.LOCKED:
+            return self._flags[column, row.locked]
+        if column == Column.COLOUR:
+            return QColor(*row.colour)
+        return self._states[row.state] if column == Column.STATE else None
+
+    def _foreground(self, row: BlockRow, column: Column) -> QColor | None:
+        if column == Column.STATE:
+            return getattr(self._colours, _STATES[row.state][1])
+        return None if row.visible else self._colours.muted
+
+
+def _text(row: BlockRow, column: Column) -> str:
+    if column == Column.NAME:
+        return row.name
+    if column == Column.PIXELS:
+        return f"{row.pixels:,}".replace(",", "\u202f")
+    if column == Column.MISSING:
+        return f"{100 * row.defect_rate:.1f} %"
+    if column == Column.STATE:
+        return row.state
+    if column == Column.ITERATIONS:
+        return str(row.iterations) if row.iterations else ""
+    if column == Column.SIGMA:
+        return "" if math.isnan(row.sigma_i) else f"{1000 * row.sigma_i:.3f}"
+    return ""
+
+
+def _sort_key(row: BlockRow, column: Column) -> str | float:
+    keys: dict[Column, str | float] = {
+        Column.VISIBLE: int(row.visible),
+        Column.LOCKED: int(row.locked),
+        Column.COLOUR: QColor(*row.colour).hsvHueF(),
+        # "block 10" after "block 9"
+        Column.NAME: re.sub(r"\d+", lambda digits: digits[0].zfill(9), row.name.casefold()),
+        Column.PIXELS: row.pixels,
+        Column.MISSING: row.defect_rate,
+        Column.STATE: list(_STATES).index(row.state),
+        Column.ITERATIONS: row.iterations,
+        Column.SIGMA: math.inf if math.isnan(row.sigma_i) else row.sigma_i,
+    }
+    return keys[column]
+
+
+def _alignment(column: Column) -> Qt.AlignmentFlag:
+    if column in TOOL_ICONS:
+        return Qt.AlignmentFlag.AlignCenter
+    side = Qt.AlignmentFlag.AlignRight if column in _NUMBERS else Qt.AlignmentFlag.AlignLeft
+    return side | Qt.AlignmentFlag.AlignVCenter
+
+
+def _tinted(palette: QPalette, colour: QColor) -> QPalette:
+    tinted = QPalette(palette)
+    tinted.setColor(QPalette.ColorRole.WindowText, colour)
+    return tinted
+
+
+def _plain(icon: QIcon) -> QIcon:
+    """The icon in the same colours whether its row is selected or not."""
+    pixmap = icon.pixmap(2 * ICON_SIZE, 2 * ICON_SIZE)
+    plain = QIcon(pixmap)
+    plain.addPixmap(pixmap, QIcon.Mode.Selected)
+    return plain

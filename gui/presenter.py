@@ -1,0 +1,399 @@
+"""Brings the state of the workspace and of the run to the window's widgets."""
+
+from __future__ import annotations
+
+import html
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+from PySide6.QtCore import QObject, QPoint
+from PySide6.QtWidgets import QMenu
+
+from gui.block_rows import block_rows, colour_table
+from gui.runs import RunState
+from gui.tools.base import label_at
+from ilf.blocks import Box
+from ilf.cloud import point_cloud
+from ilf.completion import Completion
+from ilf.filter.convergence import IterationRecord
+from ilf.parameters import Parameters
+
+if TYPE_CHECKING:
+    from gui.main_window import MainWindow
+
+_THUMBNAIL_WIDTH = 160
+_FRAME_ACTIONS = (
+    "export",
+    "close_frame",
+    "load_blocks",
+    "extract",
+    "new_block",
+    "select_all",
+    "tool_select",
+    "tool_paint",
+    "tool_erase",
+    "tool_split",
+    "brush_smaller",
+    "brush_larger",
+    "fit",
+    "one_to_one",
+)
+_CHOICE_ACTIONS = ("delete_blocks", "merge_blocks", "lock_blocks", "zoom_block")
+_MENU = "run_selected zoom_block | merge_blocks delete_blocks lock_blocks | new_block fit"
+
+
+class Presenter(QObject):
+    """One method per thing that can change; each reads the workspace and sets widgets, and does nothing else."""
+
+    def __init__(self, window: MainWindow) -> None:
+        super().__init__(window)
+        self._window = window
+        self._workspace = window.workspace
+        self._completion: Completion | None = None
+        self._cloud_of: object = None
+        self._cloud_stale = True
+        self._cursor: tuple[int, int] | None = None
+
+    # frames
+
+    def show_frames(self) -> None:
+        """The list of open frames."""
+        frames = self._window.frames
+        keys = [session.source for session in self._workspace.sessions]
+        for key in set(frames.keys()) - set(keys):
+            frames.remove_frame(key)
+        for session in self._workspace.sessions:
+            if session.source not in frames.keys():
+                rgb = session.frame.rgb
+                height = max(round(_THUMBNAIL_WIDTH * rgb.shape[0] / rgb.shape[1]), 1)
+                small = cv2.resize(rgb, (_THUMBNAIL_WIDTH, height), interpolation=cv2.INTER_AREA)
+                frames.add_frame(session.source, session.name, small, "")
+        self._show_frame_details()
+
+    def show_session(self) -> None:
+        """Everything about the present frame."""
+        window = self._window
+        shown = self._workspace.has_session
+        if shown:
+            session = self._workspace.session
+            window.views.set_frame(session.frame.rgb, session.frame.depth)
+            window.frames.set_current(session.source)
+            window.setWindowTitle(f"{session.name} - ILF Studio")
+        else:
+            window.views.clear()
+            window.setWindowTitle("ILF Studio")
+        self._cursor = None
+        self.show_labels(None)
+        self.show_results()
+        self.show_selection()
+        self.show_run_state()
+        self.show_tool()
+        self.show_readout(None)
+        self.show_brush(window.editor.brush_radius)
+
+    def _show_frame_details(self) -> None:
+        for session in self._workspace.sessions:
+            height, width = session.frame.shape
+            results = session.valid_results()
+            state = f"{len(results)} of {len(session.counts())} blocks run" if results else "not run"
+            detail = f"{width} x {height}, {session.frame.missing_share:.1%} missing\n{state}"
+            self._window.frames.update_detail(session.source, detail)
+
+    # blocks
+
+    def show_labels(self, box: Box | None) -> None:
+        """The label map; a box of it, if its colours are known already."""
+        if not self._workspace.has_session:
+            self._window.blocks.set_rows([])
+            return
+        session = self._workspace.session
+        self._window.views.set_blocks(session.labels, colour_table(session))
+        self._show_rows()
+        self._show_frame_details()
+
+    def show_infos(self) -> None:
+        """Names, colours, locks, visibility."""
+        self.show_labels(None)
+        self.show_parameters()
+
+    def _show_rows(self) -> None:
+        if self._workspace.has_session:
+            rows = block_rows(self._workspace.session, self._window.runs, self._workspace.parameters)
+            self._window.blocks.set_rows(rows)
+
+    def show_selection(self) -> None:
+        """The chosen blocks."""
+        window = self._window
+        chosen = self._workspace.session.selected if self._workspace.has_session else []
+        if chosen:
+            window.views.set_blocks(self._workspace.session.labels, colour_table(self._workspace.session))
+        if self._workspace.has_session:
+            window.views.set_selected(chosen[0] if chosen else 0)
+        window.blocks.select(chosen)
+        window.actions_.enable(bool(chosen), *_CHOICE_ACTIONS)
+        self.show_run_state()
+        self.show_parameters()
+        self.show_curves()
+
+    def toggle_locks(self) -> None:
+        """Lock the chosen blocks, or unlock them if all are locked."""
+        session = self._workspace.session
+        lock = not all(session.info(label).locked for label in session.selected)
+        for label in list(session.selected):
+            if session.info(label).locked != lock:
+                self.set_lock(label, lock)
+
+    def set_lock(self, label: int, locked: bool) -> None:
+        """Lock or unlock a block, undoably."""
+        name = self._workspace.session.info(label).name
+        self._workspace.edit_info(label, f"{'Lock' if locked else 'Unlock'} {name}", locked=locked)
+
+    def zoom_to_block(self) -> None:
+        """Show the chosen block large."""
+        session = self._workspace.session
+        rows, columns = np.nonzero(np.isin(session.labels, session.selected))
+        if rows.size:
+            self._window.views.zoom_to(
+                slice(int(rows.min()), int(rows.max()) + 1), slice(int(columns.min()), int(columns.max()) + 1)
+            )
+
+    def select_all(self) -> None:
+        """Choose every block."""
+        self._workspace.select(list(self._workspace.session.counts()))
+
+    def show_context_menu(self, place: QPoint, x: float, y: float) -> None:
+        """Choose what is under the pointer, and offer what can be done with it."""
+        if not self._workspace.has_session:
+            return
+        session = self._workspace.session
+        label = label_at(session, x, y)
+        if label not in session.selected:
+            self._workspace.select([label] if label else [])
+        self.show_block_menu(place)
+
+    def show_block_menu(self, place: QPoint) -> None:
+        """Commands on blocks."""
+        menu = QMenu(self._window)
+        for name in _MENU.split():
+            if name == "|":
+                menu.addSeparator()
+            else:
+                menu.addAction(self._window.actions_[name])
+        menu.exec(place)
+        menu.deleteLater()
+
+    # parameters
+
+    def show_parameters(self) -> None:
+        """Parameters of all blocks, or of the chosen one."""
+        window = self._window
+        label = self._chosen()
+        name = self._workspace.session.info(label).name if label else None
+        panel = window.filter_panel
+        own = label and panel.for_chosen_block
+        common = self._workspace.parameters
+        shown = self._workspace.session.parameters_of(label, common) if own else common
+        panel.show_parameters(shown, name)
+        of_block = self._workspace.session.parameters_of(label, common) if label else common
+        window.curves.set_s_criteria(of_block.s_criteria)
+        window.extraction_panel.form.set_parameters(self._workspace.extraction_parameters)
+        self._show_rows()
+
+    def take_parameters(self, parameters: Parameters) -> None:
+        """Values set in the form go to all blocks or to the chosen one."""
+        label = self._chosen() if self._window.filter_panel.for_chosen_block else 0
+        self._workspace.set_parameters(parameters, label or None)
+
+    def _chosen(self) -> int:
+        chosen = self._workspace.session.selected if self._workspace.has_session else []
+        return chosen[0] if chosen else 0
+
+    # results
+
+    def show_results(self) -> None:
+        """The completed depth, as far as it goes."""
+        window = self._window
+        self._completion = self._workspace.session.completion() if self._workspace.has_session else None
+        if self._workspace.has_session:
+            window.views.set_result(self._completion.depth if self._completion else None)
+            self._show_frame_details()
+        window.actions_.enable(self._completion is not None, "clear_results")
+        self._cloud_stale = True
+        self.show_cloud()
+        self.show_curves()
+        self._show_rows()
+        self.show_readout(self._cursor)
+
+    def show_preview(self) -> None:
+        """The running block's depth as it stands, over what is done already."""
+        runs = self._window.runs
+        if not self._workspace.has_session or runs.session is not self._workspace.session:
+            return
+        preview = runs.preview()
+        if preview is None:
+            self._window.views.set_result(self._completion.depth if self._completion else None)
+            return
+        box, mask, depth = preview
+        base = self._completion.depth if self._completion else self._workspace.session.frame.depth
+        shown = base.copy()
+        shown[box][mask] = depth
+        self._window.views.set_result(shown)
+
+    def show_cloud(self) -> None:
+        """The point cloud, when it is looked at and has changed."""
+        window = self._window
+        if window.centre.currentWidget() is not window.cloud or not self._cloud_stale:
+            return
+        self._cloud_stale = False
+        if not self._workspace.has_session:
+            window.cloud.set_message()
+            return
+        session = self._workspace.session
+        frame = session.frame
+        if frame.intrinsics is None:
+            window.cloud.set_message(
+                "This frame has no camera intrinsics, which a point cloud needs.\n"
+                "Open it again and choose a camera, or give fx, fy, cx, cy."
+            )
+            return
+        depth = self._completion.depth if self._completion else frame.depth
+        cloud = point_cloud(depth, frame.rgb, frame.intrinsics)
+        window.cloud.set_cloud(cloud.points, cloud.colours, reset=session is not self._cloud_of)
+        if self._completion is not None:
+            window.cloud.set_filled(self._completion.filled[np.isfinite(depth)])
+        self._cloud_of = session
+
+    # curves
+
+    def show_curves(self) -> None:
+        """Records of the chosen block, or of the running one if none is chosen."""
+        curves = self._window.curves
+        if not self._workspace.has_session:
+            curves.set_block(0, "", (128, 128, 128))
+            return
+        session = self._workspace.session
+        label = self._curve_label()
+        if label == 0:
+            curves.set_block(0, "", (128, 128, 128))
+            return
+        info = session.info(label)
+        curves.set_block(label, info.name, info.colour)
+        curves.set_records(self._records_of(label))
+
+    def start_curves(self, label: int) -> None:
+        """A block of the run has begun."""
+        if label == self._curve_label():
+            self.show_curves()
+
+    def add_records(self, label: int, records: list[IterationRecord]) -> None:
+        """New records of the running block."""
+        runs = self._window.runs
+        if runs.session is self._session() and label == self._curve_label():
+            curves = self._window.curves
+            if len(curves.records) + len(records) == len(runs.live[label]):
+                curves.append_records(records)
+            else:
+                curves.set_records(runs.live[label])
+
+    def _curve_label(self) -> int:
+        chosen = self._chosen()
+        runs = self._window.runs
+        return chosen or (runs.block if runs.session is self._session() else 0) or self._last_run()
+
+    def _last_run(self) -> int:
+        session = self._session()
+        results = session.valid_results() if session else {}
+        run = [label for label, result in results.items() if result.history]
+        return run[0] if run else 0
+
+    def _records_of(self, label: int) -> list[IterationRecord]:
+        runs = self._window.runs
+        if runs.session is self._session() and runs.block == label:
+            return runs.live[label]
+        result = self._workspace.session.valid_results().get(label)
+        return list(result.history) if result is not None else []
+
+    def _session(self) -> object:
+        return self._workspace.session if self._workspace.has_session else None
+
+    # state
+
+    def show_run_state(self) -> None:
+        """What can be done now, and how far the run is."""
+        window = self._window
+        runs = window.runs
+        actions = window.actions_
+        shown = self._workspace.has_session
+        idle = runs.state is RunState.IDLE
+        blocks = shown and bool(self._workspace.session.labels.any())
+        actions.enable(shown, *_FRAME_ACTIONS)
+        actions.enable(idle and blocks, "run")
+        actions.enable(idle and bool(self._chosen()), "run_selected")
+        actions.enable(blocks and runs.state in (RunState.IDLE, RunState.PAUSED), "step")
+        actions.enable(runs.state in (RunState.RUNNING, RunState.PAUSED), "pause", "cancel")
+        actions["pause"].setChecked(runs.state is RunState.PAUSED)
+        actions["pause"].setText("Resume" if runs.state is RunState.PAUSED else "&Pause")
+        window.progress.setVisible(not idle or window.loader.busy)
+        if not idle:
+            window.progress.setRange(0, 100)
+            window.progress.setValue(round(100 * runs.share_done))
+            window.progress.setFormat(f"{runs.state.value} %p%")
+            self._show_rows()
+        elif shown:
+            self._show_rows()
+
+    def show_loading(self, what: str) -> None:
+        """What is being opened or extracted."""
+        window = self._window
+        if what:
+            window.progress.setRange(0, 0)
+            window.progress.setFormat(what)
+            window.hint.setText(what)
+        else:
+            self.show_tool()
+        self.show_run_state()
+
+    def show_tool(self, _name: str = "") -> None:
+        """What a click would do now."""
+        window = self._window
+        name = next(name for name, tool in window.editor.tools.items() if tool is window.editor.tool)
+        window.actions_[f"tool_{name}"].setChecked(True)
+        window.hint.setText(window.editor.tool.hint if self._workspace.has_session else "Open a frame: Ctrl+O")
+
+    def show_brush(self, radius: float) -> None:
+        """Size of the brush."""
+        self._window.brush.blockSignals(True)
+        self._window.brush.setValue(round(radius))
+        self._window.brush.blockSignals(False)
+        self._window.brush_label.setText(f" {2 * radius:g} px ")
+        self._window.brush.setToolTip(f"Brush: {2 * radius:g} px across ([ and ])")
+
+    def take_brush(self, radius: int) -> None:
+        """The slider was moved."""
+        self._window.editor.brush_radius = float(radius)
+        self.show_brush(float(radius))
+
+    def show_readout(self, pixel: tuple[int, int] | None) -> None:
+        """Position, block and depths under the cursor."""
+        self._cursor = pixel
+        readout = self._window.readout
+        if pixel is None or not self._workspace.has_session:
+            readout.setText("")
+            return
+        session = self._workspace.session
+        x, y = pixel
+        label = int(session.labels[y, x])
+        block = session.info(label).name if label else "no block"
+        depth_in = float(session.frame.depth[y, x])
+        parts = [f"x {x}, y {y}", html.escape(block), f"in {_metres(depth_in)}"]
+        if self._completion is not None:
+            depth_out = float(self._completion.depth[y, x])
+            parts.append(f"out {_metres(depth_out)}")
+            if np.isfinite(depth_in) and np.isfinite(depth_out):
+                parts.append(f"{1000 * (depth_out - depth_in):+.1f} mm")
+        readout.setText("  |  ".join(parts))
+
+
+def _metres(depth: float) -> str:
+    return f"{depth:.3f} m" if np.isfinite(depth) else "missing"

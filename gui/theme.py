@@ -1,0 +1,147 @@
+"""Light and dark: the palettes, the colours that plots and overlays take from them, and the icons."""
+
+from __future__ import annotations
+
+import colorsys
+from dataclasses import dataclass
+
+from PySide6.QtGui import QColor, QIcon, QPalette
+from PySide6.QtWidgets import QApplication
+
+THEMES = ("system", "light", "dark")
+
+_LIGHT = {
+    "window": "#f3f4f6",
+    "base": "#ffffff",
+    "text": "#1c1f24",
+    "muted": "#68707c",
+    "border": "#d3d7de",
+    "accent": "#0f6fc6",
+    "button": "#fbfbfc",
+}
+_DARK = {
+    "window": "#23262b",
+    "base": "#1a1c20",
+    "text": "#e6e8eb",
+    "muted": "#98a0ab",
+    "border": "#3b4048",
+    "accent": "#4aa3f0",
+    "button": "#2e3238",
+}
+
+
+@dataclass(frozen=True)
+class Colours:
+    """Colours beyond the palette's, for plots, overlays and states."""
+
+    background: QColor
+    panel: QColor
+    text: QColor
+    muted: QColor
+    grid: QColor
+    accent: QColor
+    warning: QColor
+    error: QColor
+    good: QColor
+    series: tuple[QColor, ...]
+
+
+def apply_theme(app: QApplication, name: str = "system") -> None:
+    """Set the application's palette to "light", "dark" or whatever the system has."""
+    if name not in THEMES:
+        raise ValueError(f"theme must be one of {', '.join(THEMES)}, not {name!r}")
+    app.setStyle("Fusion")
+    dark = name == "dark" or (name == "system" and _system_is_dark(app))
+    app.setPalette(_palette(_DARK if dark else _LIGHT))
+    app.setStyleSheet(_style_sheet(_DARK if dark else _LIGHT))
+
+
+def is_dark(palette: QPalette) -> bool:
+    """Whether a palette is a dark one."""
+    return palette.window().color().lightness() < 128
+
+
+def colours(palette: QPalette) -> Colours:
+    """The colours that go with a palette."""
+    dark = is_dark(palette)
+    text = palette.windowText().color()
+    series = ("#4aa3f0", "#f0a04a", "#5ac88c", "#d86ad0") if dark else ("#0f6fc6", "#c8641b", "#1d8a52", "#a23a9a")
+    return Colours(
+        background=palette.base().color(),
+        panel=palette.window().color(),
+        text=text,
+        muted=QColor(_DARK["muted"] if dark else _LIGHT["muted"]),
+        grid=QColor(_DARK["border"] if dark else _LIGHT["border"]),
+        accent=palette.highlight().color(),
+        warning=QColor("#e0a030" if dark else "#a86a00"),
+        error=QColor("#f06a5f" if dark else "#c02a1e"),
+        good=QColor("#5ac88c" if dark else "#1d8a52"),
+        series=tuple(QColor(name) for name in series),
+    )
+
+
+def block_colour(label: int) -> tuple[int, int, int]:
+    """Colour of a block: neighbours in number are far apart in hue, and the colour of a number never changes."""
+    hue = (label * 0.61803398875) % 1.0
+    saturation = (0.75, 0.55, 0.9)[label % 3]
+    value = (0.95, 0.8, 1.0)[(label // 3) % 3]
+    red, green, blue = colorsys.hsv_to_rgb(hue, saturation, value)
+    return round(red * 255), round(green * 255), round(blue * 255)
+
+
+def icon(name: str, palette: QPalette) -> QIcon:
+    """Icon of the Phosphor set in the palette's colours ("ph.play")."""
+    import qtawesome
+
+    muted = colours(palette).muted
+    muted.setAlpha(110)
+    return qtawesome.icon(
+        name,
+        color=palette.windowText().color(),
+        color_active=palette.highlight().color(),
+        color_disabled=muted,
+    )
+
+
+def _system_is_dark(app: QApplication) -> bool:
+    from PySide6.QtCore import Qt
+
+    return app.styleHints().colorScheme() == Qt.ColorScheme.Dark
+
+
+def _palette(tones: dict[str, str]) -> QPalette:
+    palette = QPalette()
+    roles = {
+        QPalette.ColorRole.Window: "window",
+        QPalette.ColorRole.WindowText: "text",
+        QPalette.ColorRole.Base: "base",
+        QPalette.ColorRole.AlternateBase: "window",
+        QPalette.ColorRole.Text: "text",
+        QPalette.ColorRole.Button: "button",
+        QPalette.ColorRole.ButtonText: "text",
+        QPalette.ColorRole.ToolTipBase: "base",
+        QPalette.ColorRole.ToolTipText: "text",
+        QPalette.ColorRole.PlaceholderText: "muted",
+        QPalette.ColorRole.Highlight: "accent",
+        QPalette.ColorRole.Link: "accent",
+        QPalette.ColorRole.Mid: "border",
+    }
+    for role, tone in roles.items():
+        palette.setColor(role, QColor(tones[tone]))
+    palette.setColor(QPalette.ColorRole.HighlightedText, QColor("#ffffff"))
+    for role in (QPalette.ColorRole.WindowText, QPalette.ColorRole.Text, QPalette.ColorRole.ButtonText):
+        faint = QColor(tones["muted"])
+        faint.setAlpha(140)
+        palette.setColor(QPalette.ColorGroup.Disabled, role, faint)
+    return palette
+
+
+def _style_sheet(tones: dict[str, str]) -> str:
+    return f"""
+        QToolTip {{ color: {tones["text"]}; background: {tones["base"]}; border: 1px solid {tones["border"]}; padding: 3px; }}
+        QToolBar {{ border: none; spacing: 2px; padding: 3px; }}
+        QDockWidget::title {{ padding: 5px 8px; background: {tones["window"]}; }}
+        QMainWindow::separator {{ background: {tones["border"]}; width: 1px; height: 1px; }}
+        QStatusBar::item {{ border: none; }}
+        QHeaderView::section {{ background: {tones["window"]}; color: {tones["muted"]}; border: none; padding: 3px 5px; }}
+    """

@@ -1,0 +1,30 @@
+"""Choosing blocks by clicking on them."""
+
+from __future__ import annotations
+
+from gui.tools.base import Host, label_at
+from gui.tools.pointer import PointerEvent, PointerKind
+
+
+class SelectTool:
+    """A click chooses the block under it, with Ctrl adds or removes it; dragging pans."""
+
+    text = "Select"
+    hint = "Click: choose a block | Ctrl+click: add or remove | drag: pan | wheel: zoom"
+
+    def pointer(self, event: PointerEvent, host: Host) -> bool:
+        """Choose on press, and leave the drag to the view."""
+        if event.kind is PointerKind.PRESS:
+            label = label_at(host.session, event.x, event.y)
+            chosen = list(host.session.selected)
+            if not event.ctrl:
+                host.select([label] if label else [])
+            elif label in chosen:
+                host.select([other for other in chosen if other != label])
+            elif label:
+                host.select([*chosen, label])
+        return False
+
+    def cancel(self, host: Host) -> bool:
+        """Nothing is ever under way."""
+        return False

@@ -1,0 +1,92 @@
+"""Slim vertical scale beside a view: what its colours mean."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QRect, Qt
+from PySide6.QtGui import QImage, QPainter, QPaintEvent
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from ..theme import Colours
+
+_BAR = 10
+_PAD = 8
+_TICK = 4
+
+
+class ColourBar(QWidget):
+    """Gradient of a lookup table with labelled ticks at round numbers and the unit on top."""
+
+    def __init__(self, unit: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._unit = unit
+        self._levels: tuple[float, float] | None = None
+        self._gradient = QImage()
+        self._colours: Colours | None = None
+        font = self.font()
+        font.setPointSizeF(font.pointSizeF() * 0.85)
+        self.setFont(font)
+        width = self.fontMetrics().horizontalAdvance("\u2212000")
+        self.setFixedWidth(_PAD + _BAR + _TICK + 3 + width + 3)
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
+
+    def set_colours(self, colours: Colours) -> None:
+        """Take the colours of the theme."""
+        self._colours = colours
+        self.update()
+
+    def set_table(self, table: NDArray[np.uint8]) -> None:
+        """Lookup table (256, 4) whose entries 1-255 run from the low to the high level."""
+        column = np.ascontiguousarray(table[:0:-1])
+        self._gradient = QImage(column.data, 1, len(column), 4, QImage.Format.Format_RGBA8888).copy()
+        self.update()
+
+    def set_levels(self, levels: tuple[float, float] | None) -> None:
+        """Values at the lower and upper end, in the bar's unit; None draws nothing."""
+        if levels != self._levels:
+            self._levels = levels
+            self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        if self._colours is None:
+            return
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), self._colours.background)
+        if self._levels is None:
+            return
+        line = self.fontMetrics().height()
+        top = _PAD + line + line // 2 + 2
+        bar = QRect(_PAD, top, _BAR, self.height() - top - _PAD - line // 2)
+        if bar.height() < 2 * line:
+            return
+        painter.setPen(self._colours.muted)
+        painter.drawText(_PAD, _PAD + self.fontMetrics().ascent(), self._unit)
+        painter.drawImage(bar, self._gradient)
+        painter.drawRect(bar.adjusted(0, 0, -1, -1))
+        low, high = self._levels
+        ticks, step = round_ticks(low, high, max(bar.height() // (3 * line), 2))
+        for tick in ticks:
+            y = bar.bottom() - round((tick - low) / (high - low) * (bar.height() - 1))
+            painter.setPen(self._colours.muted)
+            painter.drawLine(bar.right() + 1, y, bar.right() + _TICK, y)
+            painter.setPen(self._colours.text)
+            where = QRect(bar.right() + _TICK + 3, y - line, self.width(), 2 * line)
+            painter.drawText(where, Qt.AlignmentFlag.AlignVCenter, tick_text(tick, step))
+
+
+def round_ticks(low: float, high: float, most: int) -> tuple[list[float], float]:
+    """At most about `most` multiples of 1, 2 or 5 times a power of ten within the levels, and their step."""
+    power = 10.0 ** math.floor(math.log10((high - low) / most))
+    step = next(factor * power for factor in (1, 2, 5, 10) if (high - low) / (factor * power) <= most)
+    slack = step * 1e-6
+    first, last = math.ceil((low - slack) / step), math.floor((high + slack) / step)
+    return [index * step for index in range(first, last + 1)], step
+
+
+def tick_text(value: float, step: float) -> str:
+    """Number with the decimals that its step needs and a true minus sign."""
+    decimals = max(0, -math.floor(math.log10(step) + 1e-9))
+    return f"{value:.{decimals}f}".replace("-", "\u2212")

@@ -1,0 +1,86 @@
+"""Numbers to colours: depth and difference as 8-bit indices into lookup tables, and their robust levels."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pyqtgraph as pg
+from numpy.typing import NDArray
+
+DEPTH_MAPS = {
+    "turbo": "turbo",
+    "viridis": "viridis",
+    "cividis": "cividis",
+    "magma": "magma",
+    "grey": "CET-L1",
+}
+"""Colour maps offered for depth: our name -> pyqtgraph's."""
+
+_SAMPLES = 50_000
+_SMALLEST_DIFFERENCE = 1.0
+
+
+def depth_table(name: str) -> NDArray[np.uint8]:
+    """Lookup table of a depth map, uint8 (256, 4) RGBA; index 0 (missing) is transparent.
+
+    Raises
+    ------
+    ValueError
+        If the name is not in `DEPTH_MAPS`.
+    """
+    if name not in DEPTH_MAPS:
+        raise ValueError(f"Depth colour map must be one of {', '.join(DEPTH_MAPS)}, not {name!r}.")
+    return _table(DEPTH_MAPS[name])
+
+
+def difference_table(dark: bool) -> NDArray[np.uint8]:
+    """Diverging table, blue below and red above, whose zero is near the background of the theme."""
+    return _table("CET-D4" if dark else "CET-D1")
+
+
+def to_indices(values: NDArray[np.floating], low: float, high: float) -> NDArray[np.uint8]:
+    """Indices 1-255 for values from low to high (beyond: the ends), 0 for NaN (missing)."""
+    scaled = (values - np.float32(low)) * np.float32(254 / (high - low))
+    np.clip(scaled, 0, 254, out=scaled)
+    scaled += np.float32(1.5)
+    scaled[np.isnan(scaled)] = 0
+    return scaled.astype(np.uint8)
+
+
+def robust_depth_levels(depth: NDArray[np.floating]) -> tuple[float, float]:
+    """1st and 99th percentile of the known depth [m]; (0, 1) where nothing is known."""
+    known = _sample(depth)
+    if known.size == 0:
+        return 0.0, 1.0
+    low, high = (float(level) for level in np.percentile(known, (1, 99)))
+    return (low, high) if high - low > 1e-3 else (low - 0.05, high + 0.05)
+
+
+def robust_difference_level(difference: NDArray[np.floating]) -> float:
+    """Symmetric level [mm]: 99th percentile of the magnitudes, rounded up to 1, 2 or 5 times a power of ten.
+
+    The rounding keeps the colours steady while a run refreshes the view.
+    """
+    known = _sample(difference)
+    level = float(np.percentile(np.abs(known), 99)) if known.size else 0.0
+    if level <= _SMALLEST_DIFFERENCE:
+        return _SMALLEST_DIFFERENCE
+    power = 10.0 ** math.floor(math.log10(level))
+    return next(step * power for step in (1, 2, 5, 10) if step * power >= level * (1 - 1e-6))
+
+
+def _table(name: str) -> NDArray[np.uint8]:
+    table = np.zeros((256, 4), np.uint8)
+    table[1:, :3] = pg.colormap.get(name).getLookupTable(nPts=255)[:, :3]
+    table[1:, 3] = 255
+    return table
+
+
+def _sample(values: NDArray[np.floating]) -> NDArray[np.floating]:
+    """At most about `_SAMPLES` finite values: enough for percentiles, quick enough for live refresh."""
+    flat = values.ravel()
+    # an odd stride does not fall in step with even image widths
+    stride = (flat.size // _SAMPLES) | 1
+    flat = flat[::stride]
+    return flat[np.isfinite(flat)]

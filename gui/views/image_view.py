@@ -1,0 +1,174 @@
+"""One picture in image coordinates, with the lines that all views share. It draws; it decides nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pyqtgraph as pg
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QPointF, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QResizeEvent, QTransform
+
+from ..theme import Colours
+from .camera import Camera
+from .items import HaloPath, Hatch
+
+_CROSS_GAP = 9
+_WHITE = QColor("white")
+
+
+class ImageView(pg.GraphicsView):
+    """Scene with one image, its layers, an outline, a tool's preview and the crosshair.
+
+    Parameters
+    ----------
+    on_event : callable
+        Gets (view, event) for every mouse, wheel, key and leave event; True if it took the event.
+    """
+
+    resized = Signal()
+
+    _EVENTS = frozenset(
+        {
+            QEvent.Type.MouseButtonPress,
+            QEvent.Type.MouseButtonDblClick,
+            QEvent.Type.MouseButtonRelease,
+            QEvent.Type.MouseMove,
+            QEvent.Type.Wheel,
+            QEvent.Type.Leave,
+            QEvent.Type.ContextMenu,
+        }
+    )
+    _KEYS = frozenset({QEvent.Type.KeyPress, QEvent.Type.KeyRelease, QEvent.Type.FocusOut})
+
+    def __init__(self, on_event: Callable[[ImageView, QEvent], bool]) -> None:
+        self._on_event = on_event
+        super().__init__(useOpenGL=False)
+        self.setCentralItem(None)
+        self.viewport().setMouseTracking(True)
+        self.setMinimumSize(64, 48)
+        self._frame = QRectF()
+        self._message = ""
+        self._muted = QColor()
+        self.image = self.add_layer(0)
+        self.hatch = Hatch()
+        self.outline = HaloPath(2, _WHITE, 190, 5)
+        self.preview = HaloPath(1.5, _WHITE, 150, 6)
+        # two items, so that a moving cursor repaints two thin strips instead of the view
+        self._cross = tuple(HaloPath(1, QColor(255, 255, 255, 190), 70, 7) for _ in range(2))
+        for item in (self.hatch, self.outline, self.preview, *self._cross):
+            self.addItem(item)
+
+    def add_layer(self, z: float) -> pg.ImageItem:
+        """New image item at a height: 0 is the picture's, the outline's is 5."""
+        return self.place(pg.ImageItem(axisOrder="row-major"), z)
+
+    def place(self, item: pg.ImageItem, z: float) -> pg.ImageItem:
+        """Take an image item into the scene at a height."""
+        item.setZValue(z)
+        self.addItem(item)
+        return item
+
+    def set_frame_size(self, width: int, height: int) -> None:
+        """Extent of the frame in image pixels."""
+        self._frame = QRectF(0, 0, width, height)
+        self.hatch.set_rect(self._frame)
+
+    def set_picture(self, pixels: NDArray[np.uint8] | None, table: NDArray[np.uint8] | None = None) -> None:
+        """Show RGB pixels (H, W, 3), or indices (H, W) through a table (256, 4); None shows the message."""
+        self.hatch.setVisible(pixels is not None and table is not None)
+        self.outline.setVisible(pixels is not None)
+        if pixels is None:
+            self.image.clear()
+        else:
+            self.image.setImage(pixels, autoLevels=False, lut=table)
+        self.viewport().update()
+
+    def set_message(self, text: str) -> None:
+        """Text for the middle of the view while it has no picture."""
+        self._message = text
+        self.viewport().update()
+
+    def set_colours(self, colours: Colours, hatch: QBrush) -> None:
+        """Take the colours of the theme."""
+        self._muted = colours.muted
+        self.setBackground(colours.background)
+        self.hatch.set_brush(hatch)
+        self.viewport().update()
+
+    def show_camera(self, camera: Camera) -> None:
+        """Look where the camera looks."""
+        scale, size, ratio = camera.scale, self.viewport().size(), self.devicePixelRatioF()
+        # whole device pixels: at 1:1 every image pixel then covers exactly one
+        dx = round((size.width() / 2 - camera.x * scale) * ratio) / ratio
+        dy = round((size.height() / 2 - camera.y * scale) * ratio) / ratio
+        transform = QTransform(scale, 0, 0, scale, dx, dy)
+        self.setTransform(transform)
+        # the visible part as scene rectangle leaves nothing to scroll
+        self.setSceneRect(transform.inverted()[0].mapRect(QRectF(QRect(0, 0, size.width(), size.height()))))
+        self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, scale * ratio < 1)
+        for item in (self.outline, self.preview, *self._cross):
+            item.set_pixel_size(1 / scale)
+
+    def to_image(self, position: QPointF) -> QPointF:
+        """Image coordinates of the middle of the screen pixel at a position in the viewport.
+
+        The middle is what painting samples: its corner may still lie in the image pixel before.
+        """
+        half = 0.5 / self.devicePixelRatioF()
+        return self.viewportTransform().inverted()[0].map(position + QPointF(half, half))
+
+    def show_cursor(self, pixel: tuple[int, int] | None) -> None:
+        """Put the crosshair on the centre of a pixel (x, y); None hides it."""
+        paths = (QPainterPath(), QPainterPath())
+        if pixel is not None:
+            x, y = pixel[0] + 0.5, pixel[1] + 0.5
+            scale = self.transform().m11()
+            gap = max(_CROSS_GAP / scale, 0.5 + 3 / scale)
+            frame = self._frame
+            for path, centre, low, high in (
+                (paths[0], x, frame.left(), frame.right()),
+                (paths[1], y, frame.top(), frame.bottom()),
+            ):
+                for start, stop in ((low, centre - gap), (centre + gap, high)):
+                    if start < stop:
+                        ends = ((start, y), (stop, y)) if path is paths[0] else ((x, start), (x, stop))
+                        path.moveTo(*ends[0])
+                        path.lineTo(*ends[1])
+        for item, path in zip(self._cross, paths, strict=True):
+            item.set_path(path)
+
+    def drawForeground(self, painter: QPainter, rect: QRectF) -> None:
+        if self.image.image is not None or not self._message:
+            return
+        painter.save()
+        painter.resetTransform()
+        painter.setPen(self._muted)
+        painter.drawText(self.viewport().rect(), Qt.AlignmentFlag.AlignCenter, self._message)
+        painter.restore()
+
+    def sizeHint(self) -> QSize:
+        return QSize(320, 240)
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        self.resized.emit()
+
+    def viewportEvent(self, event: QEvent) -> bool:
+        if event.type() in self._EVENTS and self._on_event(self, event):
+            event.accept()
+            return True
+        return super().viewportEvent(event)
+
+    def event(self, event: QEvent) -> bool:
+        if event.type() in self._KEYS and self._on_event(self, event):
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QEvent) -> None:
+        # nothing in the scene takes keys: leave them to the window
+        event.ignore()
+
+    def keyReleaseEvent(self, event: QEvent) -> None:
+        event.ignore()

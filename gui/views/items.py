@@ -1,0 +1,93 @@
+"""Small scene items whose widths are screen pixels at every zoom."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen, QPixmap
+from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
+
+_TILE = 8
+
+
+class HaloPath(QGraphicsItem):
+    """Path in image coordinates: a bright line on a wider dark one, so that it shows on any picture."""
+
+    def __init__(self, width: float, colour: QColor, halo_alpha: int, z: float) -> None:
+        super().__init__()
+        self._path = QPainterPath()
+        self._colour = colour
+        self._width = width
+        self._halo = QColor(0, 0, 0, halo_alpha)
+        self._pixel_size = 1.0
+        self.setZValue(z)
+
+    @property
+    def path(self) -> QPainterPath:
+        return self._path
+
+    def set_path(self, path: QPainterPath | None, colour: QColor | None = None) -> None:
+        """Draw another path, None for nothing, in another colour if one is given."""
+        self.prepareGeometryChange()
+        self._path = QPainterPath() if path is None else path
+        if colour is not None:
+            self._colour = QColor(colour)
+        self.update()
+
+    def set_pixel_size(self, pixel_size: float) -> None:
+        """Image pixels per screen pixel: what the lines' width means for the bounds."""
+        self.prepareGeometryChange()
+        self._pixel_size = pixel_size
+
+    def boundingRect(self) -> QRectF:
+        if self._path.isEmpty():
+            return QRectF()
+        reach = (self._width + 3) * self._pixel_size
+        return self._path.controlPointRect().adjusted(-reach, -reach, reach, reach)
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        for colour, width in ((self._halo, self._width + 2), (self._colour, self._width)):
+            pen = QPen(colour, width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.SquareCap, Qt.PenJoinStyle.MiterJoin)
+            pen.setCosmetic(True)
+            painter.setPen(pen)
+            painter.drawPath(self._path)
+
+
+class Hatch(QGraphicsItem):
+    """Rectangle of diagonal stripes of fixed size on the screen: what shows through where depth is missing."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._rect = QRectF()
+        self._brush = QBrush()
+        self.setZValue(-1)
+
+    def set_rect(self, rect: QRectF) -> None:
+        self.prepareGeometryChange()
+        self._rect = rect
+
+    def set_brush(self, brush: QBrush) -> None:
+        # a copy: painting turns it
+        self._brush = QBrush(brush)
+        self.update()
+
+    def boundingRect(self) -> QRectF:
+        return self._rect
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        inverse, _ = painter.worldTransform().inverted()
+        # scaled back to the screen, but moving with the picture
+        self._brush.setTransform(inverse)
+        painter.fillRect(self._rect, self._brush)
+
+
+def hatch_brush(ground: QColor, stripe: QColor) -> QBrush:
+    """Seamless diagonal stripes."""
+    tile = QPixmap(_TILE, _TILE)
+    tile.fill(ground)
+    painter = QPainter(tile)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(QPen(stripe, 1.6))
+    for offset in (-_TILE, 0, _TILE):
+        painter.drawLine(offset, _TILE, offset + _TILE, 0)
+    painter.end()
+    return QBrush(tile)

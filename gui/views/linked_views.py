@@ -1,0 +1,388 @@
+"""The window's centre: colour + blocks, depth in, depth out and difference under one camera and one cursor."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QPoint, QSize, Qt, Signal
+from PySide6.QtGui import QBrush, QColor, QPainterPath, QPalette
+from PySide6.QtWidgets import QGridLayout, QLabel, QStackedWidget, QVBoxLayout, QWidget
+
+from .. import theme
+from ..tools.pointer import PointerHandler
+from .camera import Camera
+from .colour_maps import (
+    depth_table,
+    difference_table,
+    robust_depth_levels,
+    robust_difference_level,
+    to_indices,
+)
+from .items import hatch_brush
+from .navigation import Navigation
+from .overlay import BlockOverlay, block_outline
+from .view_cell import ViewCell
+
+_CELLS = {
+    "colour": ("Colour + blocks", ""),
+    "depth-in": ("Depth in", "m"),
+    "depth-out": ("Depth out", "m"),
+    "difference": ("Difference", "mm"),
+}
+_GRIDS = {"grid": ((0, 0), (0, 1), (1, 0), (1, 1)), "row": ((0, 0), (0, 1), (0, 2), (0, 3))}
+LAYOUTS = (*_GRIDS, *_CELLS)
+"""Names that `LinkedViews.set_layout` takes."""
+
+_HINT = "Drop a colour and a depth file here, or open a frame (Ctrl+O)"
+_NO_RESULT = "No result yet"
+
+
+class LinkedViews(QWidget):
+    """Four views of one frame with one pan, one zoom and one crosshair.
+
+    The left button goes to the pointer handler first and pans if that does not want it; the middle button and
+    space + left pan; the wheel zooms at the cursor; arrows, plus and minus do the same by keyboard.
+
+    Signals
+    -------
+    cursorMoved(object)
+        Pixel (x, y) under the pointer, as whole numbers, or None off the image.
+    contextMenuRequested(QPoint, float, float)
+        Place on the screen and image coordinates x, y of a right click or the menu key.
+    layoutChanged(str)
+        The layout now shown, also when a double-click on a title changed it.
+    """
+
+    cursorMoved = Signal(object)
+    contextMenuRequested = Signal(QPoint, float, float)
+    layoutChanged = Signal(str)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._camera = Camera()
+        self._navigation = Navigation(self._camera, self)
+        self._depth_in: NDArray[np.float32] | None = None
+        self._depth_out: NDArray[np.float32] | None = None
+        self._difference: NDArray[np.float32] | None = None
+        self._depth_map = "turbo"
+        self._levels = (0.0, 1.0)
+        self._selected = 0
+        self._layout_name = self._layout_before = "grid"
+
+        self.cells = {name: ViewCell(title, unit, self._navigation.handle) for name, (title, unit) in _CELLS.items()}
+        self._views = [cell.view for cell in self.cells.values()]
+        self._overlay = BlockOverlay()
+        self.cells["colour"].view.place(self._overlay.item, 1)
+        self._filled = self.cells["difference"].view.add_layer(-0.5)
+
+        self._hint = _Hint()
+        self._sheet = QWidget()
+        self._sheet.setAutoFillBackground(True)
+        self._grid = QGridLayout(self._sheet)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid.setSpacing(1)
+        self._pages = QStackedWidget()
+        self._pages.addWidget(self._hint)
+        self._pages.addWidget(self._sheet)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self._pages)
+
+        for name, cell in self.cells.items():
+            cell.strip.doubleClicked.connect(lambda name=name: self._toggle_single(name))
+            cell.view.resized.connect(self._fit_to_room)
+        for name in ("depth-out", "difference"):
+            self.cells[name].view.set_message(_NO_RESULT)
+        self._navigation.cursorMoved.connect(self._move_cursor)
+        self._navigation.contextMenuRequested.connect(self.contextMenuRequested)
+        self._navigation.cameraMoved.connect(self._show_camera)
+        self._navigation.cursorShapeChanged.connect(self._set_cursor_shape)
+        self._arrange()
+        self._take_theme()
+
+    # the frame and its result
+
+    def set_frame(self, rgb: NDArray[np.uint8], depth_in: NDArray[np.float32]) -> None:
+        """Show a new frame, fitted, with depth levels of its own; blocks, result and preview go.
+
+        Parameters
+        ----------
+        rgb : ndarray
+            Colour, uint8 (H, W, 3).
+        depth_in : ndarray
+            Depth [m], float32 (H, W), NaN = missing.
+
+        Raises
+        ------
+        ValueError
+            If the shapes differ.
+        """
+        if rgb.shape != (*depth_in.shape, 3):
+            raise ValueError(f"colour {rgb.shape} and depth {depth_in.shape} do not show the same pixels")
+        height, width = depth_in.shape
+        self._depth_in = depth_in
+        self._camera.set_frame(width, height)
+        self._navigation.set_frame((width, height))
+        for view in self._views:
+            view.set_frame_size(width, height)
+        self._forget()
+        self.cells["colour"].view.set_picture(rgb)
+        self.auto_levels()
+        self._pages.setCurrentWidget(self._sheet)
+        self._fit_to_room()
+
+    def clear(self) -> None:
+        """Show no frame, only the hint how to open one."""
+        self._depth_in = None
+        self._navigation.set_frame(None)
+        self._forget()
+        self._pages.setCurrentWidget(self._hint)
+
+    def _forget(self) -> None:
+        self._overlay.clear()
+        self.set_selected(0)
+        self.set_preview(None)
+        self.set_result(None)
+
+    def set_result(self, depth_out: NDArray[np.float32] | None) -> None:
+        """Show completed depth [m], float32 (H, W), NaN where not recovered, and its difference; None for none.
+
+        Raises
+        ------
+        ValueError
+            If there is no frame or the shape is not its shape.
+        """
+        if depth_out is not None and (self._depth_in is None or depth_out.shape != self._depth_in.shape):
+            raise ValueError(f"a result of shape {depth_out.shape} does not belong to the frame shown")
+        self._depth_out = depth_out
+        self._difference = None if depth_out is None else (depth_out - self._depth_in) * np.float32(1000)
+        self._draw_depth("depth-out", depth_out)
+        self._draw_difference()
+
+    # blocks, selection, preview
+
+    def set_blocks(self, labels: NDArray[np.int32], colour_table: NDArray[np.uint8]) -> None:
+        """Draw the label map over the colour view.
+
+        Parameters
+        ----------
+        labels : ndarray
+            int32 (H, W), 0 = no block.
+        colour_table : ndarray
+            uint8 (N + 1, 4) RGBA by label; alpha 0 hides a block.
+
+        Raises
+        ------
+        ValueError
+            If there is no frame, the shapes do not fit or a label has no colour.
+        """
+        if self._depth_in is None or labels.shape != self._depth_in.shape:
+            raise ValueError(f"a label map of shape {labels.shape} does not belong to the frame shown")
+        self._overlay.set_blocks(labels, colour_table)
+        self._draw_outline()
+
+    def update_blocks_region(self, rows: slice, columns: slice, labels: NDArray[np.int32]) -> None:
+        """Replace the labels of a box by an int32 array of the box's shape; its labels must have colours."""
+        self._overlay.update_region(rows, columns, labels)
+        self._draw_outline()
+
+    def set_overlay_opacity(self, opacity: float) -> None:
+        """Opacity of the blocks' fills, 0-1."""
+        self._overlay.set_opacity(opacity)
+
+    def set_selected(self, label: int) -> None:
+        """Outline a block in all views; 0 for none."""
+        self._selected = label
+        self._draw_outline()
+
+    def set_preview(self, path: QPainterPath | None, colour: QColor | None = None) -> None:
+        """Draw what a tool is about to do, in image coordinates, in all views; None removes it."""
+        for view in self._views:
+            view.preview.set_path(path, colour)
+
+    def set_pointer_handler(self, handler: PointerHandler | None) -> None:
+        """Send pointer events of all views to a tool; None lets the left button pan."""
+        self._navigation.set_handler(handler)
+
+    # colours
+
+    @property
+    def levels(self) -> tuple[float, float]:
+        """Depth [m] at the ends of the depth colours."""
+        return self._levels
+
+    def set_levels(self, low: float, high: float) -> None:
+        """Depth [m] at the ends of the depth colours, for both depth views."""
+        if not low < high:
+            raise ValueError(f"the lower level must be below the upper one, not {low:g} and {high:g} m")
+        self._levels = (float(low), float(high))
+        self._draw_depth("depth-in", self._depth_in)
+        self._draw_depth("depth-out", self._depth_out)
+
+    def auto_levels(self) -> None:
+        """Set the depth levels from the 1st and 99th percentile of the incoming depth."""
+        if self._depth_in is not None:
+            self.set_levels(*robust_depth_levels(self._depth_in))
+
+    def set_depth_map(self, name: str) -> None:
+        """Choose the depth colours by a name of `colour_maps.DEPTH_MAPS`."""
+        self._depth_table = depth_table(name)
+        self._depth_map = name
+        self._draw_depth("depth-in", self._depth_in)
+        self._draw_depth("depth-out", self._depth_out)
+
+    # camera and layout
+
+    def fit(self) -> None:
+        """Show the whole frame."""
+        self._camera.fit()
+        self._show_camera()
+
+    def one_to_one(self) -> None:
+        """Show one image pixel per device pixel around the present centre."""
+        self._camera.set_scale(1 / self.devicePixelRatioF())
+        self._show_camera()
+
+    def zoom_to(self, rows: slice, columns: slice) -> None:
+        """Show a box of the image with some room around it."""
+        self._camera.show(columns.start, rows.start, columns.stop, rows.stop)
+        self._show_camera()
+
+    @property
+    def layout_name(self) -> str:
+        """Name of the layout shown, one of `LAYOUTS`."""
+        return self._layout_name
+
+    def set_layout(self, name: str) -> None:
+        """Arrange the views: "grid", "row", or one alone by its name."""
+        if name not in LAYOUTS:
+            raise ValueError(f"layout must be one of {', '.join(LAYOUTS)}, not {name!r}")
+        if name == self._layout_name:
+            return
+        if self._layout_name in _GRIDS:
+            self._layout_before = self._layout_name
+        self._layout_name = name
+        self._arrange()
+        self.layoutChanged.emit(name)
+
+    def _toggle_single(self, name: str) -> None:
+        self.set_layout(self._layout_before if self._layout_name == name else name)
+
+    def _shown(self) -> list[ViewCell]:
+        return list(self.cells.values()) if self._layout_name in _GRIDS else [self.cells[self._layout_name]]
+
+    def _arrange(self) -> None:
+        shown = self._shown()
+        places = _GRIDS.get(self._layout_name, ((0, 0),))
+        for cell in self.cells.values():
+            self._grid.removeWidget(cell)
+            cell.setVisible(cell in shown)
+        for cell, (row, column) in zip(shown, places, strict=True):
+            self._grid.addWidget(cell, row, column)
+        rows, columns = (max(place[axis] for place in places) for axis in (0, 1))
+        for index in range(len(self.cells)):
+            self._grid.setRowStretch(index, int(index <= rows))
+            self._grid.setColumnStretch(index, int(index <= columns))
+        self._fit_to_room()
+
+    def _fit_to_room(self) -> None:
+        sizes = [cell.view.viewport().size() for cell in self._shown()]
+        room = QSize(min(size.width() for size in sizes), min(size.height() for size in sizes))
+        self._camera.set_view(room.width(), room.height())
+        self._show_camera()
+
+    def _show_camera(self) -> None:
+        for view in self._views:
+            view.show_camera(self._camera)
+
+    def _move_cursor(self, pixel: tuple[int, int] | None) -> None:
+        for view in self._views:
+            view.show_cursor(pixel)
+        self.cursorMoved.emit(pixel)
+
+    def _set_cursor_shape(self, shape: Qt.CursorShape) -> None:
+        for view in self._views:
+            view.viewport().setCursor(shape)
+
+    # drawing
+
+    def _draw_depth(self, name: str, depth: NDArray[np.float32] | None) -> None:
+        cell = self.cells[name]
+        cell.bar.set_table(self._depth_table)
+        cell.bar.set_levels(None if depth is None else self._levels)
+        if depth is None:
+            cell.view.set_picture(None)
+        else:
+            cell.view.set_picture(to_indices(depth, *self._levels), self._depth_table)
+
+    def _draw_difference(self) -> None:
+        cell = self.cells["difference"]
+        if self._difference is None:
+            self._filled.clear()
+            cell.view.set_picture(None)
+            cell.bar.set_levels(None)
+            return
+        level = robust_difference_level(self._difference)
+        filled = np.isnan(self._depth_in) & ~np.isnan(self._depth_out)
+        self._filled.setImage(filled.view(np.uint8), autoLevels=False, lut=self._filled_table)
+        cell.view.set_picture(to_indices(self._difference, -level, level), self._difference_table)
+        cell.bar.set_levels((-level, level))
+
+    def _draw_outline(self) -> None:
+        labels = self._overlay.labels
+        path = None if labels is None or not self._selected else block_outline(labels, self._selected)
+        for view in self._views:
+            view.outline.set_path(path)
+
+    def _take_theme(self) -> None:
+        colours = theme.colours(self.palette())
+        dark = theme.is_dark(self.palette())
+        missing = hatch_brush(_mix(colours.background, colours.text, 0.12), _mix(colours.background, colours.text, 0.3))
+        filled = _mix(colours.background, colours.good, 0.55)
+        self._filled_table = np.zeros((256, 4), np.uint8)
+        self._filled_table[1] = filled.getRgb()
+        self._difference_table = difference_table(dark)
+        self._hint.set_colours(colours)
+        for cell in self.cells.values():
+            cell.set_colours(colours, missing)
+        for name in ("depth-in", "depth-out"):
+            self.cells[name].strip.set_legend([(missing, "missing")])
+        self.cells["difference"].strip.set_legend([(QBrush(filled), "filled"), (missing, "missing")])
+        self.cells["difference"].bar.set_table(self._difference_table)
+        palette = QPalette(self._sheet.palette())
+        palette.setColor(QPalette.ColorRole.Window, colours.grid)
+        self._sheet.setPalette(palette)
+        self.set_depth_map(self._depth_map)
+        self._draw_difference()
+
+    def changeEvent(self, event: QEvent) -> None:
+        if event.type() == QEvent.Type.PaletteChange:
+            self._take_theme()
+        super().changeEvent(event)
+
+
+class _Hint(QWidget):
+    """What to do while no frame is open."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._picture = QLabel(alignment=Qt.AlignmentFlag.AlignCenter)
+        self._text = QLabel(_HINT, alignment=Qt.AlignmentFlag.AlignCenter, wordWrap=True)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(24, 24, 24, 24)
+        layout.setSpacing(12)
+        layout.addStretch()
+        layout.addWidget(self._picture)
+        layout.addWidget(self._text)
+        layout.addStretch()
+
+    def set_colours(self, colours: theme.Colours) -> None:
+        palette = QPalette(self._text.palette())
+        palette.setColor(QPalette.ColorRole.WindowText, colours.muted)
+        self._text.setPalette(palette)
+        self._picture.setPixmap(theme.icon("ph.image", palette).pixmap(QSize(48, 48)))
+
+
+def _mix(first: QColor, second: QColor, share: float) -> QColor:
+    pairs = zip(first.getRgbF()[:3], second.getRgbF()[:3], strict=True)
+    return QColor.fromRgbF(*(a + (b - a) * share for a, b in pairs))

@@ -1,0 +1,221 @@
+"""What the mouse does over the linked views: pan, zoom, cursor, context menu, and events for the tool."""
+
+from __future__ import annotations
+
+import math
+from enum import Enum, auto
+
+from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, Qt, Signal
+from PySide6.QtGui import QContextMenuEvent, QKeyEvent, QMouseEvent, QWheelEvent
+
+from ..tools.pointer import PointerEvent, PointerHandler, PointerKind
+from .camera import Camera
+from .image_view import ImageView
+
+ZOOM_STEP = 1.25
+"""Factor per notch of the wheel or press of a key."""
+PAN_STEP = 60
+"""Screen pixels per press of an arrow key."""
+
+_ARROWS = {
+    Qt.Key.Key_Left: (PAN_STEP, 0),
+    Qt.Key.Key_Right: (-PAN_STEP, 0),
+    Qt.Key.Key_Up: (0, PAN_STEP),
+    Qt.Key.Key_Down: (0, -PAN_STEP),
+}
+_ZOOM_KEYS = {Qt.Key.Key_Plus: ZOOM_STEP, Qt.Key.Key_Equal: ZOOM_STEP, Qt.Key.Key_Minus: 1 / ZOOM_STEP}
+_Button = Qt.MouseButton
+_Shape = Qt.CursorShape
+
+
+class _Drag(Enum):
+    NONE = auto()
+    PAN = auto()
+    TOOL = auto()
+
+
+class Navigation(QObject):
+    """Turns events of any of the views into camera moves, cursor moves and pointer events.
+
+    Signals
+    -------
+    cursorMoved(object)
+        Pixel (x, y) under the pointer, or None off the image; sent when it changes.
+    contextMenuRequested(QPoint, float, float)
+        Place on the screen and in the image.
+    cameraMoved()
+        The camera was panned or zoomed.
+    cursorShapeChanged(Qt.CursorShape)
+        The mouse cursor that the views should show.
+    """
+
+    cursorMoved = Signal(object)
+    contextMenuRequested = Signal(QPoint, float, float)
+    cameraMoved = Signal()
+    cursorShapeChanged = Signal(object)
+
+    def __init__(self, camera: Camera, parent: QObject) -> None:
+        super().__init__(parent)
+        self._camera = camera
+        self._frame: tuple[int, int] | None = None
+        self._handler: PointerHandler | None = None
+        self._drag = _Drag.NONE
+        self._button = _Button.NoButton
+        self._last = QPointF()
+        self._pixel: tuple[int, int] | None = None
+        self._space = False
+
+    def set_frame(self, size: tuple[int, int] | None) -> None:
+        """Width and height of the frame; None while there is none, and the mouse does nothing."""
+        self._frame = size
+        self._drag = _Drag.NONE
+        self._set_pixel(None)
+
+    def set_handler(self, handler: PointerHandler | None) -> None:
+        """Send pointer events there. A drag under way ends for the old one without a release."""
+        self._handler = handler
+        if self._drag is _Drag.TOOL:
+            self._drag = _Drag.NONE
+        self._show_cursor_shape()
+
+    def handle(self, view: ImageView, event: QEvent) -> bool:
+        """Take an event of a view; False leaves it to Qt."""
+        if self._frame is None:
+            return False
+        match event:
+            case QMouseEvent():
+                return self._mouse(view, event)
+            case QWheelEvent():
+                return self._wheel(view, event)
+            case QContextMenuEvent():
+                return self._context_menu(view, event)
+            case QKeyEvent():
+                return self._key(event)
+        if event.type() == QEvent.Type.FocusOut:
+            self._set_space(False)
+        elif event.type() == QEvent.Type.Leave:
+            self._set_pixel(None)
+            self._send(PointerKind.LEAVE, view, self._last)
+        return False
+
+    def _mouse(self, view: ImageView, event: QMouseEvent) -> bool:
+        position, moved = event.position(), event.position() - self._last
+        self._last = position
+        match event.type():
+            case QEvent.Type.MouseMove if self._drag is _Drag.PAN:
+                self._pan(moved.x(), moved.y())
+            case QEvent.Type.MouseMove:
+                self._set_pixel(self._pixel_at(view.to_image(position)))
+                kind = PointerKind.MOVE if self._drag is _Drag.TOOL else PointerKind.HOVER
+                self._send(kind, view, position, event.modifiers())
+            case QEvent.Type.MouseButtonRelease:
+                self._release(view, event)
+            case _:
+                self._press(view, event)
+        return True
+
+    def _press(self, view: ImageView, event: QMouseEvent) -> None:
+        if self._drag is not _Drag.NONE or event.button() not in (_Button.LeftButton, _Button.MiddleButton):
+            return
+        self._button = event.button()
+        self._drag = _Drag.PAN
+        if self._button == _Button.LeftButton and not self._space:
+            where = view, event.position(), event.modifiers()
+            if event.type() == QEvent.Type.MouseButtonDblClick and self._send(PointerKind.DOUBLE, *where):
+                self._drag = _Drag.NONE
+            elif self._handler is not None and self._send(PointerKind.PRESS, *where) is not False:
+                self._drag = _Drag.TOOL
+        self._show_cursor_shape()
+
+    def _release(self, view: ImageView, event: QMouseEvent) -> None:
+        if self._drag is _Drag.NONE or event.button() != self._button:
+            return
+        drag, self._drag = self._drag, _Drag.NONE
+        if drag is _Drag.TOOL:
+            self._send(PointerKind.RELEASE, view, event.position(), event.modifiers())
+        self._show_cursor_shape()
+
+    def _wheel(self, view: ImageView, event: QWheelEvent) -> bool:
+        # Alt turns the wheel sideways on some systems
+        turn = event.angleDelta().y() or event.angleDelta().x()
+        point = view.to_image(event.position())
+        self._camera.zoom(ZOOM_STEP ** (turn / 120), point.x(), point.y())
+        self.cameraMoved.emit()
+        self._set_pixel(self._pixel_at(view.to_image(event.position())))
+        return True
+
+    def _context_menu(self, view: ImageView, event: QContextMenuEvent) -> bool:
+        if self._drag is _Drag.NONE:
+            point = view.to_image(QPointF(event.pos()))
+            self.contextMenuRequested.emit(event.globalPos(), point.x(), point.y())
+        return True
+
+    def _key(self, event: QKeyEvent) -> bool:
+        key, pressed = event.key(), event.type() == QEvent.Type.KeyPress
+        plain = (
+            event.modifiers() & ~(Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.KeypadModifier)
+            == Qt.KeyboardModifier.NoModifier
+        )
+        if key == Qt.Key.Key_Space and plain:
+            if not event.isAutoRepeat():
+                self._set_space(pressed)
+            return True
+        if not (pressed and plain):
+            return False
+        if key in _ARROWS:
+            self._pan(*_ARROWS[key])
+            return True
+        if key in _ZOOM_KEYS:
+            self._camera.zoom(_ZOOM_KEYS[key], self._camera.x, self._camera.y)
+            self.cameraMoved.emit()
+            return True
+        return False
+
+    def _pan(self, dx: float, dy: float) -> None:
+        self._camera.pan(dx, dy)
+        self.cameraMoved.emit()
+
+    def _send(
+        self,
+        kind: PointerKind,
+        view: ImageView,
+        position: QPointF,
+        modifiers: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier,
+    ) -> bool | None:
+        if self._handler is None:
+            return None
+        point = view.to_image(position)
+        return self._handler(
+            PointerEvent(
+                kind,
+                point.x(),
+                point.y(),
+                shift=bool(modifiers & Qt.KeyboardModifier.ShiftModifier),
+                ctrl=bool(modifiers & Qt.KeyboardModifier.ControlModifier),
+                alt=bool(modifiers & Qt.KeyboardModifier.AltModifier),
+                pixel_size=1 / self._camera.scale,
+            )
+        )
+
+    def _pixel_at(self, point: QPointF) -> tuple[int, int] | None:
+        width, height = self._frame
+        x, y = math.floor(point.x()), math.floor(point.y())
+        return (x, y) if 0 <= x < width and 0 <= y < height else None
+
+    def _set_pixel(self, pixel: tuple[int, int] | None) -> None:
+        if pixel != self._pixel:
+            self._pixel = pixel
+            self.cursorMoved.emit(pixel)
+
+    def _set_space(self, held: bool) -> None:
+        self._space = held
+        self._show_cursor_shape()
+
+    def _show_cursor_shape(self) -> None:
+        if self._drag is _Drag.PAN:
+            shape = _Shape.ClosedHandCursor
+        elif self._space:
+            shape = _Shape.OpenHandCursor
+        else:
+            shape = _Shape.ArrowCursor if self._handler is None else _Shape.CrossCursor
+        self.cursorShapeChanged.emit(shape)

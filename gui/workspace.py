@@ -1,0 +1,171 @@
+"""What the window works on: the open frames, the present one, the parameters. Signals, no widgets."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QUndoGroup
+
+from gui.commands import EditInfo, EditLabels
+from gui.session import Session
+from ilf.completion import BlockResult
+from ilf.ebs.edit import LabelPatch, patch_between
+from ilf.parameters import DEFAULT_PRESET, BlockParameters, Parameters, preset
+
+
+class Workspace(QObject):
+    """The single place where the state of the window changes.
+
+    Signals carry no data that could go stale: who listens reads the workspace.
+    """
+
+    sessions_changed = Signal()
+    session_changed = Signal()
+    labels_changed = Signal(object)
+    """The box (rows, columns) of the label map that changed, or None for all of it."""
+    infos_changed = Signal()
+    results_changed = Signal()
+    selection_changed = Signal()
+    parameters_changed = Signal()
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.sessions: list[Session] = []
+        self.undo_group = QUndoGroup(self)
+        self.parameters: Parameters = preset(DEFAULT_PRESET)
+        self.extraction_parameters = BlockParameters()
+        self._session: Session | None = None
+
+    @property
+    def session(self) -> Session:
+        """The present frame's session; only to be asked for while `has_session`."""
+        if self._session is None:
+            raise RuntimeError("no frame is open")
+        return self._session
+
+    @property
+    def has_session(self) -> bool:
+        """Whether a frame is open."""
+        return self._session is not None
+
+    def add_session(self, session: Session) -> None:
+        """Open a frame and make it the present one; a frame from the same source is replaced."""
+        for old in [old for old in self.sessions if old.source == session.source]:
+            self._drop(old)
+        self.sessions.append(session)
+        self.undo_group.addStack(session.undo_stack)
+        self.sessions_changed.emit()
+        self.show_session(session)
+
+    def show_session(self, session: Session | None) -> None:
+        """Make a frame the present one."""
+        if session is self._session:
+            return
+        self._session = session
+        self.undo_group.setActiveStack(session.undo_stack if session else None)
+        self.session_changed.emit()
+
+    def close_session(self, session: Session) -> None:
+        """Close a frame; the one before it in the list becomes the present one."""
+        position = self.sessions.index(session)
+        self._drop(session)
+        self.sessions_changed.emit()
+        if session is self._session:
+            left = self.sessions[max(position - 1, 0)] if self.sessions else None
+            self.show_session(left)
+
+    def set_extracted(self, session: Session, labels: NDArray[np.int32], used: BlockParameters) -> None:
+        """Take the blocks of an extraction; locked blocks stay as they are. Undoable after the first time."""
+        first = session.extraction is None
+        labels = _keep_locked(session.labels, labels, session.locked)
+        session.extraction = used
+        session.extracted = labels.copy()
+        if first:
+            session.labels[:] = labels
+        else:
+            self._replace(session, labels, "Extract blocks")
+
+    def replace_labels(self, labels: NDArray[np.int32], text: str) -> None:
+        """Take another label map for the present frame as one undoable step; locked blocks stay."""
+        self._replace(self.session, _keep_locked(self.session.labels, labels, self.session.locked), text)
+
+    def _replace(self, session: Session, labels: NDArray[np.int32], text: str) -> None:
+        patch = patch_between(session.labels, labels)
+        if patch is not None:
+            session.undo_stack.push(EditLabels(self, session, patch, text))
+
+    def edit_labels(self, patch: LabelPatch | None, text: str, done: bool = False) -> bool:
+        """Change the label map as one undoable step; False if there is nothing to change."""
+        if patch is None:
+            return False
+        self.session.undo_stack.push(EditLabels(self, self.session, patch, text, done))
+        return True
+
+    def edit_info(self, label: int, text: str, **changes: object) -> None:
+        """Rename, recolour or lock a block as one undoable step."""
+        self.session.undo_stack.push(EditInfo(self, self.session, label, text, **changes))
+
+    def set_visible(self, label: int, visible: bool) -> None:
+        """Show or hide a block in the overlay. A matter of view, so not undoable."""
+        self.session.change_info(label, visible=visible)
+        self.infos_changed.emit()
+
+    def select(self, labels: list[int]) -> None:
+        """Choose blocks; the first is the one that edits and curves are about."""
+        if self.has_session and labels != self.session.selected:
+            self.session.selected = labels
+            self.selection_changed.emit()
+
+    def store_results(self, session: Session, results: list[BlockResult]) -> None:
+        """Keep blocks' results."""
+        session.results.update({result.block.label: result for result in results})
+        session.exported = False
+        if session is self._session:
+            self.results_changed.emit()
+
+    def clear_results(self) -> None:
+        """Forget all results of the present frame."""
+        self.session.results.clear()
+        self.results_changed.emit()
+
+    def set_parameters(self, parameters: Parameters, label: int | None = None) -> None:
+        """Parameters of all blocks, or of one; a block whose own equal the common ones has none of its own."""
+        if label is None:
+            self.parameters = parameters
+        elif parameters == self.parameters:
+            self.session.block_parameters.pop(label, None)
+        else:
+            self.session.block_parameters[label] = parameters
+        self.parameters_changed.emit()
+
+    def note_labels_changed(self, session: Session, patch: LabelPatch) -> None:
+        """Called by commands after the label map has changed."""
+        if session is not self._session:
+            return
+        present = set(np.unique(patch.before)) | set(np.unique(patch.after))
+        gone = [label for label in session.selected if label in present and not (session.labels == label).any()]
+        self.labels_changed.emit(patch.box)
+        self.results_changed.emit()
+        if gone:
+            self.select([label for label in session.selected if label not in gone])
+
+    def note_infos_changed(self, session: Session) -> None:
+        """Called by commands after a name, colour or lock has changed."""
+        if session is self._session:
+            self.infos_changed.emit()
+
+    def _drop(self, session: Session) -> None:
+        self.sessions.remove(session)
+        self.undo_group.removeStack(session.undo_stack)
+
+
+def _keep_locked(present: NDArray[np.int32], labels: NDArray[np.int32], locked: frozenset[int]) -> NDArray[np.int32]:
+    """Another label map around the locked blocks, whose numbers the new blocks leave free."""
+    if not locked:
+        return labels
+    free = (number for number in itertools.count(1) if number not in locked)
+    numbers = np.array([0, *itertools.islice(free, int(labels.max()))], np.int32)
+    return np.where(np.isin(present, list(locked)), present, numbers[labels])

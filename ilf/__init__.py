@@ -1,0 +1,22 @@
+"""ILF Studio's library: complete the missing depth in RGB-D frames by iterative low-pass filtering."""
+
+from .completion import Completion, complete, iterate
+from .ebs import extract_blocks
+from .frame import CameraIntrinsics, RGBDFrame
+from .io import load_frame
+from .parameters import BlockParameters, Parameters, preset
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "BlockParameters",
+    "CameraIntrinsics",
+    "Completion",
+    "Parameters",
+    "RGBDFrame",
+    "complete",
+    "extract_blocks",
+    "iterate",
+    "load_frame",
+    "preset",
+]

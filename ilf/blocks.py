@@ -1,0 +1,59 @@
+"""An operation block, cut out of the label map."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import InputError
+
+Box = tuple[slice, slice]
+"""Rows and columns of a bounding box."""
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """One label's pixels on their bounding box.
+
+    Attributes
+    ----------
+    label : int
+        Value in the label map, > 0.
+    box : tuple of slice
+        Rows and columns of the bounding box in the frame.
+    mask : ndarray of bool, shape (h, w)
+        The block's pixels inside the box.
+    """
+
+    label: int
+    box: Box
+    mask: NDArray[np.bool_]
+
+
+def checked_labels(labels: NDArray[np.integer], shape: tuple[int, int]) -> NDArray[np.int32]:
+    """The label map as int32; raises InputError if it does not fit a frame of this shape (H, W)."""
+    array = np.asarray(labels)
+    if array.shape != shape:
+        raise InputError(
+            f"The label map has shape {array.shape}, but the frame is {shape[1]} x {shape[0]} pixels. "
+            "Use blocks that were extracted from this frame."
+        )
+    if array.dtype.kind not in "iu" or (array.size and (array.min() < 0 or array.max() > np.iinfo(np.int32).max)):
+        raise InputError("A label map holds whole numbers: 0 for no block, 1, 2, ... for blocks.")
+    return array.astype(np.int32, copy=False)
+
+
+def find_blocks(labels: NDArray[np.int32]) -> dict[int, Block]:
+    """All blocks of a label map, by label in rising order."""
+    from scipy.ndimage import find_objects
+
+    present, compact = np.unique(labels, return_inverse=True)
+    compact = compact.reshape(labels.shape)
+    offset = 0 if present.size and present[0] == 0 else 1
+    boxes = find_objects(compact + offset)
+    return {
+        int(label): Block(int(label), (rows, columns), labels[rows, columns] == label)
+        for label, (rows, columns) in zip(present[1 - offset :], boxes, strict=True)
+    }

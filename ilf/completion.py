@@ -1,0 +1,314 @@
+"""DICP's second half: frame + blocks + parameters -> completed depth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .blocks import Block, checked_labels, find_blocks
+from .errors import InputError
+from .filter.convergence import IterationRecord
+from .filter.iteration import BlockIteration
+from .frame import RGBDFrame
+from .parameters import Parameters, preset
+
+History = tuple[IterationRecord, ...]
+ParameterChoice = Parameters | Mapping[int, Parameters]
+
+
+class Status(StrEnum):
+    """How a block ended."""
+
+    COMPLETED = "completed"
+    ITERATION_LIMIT = "iteration limit"
+    NOT_RECOVERABLE = "not recoverable"
+    NOTHING_MISSING = "nothing missing"
+    CANCELLED = "cancelled"
+
+
+@dataclass(frozen=True)
+class BlockOutcome:
+    """What became of one block.
+
+    Attributes
+    ----------
+    label : int
+    status : Status
+    message : str
+        The reason in words, where there is one to give.
+    pixels, known, recovered : int
+        Pixels of the block, those with raw depth, and those that were missing and now have depth.
+    iterations, stages : int
+    sigma_i : float
+        Deviation of the last iteration [m], NaN where there was none.
+    """
+
+    label: int
+    status: Status
+    message: str
+    pixels: int
+    known: int
+    recovered: int = 0
+    iterations: int = 0
+    stages: int = 0
+    sigma_i: float = math.nan
+
+    @property
+    def defect_rate(self) -> float:
+        """Share of the block's pixels without raw depth, 0-1."""
+        return 1.0 - self.known / self.pixels
+
+
+@dataclass(frozen=True, eq=False)
+class BlockResult:
+    """One block's completed depth, with all that explains it.
+
+    Attributes
+    ----------
+    block : Block
+        The pixels, as they were when the block was run.
+    depth : ndarray of float32
+        Depth [m] at the block's pixels in the order of `block.mask`'s True values, NaN = still missing.
+    outcome : BlockOutcome
+    history : tuple of IterationRecord
+    parameters : Parameters
+    """
+
+    block: Block
+    depth: NDArray[np.float32]
+    outcome: BlockOutcome
+    history: History
+    parameters: Parameters
+
+
+@dataclass(frozen=True, eq=False)
+class Completion:
+    """A frame's completed depth.
+
+    Attributes
+    ----------
+    depth : ndarray of float32, shape (H, W)
+        Depth [m], NaN where it could not be recovered.
+    filled : ndarray of bool, shape (H, W)
+        Pixels that had no depth and now have.
+    results : dict
+        Block label -> BlockResult.
+    """
+
+    depth: NDArray[np.float32]
+    filled: NDArray[np.bool_]
+    results: dict[int, BlockResult]
+
+    @property
+    def history(self) -> dict[int, History]:
+        """Block label -> the record of every iteration."""
+        return {label: result.history for label, result in self.results.items()}
+
+    @property
+    def outcomes(self) -> dict[int, BlockOutcome]:
+        """Block label -> what became of the block."""
+        return {label: result.outcome for label, result in self.results.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class Progress:
+    """One step of a run: an iteration's record, or a block's result at its end."""
+
+    label: int
+    record: IterationRecord | None = None
+    result: BlockResult | None = None
+
+
+def compose(frame: RGBDFrame, results: Mapping[int, BlockResult]) -> Completion:
+    """The frame's depth with the blocks' results put in; pixels of no block keep their raw depth."""
+    depth = frame.depth.copy()
+    for result in results.values():
+        depth[result.block.box][result.block.mask] = result.depth
+    return Completion(depth, ~frame.known & np.isfinite(depth), dict(results))
+
+
+class CompletionRun(Iterator[Progress]):
+    """All blocks of a frame, one after the other, one iteration per `next()`.
+
+    Whoever drives it decides about pace, pause and cancelling; `results` holds the blocks done so far.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    labels : ndarray of int, shape (H, W)
+        Label map, 0 = no block.
+    parameters : Parameters or mapping of label to Parameters
+    only : iterable of int, optional
+        Run just these blocks.
+
+    Raises
+    ------
+    InputError
+        If the label map does not fit the frame, or a block has no parameters.
+    """
+
+    def __init__(
+        self,
+        frame: RGBDFrame,
+        labels: NDArray[np.integer],
+        parameters: ParameterChoice,
+        only: set[int] | None = None,
+    ) -> None:
+        self._frame = frame
+        blocks = find_blocks(checked_labels(labels, frame.shape))
+        self.blocks = {label: block for label, block in blocks.items() if only is None or label in only}
+        self.results: dict[int, BlockResult] = {}
+        self._parameters = {label: _parameters_for(parameters, label) for label in self.blocks}
+        self._steps = self._run()
+        self._live: tuple[Block, BlockIteration] | None = None
+
+    def __next__(self) -> Progress:
+        return next(self._steps)
+
+    def preview(self) -> tuple[Block, NDArray[np.float32]] | None:
+        """The running block and what its depth [m] would be if it stopped now; None between blocks."""
+        if self._live is None:
+            return None
+        block, iteration = self._live
+        mode = self._parameters[block.label].mode
+        return block, _block_depth(self._frame, block, iteration.surface, mode)
+
+    def _run(self) -> Iterator[Progress]:
+        for label, block in self.blocks.items():
+            parameters = self._parameters[label]
+            outcome = _refusal(self._frame, block, parameters)
+            depth = self._frame.depth[block.box][block.mask]
+            history: list[IterationRecord] = []
+            if outcome is None:
+                iteration = BlockIteration(self._frame, block, parameters)
+                self._live = block, iteration
+                for record in iteration:
+                    history.append(record)
+                    yield Progress(label, record=record)
+                self._live = None
+                completed = _block_depth(self._frame, block, iteration.surface, parameters.mode)
+                outcome = _outcome(block, depth, completed, history, iteration.settled)
+                depth = completed
+            result = BlockResult(block, depth, outcome, tuple(history), parameters)
+            self.results[label] = result
+            yield Progress(label, result=result)
+
+
+def complete(
+    frame: RGBDFrame,
+    blocks: NDArray[np.integer],
+    parameters: ParameterChoice | None = None,
+    *,
+    on_progress: Callable[[Progress], None] | None = None,
+) -> Completion:
+    """Complete the depth of all blocks of a frame by iterative low-pass filtering (section 3).
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    blocks : ndarray of int, shape (H, W)
+        Label map, 0 = no block.
+    parameters : Parameters or mapping of label to Parameters, optional
+        Preset "paper" if left out.
+    on_progress : callable, optional
+        Called with every `Progress`; raise `Cancelled` in it to stop.
+
+    Returns
+    -------
+    Completion
+        Blocks without enough known depth are reported in `outcomes` and stay missing.
+
+    Raises
+    ------
+    InputError
+        If the label map does not fit the frame.
+    """
+    run = CompletionRun(frame, blocks, preset() if parameters is None else parameters)
+    for progress in run:
+        if on_progress is not None:
+            on_progress(progress)
+    return compose(frame, run.results)
+
+
+def iterate(
+    frame: RGBDFrame, blocks: NDArray[np.integer], label: int, parameters: Parameters | None = None
+) -> BlockIteration:
+    """The stepper of one block: iterate over it for one record per iteration.
+
+    `surface` of the returned object is P_i at the block's pixels at any time.
+
+    Raises
+    ------
+    InputError
+        If there is no such block, or it has no known depth at all.
+    """
+    found = find_blocks(checked_labels(blocks, frame.shape))
+    if label not in found:
+        raise InputError(f"There is no block {label}. Blocks: {', '.join(map(str, found)) or 'none'}.")
+    block = found[label]
+    if not np.isfinite(frame.depth[block.box][block.mask]).any():
+        raise InputError(f"Block {label} has no known depth, so there is nothing to iterate on.")
+    return BlockIteration(frame, block, preset() if parameters is None else parameters)
+
+
+def _parameters_for(parameters: ParameterChoice, label: int) -> Parameters:
+    if isinstance(parameters, Parameters):
+        return parameters
+    if label not in parameters:
+        raise InputError(f"No parameters are given for block {label}.")
+    return parameters[label]
+
+
+def _refusal(frame: RGBDFrame, block: Block, parameters: Parameters) -> BlockOutcome | None:
+    """Why a block is not iterated on, or None if it is."""
+    pixels = int(np.count_nonzero(block.mask))
+    known = int(np.count_nonzero(np.isfinite(frame.depth[block.box][block.mask])))
+    if known == pixels and parameters.mode == "fill":
+        return BlockOutcome(block.label, Status.NOTHING_MISSING, "All depth is known.", pixels, known)
+    needed = max(parameters.min_known_pixels, math.ceil(parameters.min_known_share * pixels))
+    if known < min(needed, pixels):
+        message = (
+            f"{known} of {pixels} pixels have depth ({known / pixels:.1%}); at least {needed} are needed. "
+            "Merge it with a neighbour on the same surface, or lower the limits under Data."
+        )
+        return BlockOutcome(block.label, Status.NOT_RECOVERABLE, message, pixels, known)
+    return None
+
+
+def _block_depth(frame: RGBDFrame, block: Block, surface: NDArray[np.float64], mode: str) -> NDArray[np.float32]:
+    """Raw depth with P_i put in where it is depth at all (> 0): in the defective area, or all over the block."""
+    raw = frame.depth[block.box][block.mask]
+    replace = surface > 0
+    if mode == "fill":
+        replace &= np.isnan(raw)
+    return np.where(replace, surface, raw).astype(np.float32)
+
+
+def _outcome(
+    block: Block,
+    raw: NDArray[np.float32],
+    completed: NDArray[np.float32],
+    history: list[IterationRecord],
+    settled: bool,
+) -> BlockOutcome:
+    missing = np.isnan(raw)
+    left = int(np.count_nonzero(np.isnan(completed)))
+    message = "" if settled else f"Not steady after {len(history)} iterations."
+    if left:
+        message = f"{message} {left} pixels stay missing: the filter gave no positive depth there.".strip()
+    return BlockOutcome(
+        label=block.label,
+        status=Status.COMPLETED if settled else Status.ITERATION_LIMIT,
+        message=message,
+        pixels=raw.size,
+        known=raw.size - int(np.count_nonzero(missing)),
+        recovered=int(np.count_nonzero(missing)) - left,
+        iterations=len(history),
+        stages=history[-1].stage,
+        sigma_i=history[-1].sigma_i,
+    )

@@ -1,0 +1,143 @@
+"""Parameters declared once: range, unit, default, help and source stand beside the name.
+
+The form in the window, the flags of the command line, validation and every saved file read these
+declarations; nothing about a parameter is written anywhere else.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+from .errors import ParameterError
+
+Value = bool | int | float | str
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """What there is to know about one parameter.
+
+    Attributes
+    ----------
+    name : str
+        Name in code; the flag is the same with dashes.
+    default : bool, int, float or str
+        Its type is the parameter's type.
+    label, help : str
+        For people; `help` is one or two sentences.
+    group : str
+        Heading under which forms show it.
+    unit : str
+        "" where it has none.
+    minimum, maximum : float or None
+        Inclusive range of a number.
+    step : float
+        A sensible step for a spin box.
+    choices : tuple of str
+        The values that a text parameter may take.
+    special : str
+        What the minimum means where it is not a quantity ("auto").
+    source : str
+        Where it comes from: an equation or section of the paper, or the released code.
+    """
+
+    name: str
+    default: Value
+    label: str
+    help: str
+    group: str
+    unit: str = ""
+    minimum: float | None = None
+    maximum: float | None = None
+    step: float = 1.0
+    choices: tuple[str, ...] = ()
+    special: str = ""
+    source: str = ""
+
+    @property
+    def kind(self) -> type:
+        """bool, int, float or str."""
+        return type(self.default)
+
+    @property
+    def flag(self) -> str:
+        """Name on the command line."""
+        return "--" + self.name.replace("_", "-")
+
+    def checked(self, value: object) -> Value:
+        """`value` in the parameter's own type; raises ParameterError if it is of another kind or out of range."""
+        if self.choices:
+            if value not in self.choices:
+                raise ParameterError(f"{self.name} must be one of {', '.join(self.choices)}, not {value!r}.")
+            return str(value)
+        if self.kind is bool:
+            if not isinstance(value, bool):
+                raise ParameterError(f"{self.name} must be true or false, not {value!r}.")
+            return value
+        if isinstance(value, bool) or not hasattr(value, "__float__"):
+            raise ParameterError(f"{self.name} must be a number, not {value!r}.")
+        number = float(value)
+        if not math.isfinite(number) or (self.kind is int and number != int(number)):
+            wanted = "a whole number" if self.kind is int else "a finite number"
+            raise ParameterError(f"{self.name} must be {wanted}, not {value!r}.")
+        low = -math.inf if self.minimum is None else self.minimum
+        high = math.inf if self.maximum is None else self.maximum
+        if not low <= number <= high:
+            raise ParameterError(
+                f"{self.name} must lie between {low:g} and {high:g}{' ' + self.unit if self.unit else ''}, "
+                f"not {number:g}."
+            )
+        return int(number) if self.kind is int else number
+
+
+def declare(default: Value, label: str, help: str, group: str, **details: Any) -> Any:
+    """A dataclass field that carries its Declaration."""
+    return dataclasses.field(default=default, metadata={"declaration": (default, label, help, group, details)})
+
+
+@dataclass(frozen=True)
+class ParameterSet:
+    """Base of the parameter dataclasses: immutable plain data, checked when made."""
+
+    def __post_init__(self) -> None:
+        for name, declaration in self.declarations().items():
+            object.__setattr__(self, name, declaration.checked(getattr(self, name)))
+
+    @classmethod
+    def declarations(cls) -> dict[str, Declaration]:
+        """Name -> Declaration, in the order of the form."""
+        found = {}
+        for item in dataclasses.fields(cls):
+            default, label, text, group, details = item.metadata["declaration"]
+            found[item.name] = Declaration(item.name, default, label, text, group, **details)
+        return found
+
+    def replace(self, **changes: object) -> Self:
+        """A copy with other values.
+
+        Raises
+        ------
+        ParameterError
+            For an unknown name (with the nearest known one) or a value out of range.
+        """
+        known = self.declarations()
+        for name in changes:
+            if name not in known:
+                near = difflib.get_close_matches(name, known, 1)
+                hint = f" Did you mean {near[0]}?" if near else f" Known: {', '.join(known)}."
+                raise ParameterError(f"There is no parameter {name!r}.{hint}")
+        return dataclasses.replace(self, **changes)
+
+    def to_dict(self) -> dict[str, Value]:
+        """Name -> value, ready for JSON."""
+        return dataclasses.asdict(self)
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, object]) -> Self:
+        """Inverse of `to_dict`; names that are left out keep their defaults."""
+        return cls().replace(**values)

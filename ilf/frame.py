@@ -1,0 +1,155 @@
+"""The RGB-D frame: the one form in which colour and depth travel through the library."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import InputError
+
+MEDIAN_DEPTH_RANGE = (0.1, 50.0)
+"""Median depth [m] outside which a frame's depth scale is taken for a mistake."""
+
+
+@dataclass(frozen=True)
+class CameraIntrinsics:
+    """Pinhole intrinsics of the (registered) depth image, in pixels.
+
+    Parameters
+    ----------
+    fx, fy : float
+        Focal lengths [px].
+    cx, cy : float
+        Principal point [px], measured from the centre of the top left pixel.
+    name : str
+        Preset or file that the numbers came from; for display only.
+    """
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        numbers = (self.fx, self.fy, self.cx, self.cy)
+        if not all(np.isfinite(numbers)):
+            raise InputError(f"Camera intrinsics must be finite numbers, not {numbers}.")
+        if self.fx <= 0 or self.fy <= 0:
+            raise InputError(
+                f"Focal lengths must be positive pixels, not fx={self.fx:g}, fy={self.fy:g}. "
+                "Give intrinsics as fx,fy,cx,cy."
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class RGBDFrame:
+    """Registered colour and depth of one moment. Immutable: its arrays are read-only copies.
+
+    Parameters
+    ----------
+    rgb : array_like
+        Colour, uint8, shape (H, W, 3), red first.
+    depth : array_like
+        Depth [m], shape (H, W), any real type. NaN, infinite, zero and negative values all mean
+        *missing* and become NaN.
+    intrinsics : CameraIntrinsics, optional
+        Needed for point clouds only.
+    name : str
+        What to call the frame in lists and reports.
+    sources : dict
+        Provenance: role ("rgb", "depth", ...) -> file path, plus the reading options; filled by the readers.
+
+    Raises
+    ------
+    InputError
+        If shapes or types do not fit, no depth is known, or the median depth is outside 0.1-50 m.
+    """
+
+    rgb: NDArray[np.uint8]
+    depth: NDArray[np.float32]
+    intrinsics: CameraIntrinsics | None = None
+    name: str = "frame"
+    sources: dict[str, object] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rgb", _checked_rgb(self.rgb))
+        object.__setattr__(self, "depth", _checked_depth(self.depth))
+        if self.rgb.shape[:2] != self.depth.shape:
+            raise InputError(
+                f"Colour is {_size(self.rgb)} but depth is {_size(self.depth)}. "
+                "Both must show the same pixels: register and resize one to the other first."
+            )
+        check_depth_scale(self.depth)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width in pixels."""
+        return self.depth.shape[0], self.depth.shape[1]
+
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """Pixels with depth, bool (H, W)."""
+        return np.isfinite(self.depth)
+
+    @property
+    def missing_share(self) -> float:
+        """Share of pixels without depth, 0-1."""
+        return 1.0 - float(np.count_nonzero(self.known)) / self.depth.size
+
+
+def check_depth_scale(depth: NDArray[np.floating]) -> float:
+    """Median of the known depth [m]; raise InputError where there is none or it cannot be metres.
+
+    Parameters
+    ----------
+    depth : ndarray
+        Depth [m], NaN = missing.
+    """
+    known = depth[np.isfinite(depth)]
+    if known.size == 0:
+        raise InputError(
+            "The depth image has no known pixel (all are zero, negative or not finite). "
+            "Check that this is the raw depth file."
+        )
+    median = float(np.median(known))
+    low, high = MEDIAN_DEPTH_RANGE
+    if not low <= median <= high:
+        direction = "larger" if median > high else "smaller"
+        raise InputError(
+            f"The median depth would be {median:.4g} m, outside {low:g}-{high:g} m. "
+            f"The depth units are probably wrong: try a {direction} value of file units per metre "
+            "(1000 for millimetres, 5000 for TUM, 10000 for 0.1 mm, 1 for metres)."
+        )
+    return median
+
+
+def _checked_rgb(rgb: ArrayLike) -> NDArray[np.uint8]:
+    array = np.asarray(rgb)
+    if array.ndim != 3 or array.shape[2] != 3 or array.dtype != np.uint8:
+        raise InputError(f"Colour must be uint8 with shape (H, W, 3), not {array.dtype} with shape {array.shape}.")
+    return _frozen(array.copy())
+
+
+def _checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
+    array = np.asarray(depth)
+    if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "iuf":
+        raise InputError(
+            f"Depth must be one real number per pixel with shape (H, W), not {array.dtype} with shape {array.shape}."
+        )
+    with np.errstate(over="ignore"):
+        metres = array.astype(np.float32)
+    metres[~(np.isfinite(metres) & (metres > 0))] = np.nan
+    return _frozen(metres)
+
+
+def _frozen(array: NDArray[Any]) -> NDArray[Any]:
+    array.setflags(write=False)
+    return array
+
+
+def _size(array: NDArray[np.generic]) -> str:
+    return f"{array.shape[1]} x {array.shape[0]}"

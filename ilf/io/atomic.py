@@ -1,0 +1,58 @@
+"""Writing a file as a whole or not at all."""
+
+from __future__ import annotations
+
+import errno
+import os
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from ..errors import ExportError
+
+_WAYS_OUT = {
+    errno.ENOENT: "the folder does not exist. Create it first",
+    errno.ENOTDIR: "the folder does not exist. Create it first",
+    errno.EACCES: "writing is not permitted there. Choose another folder",
+    errno.EPERM: "writing is not permitted there. Choose another folder",
+    errno.EROFS: "the folder is read-only. Choose another folder",
+    errno.ENOSPC: "the disk is full. Free some space or choose another folder",
+    errno.EDQUOT: "the disk quota is used up. Free some space or choose another folder",
+    errno.EISDIR: "there is a folder of that name. Choose another name",
+}
+
+
+@contextmanager
+def atomic_path(target: str | os.PathLike[str]) -> Iterator[Path]:
+    """A temporary path beside `target` that takes its place when the block ends without an error.
+
+    The temporary file exists (empty) when the block starts, has the suffix of `target`, and is gone
+    afterwards. What the block wrote is on the disk before it replaces what was there.
+
+    Raises
+    ------
+    ExportError
+        For every OSError, in the block or here: missing or read-only folder, full disk. A file that was there
+        before is as it was.
+    """
+    final = Path(target).absolute()
+    temporary = final.with_name(f".ilf-{secrets.token_hex(8)}{final.suffix}")
+    try:
+        temporary.touch(exist_ok=False)
+        try:
+            yield temporary
+            with open(temporary, "rb+") as written:
+                os.fsync(written.fileno())
+            os.replace(temporary, final)
+        finally:
+            temporary.unlink(missing_ok=True)
+    except OSError as error:
+        reason = _WAYS_OUT.get(error.errno or 0, str(error))
+        raise ExportError(f"Could not write {target}: {reason}.") from error
+
+
+def write_bytes(target: str | os.PathLike[str], content: bytes) -> None:
+    """Write a whole file atomically; raises ExportError as `atomic_path` does."""
+    with atomic_path(target) as temporary:
+        temporary.write_bytes(content)

@@ -1,0 +1,215 @@
+"""Depth images: reading in the file's own units, and writing."""
+
+from __future__ import annotations
+
+import io
+import math
+import os
+import tokenize
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import ExportError, FormatError, ParameterError
+from .atomic import write_bytes
+from .files import existing_file
+from .images import check_pixel_count, encode_image, read_image
+
+DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
+"""Suffixes that `write_depth` knows."""
+
+_UINT16_MAX = 65535
+
+# whatever a header that is parsed as Python text can lead to
+_NPY_ERRORS = (
+    ValueError, TypeError, SyntaxError, ArithmeticError, OSError, EOFError, MemoryError, RecursionError,
+    tokenize.TokenError,
+)  # fmt: skip
+
+
+def read_depth_values(path: str | os.PathLike[str]) -> NDArray[Any]:
+    """Depth as the file has it: no unit conversion, nothing marked as missing yet.
+
+    Parameters
+    ----------
+    path : path-like
+        16-bit PNG or PGM, integer or floating-point TIFF, or NPY.
+
+    Returns
+    -------
+    ndarray
+        (H, W), integer of at least 16 bits or floating-point.
+
+    Raises
+    ------
+    InputError
+        If there is no such file.
+    FormatError
+        If it is damaged or holds something other than depth, such as a picture of depth.
+    """
+    is_npy = Path(path).suffix.lower() == ".npy"
+    values = _read_npy(path) if is_npy else read_image(path)
+    if values.dtype.kind in "iu" and values.dtype.itemsize == 1:
+        channels = f", {values.shape[2]} channels" if values.ndim == 3 else ""
+        raise FormatError(
+            f"{path}: this is a picture of depth (8-bit{channels}), not depth: export the raw 16-bit or "
+            "float depth with one channel. If it is the colour image, the two files were swapped."
+        )
+    if values.ndim != 2 or values.size == 0:
+        raise FormatError(
+            f"{path}: depth must have one value per pixel, shape (H, W), but this has shape {values.shape}. "
+            "Export one channel of raw depth."
+        )
+    if values.dtype.kind not in "iuf":
+        raise FormatError(f"{path}: depth must be real numbers, not {values.dtype}. Save it as float32 metres.")
+    return values
+
+
+def default_depth_units(values: NDArray[Any]) -> float:
+    """File units per metre to assume where nobody says: 1000 (millimetres) for integers, 1 for floats."""
+    return 1000.0 if values.dtype.kind in "iu" else 1.0
+
+
+def depth_in_metres(values: NDArray[Any], depth_units: float | None = None) -> NDArray[np.float32]:
+    """File values as depth [m], float32 (H, W); zero, negative and not finite values become NaN.
+
+    Parameters
+    ----------
+    values : ndarray
+        From `read_depth_values`.
+    depth_units : float, optional
+        File units per metre; None takes `default_depth_units`.
+
+    Raises
+    ------
+    ParameterError
+        If `depth_units` is not a positive number.
+    """
+    units = checked_units(default_depth_units(values) if depth_units is None else depth_units)
+    with np.errstate(all="ignore"):
+        return _with_missing((values.astype(np.float64) / units).astype(np.float32))
+
+
+def median_depth(values: NDArray[Any], depth_units: float | None = None) -> float:
+    """Median of the known depth [m] that a depth scale makes of a file; NaN if nothing is known.
+
+    Never complains about the scale: it is there to show what a scale would do while it is being chosen.
+    A scale that is not a positive number gives NaN too.
+
+    Parameters
+    ----------
+    values : ndarray
+        From `read_depth_values`.
+    depth_units : float, optional
+        File units per metre; None takes `default_depth_units`.
+    """
+    try:
+        metres = depth_in_metres(values, depth_units)
+    except ParameterError:
+        return math.nan
+    known = metres[np.isfinite(metres)]
+    return float(np.median(known)) if known.size else math.nan
+
+
+def write_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1000.0) -> list[str]:
+    """Write depth atomically, in the format that the suffix names.
+
+    Parameters
+    ----------
+    path : path-like
+        .png: uint16 in file units, rounded, 0 = missing. .tif, .tiff, .npy: float32 [m], NaN = missing.
+    depth : array_like
+        Depth [m], (H, W); what is not finite and positive is missing.
+    units : float
+        File units per metre, for .png only.
+
+    Returns
+    -------
+    list of str
+        Warnings: what did not fit into 16 bits, and what to do about it. Empty if all is well.
+
+    Raises
+    ------
+    ExportError
+        For another suffix or shape, or if the file cannot be written.
+    ParameterError
+        If `units` is not a positive number.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in DEPTH_SUFFIXES:
+        raise ExportError(f"Depth cannot be written as {str(path)!r}: use one of {', '.join(DEPTH_SUFFIXES)}.")
+    metres = _with_missing(np.array(depth, np.float32))
+    if metres.ndim != 2 or metres.size == 0:
+        raise ExportError(f"Depth must have shape (H, W) to be written, not {metres.shape}.")
+    if suffix == ".png":
+        image, warnings = _as_uint16(metres, checked_units(units))
+        write_bytes(path, encode_image(suffix, image))
+        return warnings
+    if suffix == ".npy":
+        content = io.BytesIO()
+        np.save(content, metres.astype("<f4"))
+        write_bytes(path, content.getvalue())
+    else:
+        write_bytes(path, encode_image(suffix, metres))
+    return []
+
+
+def checked_units(units: object) -> float:
+    """File units per metre as float; raises ParameterError unless positive and finite."""
+    if isinstance(units, bool) or not isinstance(units, int | float | np.integer | np.floating):
+        raise ParameterError(f"Depth units must be a number of file units per metre, not {units!r:.60}.")
+    try:
+        number = float(units)
+    except OverflowError:
+        number = math.inf
+    if not (math.isfinite(number) and number > 0):
+        raise ParameterError(
+            f"Depth units must be a positive number of file units per metre (1000 for millimetres), not {number:g}."
+        )
+    return number
+
+
+def _with_missing(metres: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Mark, in place, what is not finite and positive as missing."""
+    metres[~(np.isfinite(metres) & (metres > 0))] = np.nan
+    return metres
+
+
+def _as_uint16(metres: NDArray[np.float32], units: float) -> tuple[NDArray[np.uint16], list[str]]:
+    values = np.rint(metres.astype(np.float64) * units)
+    too_far, too_near = values > _UINT16_MAX, values == 0
+    warnings = []
+    if too_far.any():
+        deepest = float(np.nanmax(metres))
+        largest = _UINT16_MAX / deepest if deepest > _UINT16_MAX else _UINT16_MAX // deepest
+        warnings.append(
+            f"{np.count_nonzero(too_far)} pixels are deeper than {_UINT16_MAX / units:.4g} m, the most that "
+            f"16 bits hold at {units:g} units per metre, and were clipped. At most {largest:.6g} units per "
+            f"metre would fit {deepest:.4g} m; or write TIFF or NPY."
+        )
+    if too_near.any():
+        warnings.append(
+            f"{np.count_nonzero(too_near)} pixels are nearer than half a unit at {units:g} units per metre, "
+            "were rounded to 0 and will read as missing. Use more units per metre; or write TIFF or NPY."
+        )
+    return np.nan_to_num(np.minimum(values, _UINT16_MAX), nan=0.0).astype(np.uint16), warnings
+
+
+def _read_npy(path: str | os.PathLike[str]) -> NDArray[Any]:
+    file = existing_file(path)
+    try:
+        with open(file, "rb") as stream:
+            # np.load would otherwise go on to try archives and pickles
+            np.lib.format.read_magic(stream)
+        # mapped, so that a header that asks for too much meets the true file size before any memory is taken
+        mapped = np.load(file, mmap_mode="r", allow_pickle=False)
+    except _NPY_ERRORS as error:
+        raise FormatError(
+            f"{file}: this NPY cannot be read ({error!s:.120}): it is truncated, damaged, or holds Python "
+            "objects. Save a plain float32 or uint16 array with numpy.save."
+        ) from error
+    if mapped.ndim >= 2:
+        check_pixel_count(file, mapped.shape[1], mapped.shape[0])
+    return np.array(mapped)

@@ -1,0 +1,74 @@
+"""Whole files in, with one clear message for everything that can be wrong with a path."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import FormatError, InputError
+
+MAX_FILE_BYTES = 2**30
+"""Larger files cannot be frames of a size that this library takes."""
+
+
+def existing_file(path: str | os.PathLike[str]) -> Path:
+    """The absolute path of a plain file that is there, is not empty and is not absurdly large.
+
+    Raises
+    ------
+    InputError
+        If it is not.
+    """
+    try:
+        found = Path(path).absolute()
+        if not found.exists():
+            raise InputError(f"{found}: there is no such file. Check the name.")
+        if found.is_dir():
+            raise InputError(f"{found} is a folder, not a file. Name the file in it.")
+        if not found.is_file():
+            raise InputError(f"{found} is a device or a pipe, not a file. Copy its content into a file first.")
+        size = found.stat().st_size
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path!s:.200}: cannot be read ({error}). Check the name and its permissions.") from error
+    if size == 0:
+        raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")
+    if size > MAX_FILE_BYTES:
+        raise FormatError(f"{found} has {size / 2**30:.1f} GiB; frames have at most 1 GiB. Is this the right file?")
+    return found
+
+
+def read_bytes(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
+    """The content of a file, uint8 (N,).
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it cannot be read, or it is empty.
+    """
+    found = existing_file(path)
+    try:
+        return np.fromfile(found, np.uint8)
+    except OSError as error:
+        raise InputError(f"{found}: cannot be read ({error.strerror}). Check its permissions.") from error
+
+
+def read_json(path: str | os.PathLike[str]) -> Any:
+    """The content of a JSON file.
+
+    Raises
+    ------
+    InputError
+        If there is no such file or it cannot be read.
+    FormatError
+        If it is not JSON.
+    """
+    content = read_bytes(path).tobytes()
+    try:
+        return json.loads(content)
+    except (ValueError, RecursionError) as error:
+        raise FormatError(f"{Path(path).absolute()} is not valid JSON ({error}). Correct or re-export it.") from error

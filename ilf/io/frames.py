@@ -1,0 +1,201 @@
+"""Colour + depth files, or a folder that holds both, -> RGBDFrame."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..camera import IntrinsicsSpec, intrinsics_from
+from ..errors import FormatError, InputError, ParameterError
+from ..frame import CameraIntrinsics, RGBDFrame
+from .depth_files import checked_units, default_depth_units, depth_in_metres, read_depth_values
+from .files import read_json
+from .images import read_colour
+
+META_NAME = "meta.json"
+COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
+DEPTH_FILE_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy")
+
+# file names that say nothing about the frame: its folder's name is used instead
+_PLAIN_NAMES = frozenset({"rgb", "color", "colour", "image"})
+
+
+@dataclass(frozen=True)
+class FrameFiles:
+    """The files of a frame, and what is known about them before they are read.
+
+    Attributes
+    ----------
+    rgb, depth : Path
+        Absolute paths.
+    depth_units : float or None
+        File units per metre, if stated.
+    intrinsics : CameraIntrinsics or None
+    size : (int, int) or None
+        Width and height that both images should have, if stated.
+    name : str
+    """
+
+    rgb: Path
+    depth: Path
+    depth_units: float | None
+    intrinsics: CameraIntrinsics | None
+    size: tuple[int, int] | None
+    name: str
+
+
+def load_frame(
+    rgb: str | os.PathLike[str],
+    depth: str | os.PathLike[str] | None = None,
+    *,
+    depth_units: float | None = None,
+    intrinsics: IntrinsicsSpec | None = None,
+    name: str | None = None,
+) -> RGBDFrame:
+    """Read a registered RGB-D frame.
+
+    Parameters
+    ----------
+    rgb : path-like
+        Colour PNG, JPEG or TIFF; or, without `depth`, a folder with meta.json, a colour image `rgb.*` and
+        depth `depth.*`.
+    depth : path-like, optional
+        Depth as 16-bit PNG, 16-bit or float TIFF, 16-bit PGM, or NPY.
+    depth_units : float, optional
+        File units per metre. None takes what meta.json says; for two files 1000 if they hold integers
+        and 1 if they hold floats.
+    intrinsics : optional
+        Anything that `ilf.camera.intrinsics_from` takes; it goes before what meta.json says.
+    name : str, optional
+        What to call the frame; None takes it from meta.json or the file names.
+
+    Returns
+    -------
+    RGBDFrame
+        Its `sources` hold "rgb" and "depth" (absolute paths), "depth_units" and "intrinsics" (fx, fy, cx,
+        cy or None): what it takes to read the same frame again.
+
+    Raises
+    ------
+    InputError
+        If a file is missing, the sizes differ, no depth is known, or the depth scale is absurd.
+    FormatError
+        If a file is damaged or holds something other than its role asks for.
+    ParameterError
+        If `depth_units` is not a positive number.
+    """
+    if depth is not None:
+        files = _two_files(Path(rgb), Path(depth))
+    elif Path(rgb).is_dir():
+        files = frame_folder(rgb)
+        if files.depth_units is None and depth_units is None:
+            raise FormatError(
+                f"{Path(rgb) / META_NAME} has no depth_units_per_m: add the file units per metre (1000 for "
+                "millimetres), or give depth units."
+            )
+    else:
+        raise InputError(
+            f"{rgb}: a frame needs a depth image beside its colour image. Give both files, or one folder "
+            f"that has {META_NAME} in it."
+        )
+    colour, values = read_colour(files.rgb), read_depth_values(files.depth)
+    if colour.shape[:2] != values.shape:
+        raise InputError(
+            f"{files.rgb} is {_size(colour)} but {files.depth} is {_size(values)}. Both must show the same "
+            "pixels: register and resize one to the other first."
+        )
+    if files.size not in {None, (values.shape[1], values.shape[0])}:
+        raise FormatError(
+            f"{files.rgb.with_name(META_NAME)} says {files.size} pixels, but the images are {_size(values)}. "
+            "Correct its size, or load the two files by themselves."
+        )
+    units = next((u for u in (depth_units, files.depth_units) if u is not None), default_depth_units(values))
+    units = checked_units(units)
+    camera = intrinsics_from(intrinsics, values.shape) or files.intrinsics
+    try:
+        return RGBDFrame(
+            rgb=colour,
+            depth=depth_in_metres(values, units),
+            intrinsics=camera,
+            name=name or files.name,
+            sources={
+                "rgb": str(files.rgb),
+                "depth": str(files.depth),
+                "depth_units": units,
+                "intrinsics": None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy],
+            },
+        )
+    except InputError as error:
+        raise InputError(f"{files.depth}: {error}") from error
+
+
+def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
+    """What a frame folder's meta.json says, without reading the images.
+
+    Parameters
+    ----------
+    folder : path-like
+        Holds meta.json with the optional keys `name`, `size` [width, height], `depth_units_per_m` and `K`
+        [fx, fy, cx, cy], and the images `rgb.*` and `depth.*`.
+
+    Raises
+    ------
+    InputError
+        If meta.json or one of the images is not there.
+    FormatError
+        If meta.json is not JSON or has values of the wrong kind.
+    """
+    root = Path(folder).absolute()
+    meta_path = root / META_NAME
+    if not meta_path.is_file():
+        raise InputError(f"{root} has no {META_NAME}. Give the colour and the depth file by themselves.")
+    meta = read_json(meta_path)
+    if not isinstance(meta, dict):
+        raise FormatError(f"{meta_path} must hold a JSON object with size, depth_units_per_m and K.")
+    try:
+        units = meta.get("depth_units_per_m")
+        units = None if units is None else checked_units(units)
+        camera = None if meta.get("K") is None else intrinsics_from({"K": meta["K"]})
+        size, name = _meta_size(meta.get("size")), meta.get("name") or root.name
+        if not isinstance(name, str):
+            raise InputError(f"name must be text, not {name!r:.60}.")
+    except (InputError, ParameterError) as error:
+        raise FormatError(f"{meta_path}: {error}") from error
+    rgb = _image_in(root, "rgb", COLOUR_SUFFIXES, "")
+    hint = ""
+    if (root / "gt.png").is_file():
+        hint = (
+            f" To use gt.png as depth, load {rgb.name} and gt.png as two files"
+            f" with depth units {meta.get('gt_units_per_m')}."
+        )
+    depth = _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint)
+    return FrameFiles(rgb, depth, units, camera, size, name)
+
+
+def _two_files(rgb: Path, depth: Path) -> FrameFiles:
+    rgb, depth = rgb.absolute(), depth.absolute()
+    name = rgb.parent.name if rgb.stem.lower() in _PLAIN_NAMES and rgb.parent.name else rgb.stem
+    return FrameFiles(rgb, depth, None, None, None, name)
+
+
+def _image_in(root: Path, stem: str, suffixes: tuple[str, ...], hint: str) -> Path:
+    for suffix in suffixes:
+        if (root / (stem + suffix)).is_file():
+            return root / (stem + suffix)
+    others = ", ".join(sorted(entry.name for entry in root.iterdir() if entry.name != META_NAME)) or "nothing else"
+    what = "raw depth" if stem == "depth" else "colour image"
+    raise InputError(f"{root} has no {what} ({stem}{suffixes[0]}); it holds {others}.{hint}")
+
+
+def _meta_size(size: Any) -> tuple[int, int] | None:
+    if size is None:
+        return None
+    if not (isinstance(size, list) and len(size) == 2 and all(type(number) is int for number in size)):
+        raise InputError(f"size must be [width, height] in whole pixels, not {size!r:.60}.")
+    return size[0], size[1]
+
+
+def _size(array: Any) -> str:
+    return f"{array.shape[1]} x {array.shape[0]}"

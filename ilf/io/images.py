@@ -1,0 +1,110 @@
+"""Image files -> arrays exactly as they are stored."""
+
+from __future__ import annotations
+
+import os
+import threading
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import FormatError
+from .files import read_bytes
+from .headers import image_header
+
+MAX_PIXELS = 100_000_000
+"""Larger images are refused before they are decoded."""
+
+# the decoder's log level belongs to the whole process
+_decoding = threading.Lock()
+
+
+def read_image(path: str | os.PathLike[str]) -> NDArray[Any]:
+    """Pixels of a PNG, JPEG, TIFF, PGM or PPM file as stored, never rotated.
+
+    Orientation tags are ignored: turning one image of a registered pair would part it from the other.
+
+    Returns
+    -------
+    ndarray
+        (H, W), or (H, W, channels) with blue first; any dtype that the format holds.
+
+    Raises
+    ------
+    InputError
+        If there is no such file.
+    FormatError
+        If it is truncated, damaged, of another format, or has more than `MAX_PIXELS` pixels.
+    """
+    data = read_bytes(path)
+    try:
+        header = image_header(data.tobytes())
+    except FormatError as error:
+        raise FormatError(f"{path}: {error}. Copy or export it again, as PNG or TIFF.") from error
+    check_pixel_count(path, header.width, header.height)
+    if header.orientation_at is not None:
+        # the TIFF decoder turns the image whatever its flags say; both bytes, for either byte order
+        big_endian = data[0] == ord("M")
+        data[header.orientation_at : header.orientation_at + 2] = (0, 1) if big_endian else (1, 0)
+    image = _decoded(data)
+    if image is None or image.shape[:2] != (header.height, header.width):
+        raise FormatError(
+            f"{path}: this {header.kind} cannot be decoded: it is truncated, damaged, or of a rare kind. "
+            "Copy or export it again, as PNG or TIFF."
+        )
+    return image
+
+
+def read_colour(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
+    """Colour image as uint8 (H, W, 3), red first.
+
+    16-bit values are scaled to 8 bits (65535 -> 255), grey is repeated in all channels, alpha is dropped.
+
+    Raises
+    ------
+    InputError, FormatError
+        As `read_image`; FormatError also for floating-point or signed images.
+    """
+    image = read_image(path)
+    if image.dtype == np.uint16:
+        image = ((image.astype(np.uint32) + 128) // 257).astype(np.uint8)
+    if image.dtype != np.uint8:
+        raise FormatError(
+            f"{path}: colour must have 8 or 16 bits per channel, this has {image.dtype} values. "
+            "If this is the depth, colour and depth were given in the wrong order."
+        )
+    if image.ndim == 2:
+        image = image[..., None]
+    if image.shape[2] not in {1, 3, 4}:
+        raise FormatError(f"{path}: colour must have 1, 3 or 4 channels, not {image.shape[2]}. Export it as RGB.")
+    blue_first = image[..., :3]
+    return np.ascontiguousarray(np.broadcast_to(blue_first[..., ::-1], (*image.shape[:2], 3)))
+
+
+def check_pixel_count(path: str | os.PathLike[str], width: int, height: int) -> None:
+    """Raise FormatError for an image that is too large to work with."""
+    if width * height > MAX_PIXELS:
+        raise FormatError(
+            f"{path} says it has {width} x {height} pixels; at most {MAX_PIXELS // 10**6} megapixels are "
+            "supported. Resize or crop it first."
+        )
+
+
+def encode_image(suffix: str, image: NDArray[Any]) -> bytes:
+    """Image file content in the format of `suffix` (".png", ".tif"); the same bytes for the same pixels."""
+    return cv2.imencode(suffix, image)[1].tobytes()
+
+
+def _decoded(data: NDArray[np.uint8]) -> NDArray[Any] | None:
+    """What the decoder makes of `data`; None where it fails, without its chatter on stderr."""
+    with _decoding:
+        level = cv2.utils.logging.getLogLevel()
+        cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+        try:
+            return cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+        except cv2.error:
+            return None
+        finally:
+            cv2.utils.logging.setLogLevel(level)

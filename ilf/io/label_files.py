@@ -1,0 +1,70 @@
+"""Label maps as 16-bit PNG."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import ExportError, FormatError, InputError
+from .atomic import write_bytes
+from .images import encode_image, read_image
+
+
+def write_labels(path: str | os.PathLike[str], labels: ArrayLike) -> None:
+    """Write a label map atomically.
+
+    Parameters
+    ----------
+    path : path-like
+        Must end in .png.
+    labels : array_like
+        Integers 0-65535, (H, W); 0 = no block.
+
+    Raises
+    ------
+    ExportError
+        If the labels do not fit into 16 bits or the file cannot be written.
+    """
+    array = np.asarray(labels)
+    if Path(path).suffix.lower() != ".png":
+        raise ExportError(f"Labels cannot be written as {str(path)!r}: use .png.")
+    if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "iu":
+        raise ExportError(f"Labels must be whole numbers with shape (H, W), not {array.dtype} {array.shape}.")
+    if array.min() < 0 or array.max() > 65535:
+        raise ExportError(
+            f"Labels must lie between 0 and 65535 to be written, not {array.min()} to {array.max()}. Renumber them."
+        )
+    write_bytes(path, encode_image(".png", array.astype(np.uint16)))
+
+
+def read_labels(path: str | os.PathLike[str], shape: tuple[int, int] | None = None) -> NDArray[np.int32]:
+    """Label map of a PNG with 8 or 16 bits, int32 (H, W); 0 = no block.
+
+    Parameters
+    ----------
+    path : path-like
+    shape : (int, int), optional
+        (H, W) that it must have.
+
+    Raises
+    ------
+    InputError
+        If there is no such file or its size differs from `shape`.
+    FormatError
+        If it is damaged or no label map.
+    """
+    image = read_image(path)
+    if image.ndim != 2 or image.dtype.kind != "u" or image.dtype.itemsize > 2:
+        raise FormatError(
+            f"{path}: a label map must have one channel with 8 or 16 bits, not {image.dtype} {image.shape}. "
+            "Export the labels themselves, not a coloured picture of them."
+        )
+    if shape is not None and image.shape != shape:
+        raise InputError(
+            f"{path}: the label map is {image.shape[1]} x {image.shape[0]}, the frame {shape[1]} x "
+            f"{shape[0]}. Use the label map of this frame."
+        )
+    return image.astype(np.int32)

@@ -1,0 +1,162 @@
+"""The parameters of EBS and of ILF, and the presets. Plain data: nothing here computes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .declarations import ParameterSet, declare
+from .errors import ParameterError
+
+_EDGES, _AREAS = "Edges", "Blocks"
+_OUTPUT, _SCHEDULE, _STOP, _COLOUR, _DATA = "Output", "Pass band", "Stopping", "Colour", "Data"
+
+
+@dataclass(frozen=True)
+class BlockParameters(ParameterSet):
+    """Parameters of EBS, the extraction of boundaries and surfaces. Lengths in pixels of the frame."""
+
+    canny_sigma: float = declare(
+        1.5, "Smoothing", "Gaussian blur of the colour image before Canny looks for edges.", _EDGES,
+        unit="px", minimum=0.0, maximum=10.0, step=0.1, source="section 2",
+    )  # fmt: skip
+    canny_high: float = declare(
+        0.0, "Canny threshold", "Gradient above which an edge starts, as a share of the strongest. "
+        "'auto' takes it from the image by Otsu's rule.", _EDGES,
+        minimum=0.0, maximum=1.0, step=0.01, special="auto", source="section 2",
+    )  # fmt: skip
+    canny_low_ratio: float = declare(
+        0.4, "Canny low / high", "An edge that has started goes on while the gradient is above this share "
+        "of the threshold.", _EDGES, minimum=0.05, maximum=1.0, step=0.05, source="section 2",
+    )  # fmt: skip
+    use_depth: bool = declare(
+        True, "Depth jumps are edges", "Discontinuities of the known depth join the colour edges.", _EDGES,
+        source="section 2: EBS takes colour and depth",
+    )  # fmt: skip
+    depth_jump: float = declare(
+        0.04, "Jump, at least", "Smallest difference between neighbours that counts as a depth jump.", _EDGES,
+        unit="m", minimum=0.001, maximum=5.0, step=0.01,
+    )  # fmt: skip
+    depth_jump_share: float = declare(
+        0.04, "Jump, share of depth", "The same, as a share of the depth itself; the larger of the two counts.",
+        _EDGES, minimum=0.0, maximum=1.0, step=0.01,
+    )  # fmt: skip
+    dilation: int = declare(
+        3, "Dilation", "Radius by which edges are dilated until boundaries are watertight.", _AREAS,
+        unit="px", minimum=0, maximum=50, source="section 2",
+    )  # fmt: skip
+    min_size: float = declare(
+        0.4, "Smallest block", "Regions below this share of the frame are not blocks of their own; "
+        "their neighbours take them in.", _AREAS,
+        unit="% of frame", minimum=0.0, maximum=50.0, step=0.1, source="section 2; released code: 1.14 %",
+    )  # fmt: skip
+    min_known_share: float = declare(
+        0.05, "Known share, at least", "Regions where a smaller share of the pixels has depth are not blocks of their "
+        "own; their neighbours take them in.", _AREAS, minimum=0.0, maximum=1.0, step=0.01,
+        source="section 2: existence rate; released code: 0.52",
+    )  # fmt: skip
+    margin: int = declare(
+        -1, "Margin", "Width of the frame's rim that belongs to no block. 'auto' finds the white border "
+        "of NYU images.", _AREAS, unit="px", minimum=-1, maximum=500, special="auto",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Parameters(ParameterSet):
+    """Parameters of ILF, the iterative low-pass filter. Defaults are those of the paper's text."""
+
+    mode: str = declare(
+        "fill", "Mode", "fill: only missing pixels change. fill+denoise: the whole block takes the filtered depth.",
+        _OUTPUT, choices=("fill", "fill+denoise"), source="section 3; released code fills",
+    )  # fmt: skip
+    centred: bool = declare(
+        False, "Subtract mean depth", "Filter the deviation from the mean known depth, so the hole need not be "
+        "lifted from 0 m.", _OUTPUT, source="not in the paper",
+    )  # fmt: skip
+    schedule: str = declare(
+        "staged", "Schedule", "staged: enlarge the pass band whenever the iteration is steady. "
+        "linear: enlarge it a little at every iteration.", _SCHEDULE,
+        choices=("staged", "linear"), source="staged: text; linear: released code",
+    )  # fmt: skip
+    staged_start: float = declare(
+        0.0, "Staged start", "First cut-off frequency of the staged schedule, in basebands (1 / longest length of "
+        "the block); 0 lets only the mean through.", _SCHEDULE,
+        unit="basebands", minimum=0.0, maximum=50.0, step=0.5, source="section 3; value not given",
+    )  # fmt: skip
+    stage_step: float = declare(
+        0.5, "Stage step", "How much every stage of the staged schedule adds to the cut-off frequency.",
+        _SCHEDULE, unit="basebands", minimum=0.05, maximum=50.0, step=0.1, source="section 3; value not given",
+    )  # fmt: skip
+    linear_start: float = declare(
+        0.5, "Linear start", "First radius of the linear schedule, in cycles per side of the block.", _SCHEDULE,
+        unit="cycles", minimum=0.0, maximum=50.0, step=0.1, source="released code",
+    )  # fmt: skip
+    shortest_wavelength: float = declare(
+        15.0, "Shortest wavelength", "Where the pass band stops growing: the shortest wave it lets through.",
+        _SCHEDULE, unit="px", minimum=2.0, maximum=2000.0, source="released code",
+    )  # fmt: skip
+    padding: float = declare(
+        2.0, "Padding", "Side of the zero-padded grid, in sides of the block's bounding box.", _SCHEDULE,
+        unit="x", minimum=1.0, maximum=4.0, step=0.25, source="section 3",
+    )  # fmt: skip
+    s_criteria: float = declare(
+        0.005, "S_criteria", "The iteration is steady when sigma_i falls below this.", _STOP,
+        unit="m", minimum=0.0, maximum=1.0, step=0.001, source="Eq. (1)",
+    )  # fmt: skip
+    stop_when_steady: bool = declare(
+        True, "Stop when steady", "Stop as soon as the iteration is steady and the pass band has reached its last "
+        "radius; otherwise always run all iterations.", _STOP, source="Eq. (1); released code: off",
+    )  # fmt: skip
+    max_iterations: int = declare(
+        1500, "Iterations, at most", "Upper limit of the iteration count; the linear schedule reaches its last "
+        "radius there.", _STOP, minimum=1, maximum=100_000, step=100, source="section 3",
+    )  # fmt: skip
+    rgb_iterations: int = declare(
+        150, "Colour-weighted iterations", "For so many iterations the block's colour spectrum weights the filter; "
+        "0 switches it off.", _COLOUR, minimum=0, maximum=100_000, step=10, source="section 3: at most 150",
+    )  # fmt: skip
+    rgb_dilation: int = declare(
+        3, "Spectrum dilation", "Radius of the disk that dilates the colour spectrum.", _COLOUR,
+        unit="samples", minimum=0, maximum=50, source="released code",
+    )  # fmt: skip
+    min_known_share: float = declare(
+        0.02, "Known share, at least", "A block with a smaller share of known depth is reported as not recoverable "
+        "and stays missing.", _DATA, minimum=0.0, maximum=1.0, step=0.01,
+    )  # fmt: skip
+    min_known_pixels: int = declare(
+        30, "Known pixels, at least", "A block with fewer known pixels is reported as not recoverable and stays "
+        "missing.", _DATA, unit="px", minimum=1, maximum=1_000_000,
+    )  # fmt: skip
+
+
+PRESETS: dict[str, Parameters] = {
+    "paper": Parameters(),
+    "released-code": Parameters(schedule="linear", stop_when_steady=False, rgb_iterations=99),
+}
+"""Name -> parameters. `paper` follows the text, `released-code` the authors' MATLAB program."""
+
+DEFAULT_PRESET = "paper"
+
+
+def preset(name: str = DEFAULT_PRESET, **changes: object) -> Parameters:
+    """Parameters by preset name, with any of them changed.
+
+    Parameters
+    ----------
+    name : str
+        "paper" (staged schedule, stop when steady) or "released-code" (linear schedule, always 1500 iterations).
+    **changes
+        Any parameter by name.
+
+    Raises
+    ------
+    ParameterError
+        For an unknown preset or parameter, or a value out of range.
+
+    Examples
+    --------
+    >>> preset("released-code", rgb_iterations=0, mode="fill+denoise").rgb_iterations
+    0
+    """
+    if name not in PRESETS:
+        raise ParameterError(f"There is no preset {name!r}. Known: {', '.join(PRESETS)}.")
+    return PRESETS[name].replace(**changes)

@@ -1,0 +1,71 @@
+"""Every test: offscreen Qt, settings of its own, nothing left running."""
+
+from __future__ import annotations
+
+import gc
+import os
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+import numpy as np
+import pytest
+
+from ilf.frame import CameraIntrinsics, RGBDFrame
+
+
+@pytest.fixture(autouse=True)
+def isolated_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Settings go to a folder of the test's own."""
+    from PySide6.QtCore import QCoreApplication, QSettings
+
+    QCoreApplication.setOrganizationName("ILF Studio")
+    QCoreApplication.setApplicationName("ilf-studio-tests")
+    QSettings.setDefaultFormat(QSettings.Format.IniFormat)
+    QSettings.setPath(QSettings.Format.IniFormat, QSettings.Scope.UserScope, str(tmp_path / "settings"))
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+
+
+@pytest.fixture(autouse=True)
+def nothing_left_running() -> Iterator[None]:
+    """Threads and timers that a test started must have ended when it ends."""
+    before = set(threading.enumerate())
+    yield
+    left = [thread for thread in threading.enumerate() if thread not in before and thread.name.startswith("ilf")]
+    assert not left, f"threads left running: {left}"
+    from PySide6.QtCore import QCoreApplication, QTimer
+
+    if QCoreApplication.instance() is None:
+        return
+    gc.collect()
+    timers = [item for item in gc.get_objects() if isinstance(item, QTimer) and _is_active(item)]
+    assert not timers, f"timers left running: {[timer.parent() for timer in timers]}"
+
+
+def _is_active(timer: object) -> bool:
+    try:
+        return bool(timer.isActive())  # type: ignore[attr-defined]
+    except RuntimeError:  # its C++ part is gone
+        return False
+
+
+@pytest.fixture
+def small_frame() -> RGBDFrame:
+    """48 x 64: two slanted planes that meet in a colour edge and a depth jump, with a hole in each."""
+    rows, columns = np.mgrid[:48, :64]
+    left = columns < 30
+    depth = np.where(left, 1.5 + 0.004 * rows, 2.4 + 0.005 * columns)
+    depth[10:22, 8:20] = np.nan
+    depth[30:40, 40:56] = np.nan
+    rgb = np.where(left[..., None], [200, 90, 40], [40, 110, 180]).astype(np.uint8)
+    return RGBDFrame(rgb, depth, CameraIntrinsics(60.0, 60.0, 31.5, 23.5), name="two-planes")
+
+
+@pytest.fixture
+def small_labels() -> np.ndarray:
+    """Label map of `small_frame`: block 1 on the left, 2 on the right."""
+    labels = np.ones((48, 64), np.int32)
+    labels[:, 30:] = 2
+    return labels

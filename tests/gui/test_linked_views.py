@@ -1,0 +1,392 @@
+"""The linked views through real mouse events and the pixels they paint."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QContextMenuEvent, QPainterPath, QWheelEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from gui import theme
+from gui.tools.pointer import PointerEvent, PointerKind
+from gui.views.camera import Camera
+from gui.views.colour_bar import round_ticks, tick_text
+from gui.views.colour_maps import depth_table, robust_difference_level, to_indices
+from gui.views.linked_views import LinkedViews
+from gui.views.overlay import BlockOverlay, block_outline
+
+HEIGHT, WIDTH = 48, 64
+LEFT = Qt.MouseButton.LeftButton
+
+
+def coded_rgb():
+    """Colour that tells row and column of every pixel."""
+    rows, columns = np.mgrid[:HEIGHT, :WIDTH]
+    return np.dstack((rows * 5, columns * 4 - (columns == 64), np.full_like(rows, 7))).astype(np.uint8)
+
+
+@pytest.fixture
+def views(qtbot):
+    widget = LinkedViews()
+    qtbot.addWidget(widget)
+    widget.resize(900, 700)
+    depth = np.full((HEIGHT, WIDTH), 2.0, np.float32)
+    depth[:, :10] = 1.0
+    depth[10:20, 10:20] = np.nan
+    widget.set_frame(coded_rgb(), depth)
+    widget.show()
+    qtbot.waitExposed(widget)
+    return widget
+
+
+def view_of(views, name="colour"):
+    return views.cells[name].view
+
+
+def place(view, x, y):
+    """Whole viewport point nearest to an image point."""
+    return view.viewportTransform().map(QPointF(x, y)).toPoint()
+
+
+def wheel(view, position, turn=120):
+    place_on_screen = QPointF(view.viewport().mapToGlobal(position))
+    event = QWheelEvent(
+        QPointF(position),
+        place_on_screen,
+        QPoint(),
+        QPoint(0, turn),
+        Qt.MouseButton.NoButton,
+        Qt.KeyboardModifier.NoModifier,
+        Qt.ScrollPhase.NoScrollPhase,
+        False,
+    )
+    QApplication.sendEvent(view.viewport(), event)
+
+
+def colour_at(view, position):
+    return view.viewport().grab().toImage().pixelColor(position).getRgb()[:3]
+
+
+@pytest.mark.parametrize("zoom", [None, (slice(0, 48), slice(0, 64)), (slice(20, 30), slice(30, 42)), "closest"])
+def test_a_press_names_the_pixel_that_is_painted_there(views, zoom):
+    heard = []
+    views.set_pointer_handler(heard.append)
+    view = view_of(views)
+    if zoom == "closest":
+        for _ in range(40):
+            wheel(view, place(view, 33.3, 25.7))
+    elif zoom is not None:
+        views.zoom_to(*zoom)
+    for position in (view.viewport().rect().center(), view.viewport().rect().center() + QPoint(37, -23)):
+        QTest.mouseClick(view.viewport(), LEFT, Qt.KeyboardModifier.ShiftModifier, position)
+        red, green, _ = colour_at(view, position)
+        press = next(event for event in reversed(heard) if event.kind is PointerKind.PRESS)
+        assert (math.floor(press.y), math.floor(press.x)) == (red // 5, green // 4)
+        assert press.shift
+        assert not press.ctrl
+        assert press.pixel_size == pytest.approx(1 / view.transform().m11())
+
+
+def test_a_drag_goes_to_the_handler_and_does_not_pan(views):
+    heard = []
+    views.set_pointer_handler(heard.append)
+    view = view_of(views, "depth-in")
+    before = view.viewportTransform()
+    QTest.mousePress(view.viewport(), LEFT, pos=place(view, 20, 20))
+    QTest.mouseMove(view.viewport(), place(view, 30, 25))
+    QTest.mouseRelease(view.viewport(), LEFT, pos=place(view, 31, 25))
+    QTest.mouseMove(view.viewport(), place(view, 40, 25))
+    kinds = [event.kind for event in heard if event.kind is not PointerKind.LEAVE]
+    assert kinds == [PointerKind.PRESS, PointerKind.MOVE, PointerKind.RELEASE, PointerKind.HOVER]
+    assert view.viewportTransform() == before
+
+
+@pytest.mark.parametrize("handler", [None, lambda event: False])
+def test_left_drag_pans_all_views_when_nobody_wants_it(views, handler):
+    views.set_pointer_handler(handler)
+    view = view_of(views)
+    QTest.mousePress(view.viewport(), LEFT, pos=QPoint(100, 100))
+    QTest.mouseMove(view.viewport(), QPoint(140, 120))
+    QTest.mouseRelease(view.viewport(), LEFT, pos=QPoint(140, 120))
+    scale = view.transform().m11()
+    for name in views.cells:
+        other = view_of(views, name)
+        centre = other.mapToScene(other.viewport().rect()).boundingRect().center()
+        assert centre.x() == pytest.approx(WIDTH / 2 - 40 / scale, abs=1 / scale)
+        assert centre.y() == pytest.approx(HEIGHT / 2 - 20 / scale, abs=1 / scale)
+
+
+@pytest.mark.parametrize("button", [Qt.MouseButton.MiddleButton, LEFT])
+def test_middle_and_space_drag_pan_past_the_tool(views, button):
+    heard = []
+    views.set_pointer_handler(heard.append)
+    view = view_of(views)
+    before = view.to_image(QPointF(0, 0))
+    if button == LEFT:
+        QTest.keyPress(view, Qt.Key.Key_Space)
+    QTest.mousePress(view.viewport(), button, pos=QPoint(100, 100))
+    QTest.mouseMove(view.viewport(), QPoint(130, 100))
+    QTest.mouseRelease(view.viewport(), button, pos=QPoint(130, 100))
+    assert view.to_image(QPointF(30, 0)).x() == pytest.approx(before.x())
+    assert not {event.kind for event in heard} & {PointerKind.PRESS, PointerKind.MOVE, PointerKind.RELEASE}
+
+
+@pytest.mark.parametrize(("answer", "expected"), [(True, ["DOUBLE"]), (None, ["DOUBLE", "PRESS"])])
+def test_a_double_click_nobody_takes_is_one_more_press(views, answer, expected):
+    kinds = []
+
+    def handler(event: PointerEvent) -> bool | None:
+        kinds.append(event.kind.name)
+        return answer
+
+    views.set_pointer_handler(handler)
+    view = view_of(views)
+    QTest.mouseDClick(view.viewport(), LEFT, pos=QPoint(100, 100))
+    start = kinds.index("DOUBLE")
+    assert kinds[start : start + len(expected)] == expected
+    assert ("PRESS" in kinds[start:]) == ("PRESS" in expected)
+
+
+def test_the_wheel_zooms_all_views_at_the_cursor(views):
+    view = view_of(views, "difference")
+    position = place(view, 12, 30)
+    before = view.to_image(QPointF(position))
+    wheel(view, position)
+    wheel(view, position)
+    after = view.to_image(QPointF(position))
+    scales = {view_of(views, name).transform().m11() for name in views.cells}
+    assert len(scales) == 1
+    tolerance = 1 / scales.pop()
+    assert after.x() == pytest.approx(before.x(), abs=tolerance)
+    assert after.y() == pytest.approx(before.y(), abs=tolerance)
+
+
+def test_zoom_stays_within_its_limits_and_fit_comes_back(views):
+    view = view_of(views)
+    fitted = view.transform().m11()
+    for _ in range(60):
+        wheel(view, QPoint(100, 100), -120)
+    assert view.transform().m11() == pytest.approx(fitted / 4)
+    for _ in range(60):
+        wheel(view, QPoint(100, 100))
+    assert view.viewport().width() / view.transform().m11() == pytest.approx(8, abs=0.1)
+    views.fit()
+    assert view.transform().m11() == pytest.approx(fitted)
+    views.set_frame(np.zeros((480, 640, 3), np.uint8), np.ones((480, 640), np.float32))
+    views.one_to_one()
+    assert view.transform().m11() == pytest.approx(1)
+
+
+def test_a_resize_keeps_a_fitted_frame_whole_and_any_other_zoom_unchanged(views, qtbot):
+    views.resize(1300, 1000)
+    qtbot.waitUntil(lambda: view_of(views).viewport().height() > 400)
+    for name in views.cells:
+        view = view_of(views, name)
+        corner = view.viewportTransform().map(QPointF(WIDTH, HEIGHT))
+        assert view.viewport().rect().contains(corner.toPoint())
+    views.zoom_to(slice(10, 20), slice(10, 20))
+    scale = view_of(views).transform().m11()
+    views.resize(800, 600)
+    qtbot.waitUntil(lambda: view_of(views).viewport().height() < 400)
+    assert view_of(views).transform().m11() == scale
+
+
+def test_the_cursor_is_a_pixel_or_none(views, qtbot):
+    view = view_of(views, "depth-out")
+    seen = []
+    views.cursorMoved.connect(seen.append)
+    QTest.mouseMove(view.viewport(), place(view, 5.5, 7.5))
+    QTest.mouseMove(view.viewport(), place(view, 5.4, 7.6))
+    QTest.mouseMove(view.viewport(), place(view, -0.6, 7.5))
+    assert seen == [(5, 7), None]
+
+
+def test_a_context_menu_names_place_and_pixel(views, qtbot):
+    view = view_of(views)
+    position = place(view, 20.5, 10.5)
+    event = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, position, view.viewport().mapToGlobal(position))
+    with qtbot.waitSignal(views.contextMenuRequested, timeout=1000) as caught:
+        QApplication.sendEvent(view.viewport(), event)
+    where, x, y = caught.args
+    assert where == view.viewport().mapToGlobal(position)
+    assert (math.floor(x), math.floor(y)) == (20, 10)
+
+
+def test_difference_is_in_millimetres_and_marks_filled_apart_from_missing(views):
+    result = np.full((HEIGHT, WIDTH), 2.0, np.float32)
+    result[:, :10] = 1.004
+    result[:, 40:] = 1.996
+    result[10:15, 10:20] = np.nan
+    views.set_result(result)
+    view, table = view_of(views, "difference"), views.cells["difference"].bar
+    assert table._levels == (-5.0, 5.0)
+    above, below, zero, filled, missing = (
+        colour_at(view, place(view, x, y)) for x, y in ((5, 40), (50, 40), (30, 40), (15, 18), (15, 12))
+    )
+    assert above[0] > above[2] + 30
+    assert below[2] > below[0] + 30
+    assert max(zero) - min(zero) < 16
+    assert filled[1] > max(filled[0], filled[2])
+    assert max(missing) - min(missing) < 24
+    with pytest.raises(ValueError, match="does not belong"):
+        views.set_result(result[1:])
+    views.set_result(None)
+    assert view.image.image is None
+
+
+def test_depth_colours_follow_levels_and_map(views):
+    views.set_levels(1.0, 3.0)
+    view = view_of(views, "depth-in")
+    for name in ("viridis", "grey"):
+        views.set_depth_map(name)
+        expected = depth_table(name)[to_indices(np.float32([[2.0]]), 1.0, 3.0)[0, 0], :3]
+        assert colour_at(view, place(view, 40, 40)) == tuple(expected)
+    with pytest.raises(ValueError, match="below"):
+        views.set_levels(2, 2)
+    with pytest.raises(ValueError, match="turbo"):
+        views.set_depth_map("rainbow")
+
+
+def test_indices_keep_zero_for_missing():
+    values = np.array([[np.nan, -1, 1, 1.5, 2, 9]], np.float32)
+    assert to_indices(values, 1, 2).tolist() == [[0, 1, 1, 128, 255, 255]]
+    assert robust_difference_level(np.full((4, 4), np.nan, np.float32)) == 1
+    assert robust_difference_level(np.linspace(-30, 30, 10_000, dtype=np.float32)) == 50
+
+
+def blocks():
+    labels = np.zeros((HEIGHT, WIDTH), np.int32)
+    labels[5:25, 5:30] = 1
+    labels[5:25, 30:60] = 2
+    return labels, np.array([[9, 9, 9, 255], [200, 0, 0, 255], [0, 100, 200, 255], [0, 200, 0, 255]], np.uint8)
+
+
+def test_overlay_pixels_follow_the_colour_table():
+    overlay = BlockOverlay()
+    overlay.set_opacity(0.4)
+    overlay.set_blocks(*blocks())
+    pixels = overlay.item.image
+    assert pixels[0, 0].tolist() == [0, 0, 0, 0]
+    assert pixels[15, 15].tolist() == [200, 0, 0, 102]
+    outline = pixels[15, 29]
+    assert outline[0] < 200
+    assert outline[3] > 102
+    with pytest.raises(ValueError, match="4 colours"):
+        overlay.set_blocks(np.full((2, 2), 4, np.int32), blocks()[1])
+
+
+def test_a_region_update_gives_the_same_picture_as_a_new_map(views):
+    labels, table = blocks()
+    views.set_blocks(labels, table)
+    changed = labels.copy()
+    changed[20:30, 25:40] = 3
+    changed[0:3, 0:4] = 2
+    views.set_selected(3)
+    assert view_of(views).outline.path.isEmpty()
+    views.update_blocks_region(slice(20, 30), slice(25, 40), changed[20:30, 25:40])
+    views.update_blocks_region(slice(0, 3), slice(0, 4), changed[0:3, 0:4])
+    whole = BlockOverlay()
+    whole.set_blocks(changed, table)
+    np.testing.assert_array_equal(views._overlay.item.image, whole.item.image)
+    for name in views.cells:
+        assert view_of(views, name).outline.path.controlPointRect().getRect() == (25, 20, 15, 10)
+
+
+def test_the_overlay_shows_over_the_colour_and_hides_by_alpha(views):
+    labels, table = blocks()
+    view = view_of(views)
+    plain = colour_at(view, place(view, 15.5, 15.5))
+    views.set_overlay_opacity(1.0)
+    views.set_blocks(labels, table)
+    assert colour_at(view, place(view, 15.5, 15.5)) == (200, 0, 0)
+    table[1, 3] = 0
+    views.set_blocks(labels, table)
+    assert colour_at(view, place(view, 15.5, 15.5)) == plain
+
+
+def test_an_outline_runs_along_pixel_edges_and_around_holes():
+    labels = np.zeros((6, 8), np.int32)
+    labels[1:5, 2:7] = 4
+    labels[2, 3] = 0
+    path = block_outline(labels, 4)
+    segments = [(path.elementAt(index), path.elementAt(index + 1)) for index in range(0, path.elementCount(), 2)]
+    length = sum(abs(a.x - b.x) + abs(a.y - b.y) for a, b in segments)
+    assert length == 2 * (4 + 5) + 4
+    assert len(segments) == 8
+    assert block_outline(labels, 0).isEmpty()
+    assert block_outline(labels, 9).isEmpty()
+
+
+def test_previews_show_in_every_view(views):
+    path = QPainterPath()
+    path.addRect(20, 20, 10, 10)
+    views.set_preview(path, Qt.GlobalColor.red)
+    for name in ("colour", "depth-in"):
+        view = view_of(views, name)
+        row = [colour_at(view, place(view, 20, 25) + QPoint(shift, 0)) for shift in (-1, 0, 1)]
+        assert (255, 0, 0) in row
+    views.set_preview(None)
+    assert view_of(views).preview.boundingRect().isEmpty()
+
+
+def test_layouts_and_the_double_click_on_a_title(views, qtbot):
+    shown = []
+    views.layoutChanged.connect(shown.append)
+    views.set_layout("row")
+    strip = views.cells["difference"].strip
+    QTest.mouseDClick(strip, LEFT)
+    assert [name for name, cell in views.cells.items() if cell.isVisible()] == ["difference"]
+    qtbot.waitUntil(lambda: view_of(views, "difference").viewport().width() > 700)
+    QTest.mouseDClick(strip, LEFT)
+    assert shown == ["row", "difference", "row"]
+    assert all(cell.isVisible() for cell in views.cells.values())
+    with pytest.raises(ValueError, match="grid"):
+        views.set_layout("both")
+
+
+def test_without_a_frame_there_is_a_hint_and_a_deaf_mouse(views):
+    heard = []
+    views.set_pointer_handler(heard.append)
+    views.clear()
+    QTest.mouseClick(view_of(views).viewport(), LEFT, pos=QPoint(50, 50))
+    assert heard == []
+    assert not view_of(views).isVisible()
+    with pytest.raises(ValueError, match="does not belong"):
+        views.set_blocks(*blocks())
+
+
+def test_a_new_palette_repaints_background_and_hatch(views, qapp):
+    before, sheet = qapp.palette(), qapp.styleSheet()
+    seen = {}
+    try:
+        for name in ("light", "dark"):
+            theme.apply_theme(qapp, name)
+            view = view_of(views, "depth-in")
+            expected = theme.colours(views.palette()).background
+            assert colour_at(view, QPoint(1, 1)) == expected.getRgb()[:3]
+            seen[name] = colour_at(view, place(view, 15, 15))
+    finally:
+        qapp.setStyleSheet(sheet)
+        qapp.setPalette(before)
+    assert min(seen["light"]) > max(seen["dark"]) + 60
+
+
+def test_ticks_are_round_and_inside():
+    ticks, step = round_ticks(-50, 50, 6)
+    assert (ticks, step) == ([-40, -20, 0, 20, 40], 20)
+    assert tick_text(-40, 20) == "\u221240"
+    assert tick_text(1.5, 0.5) == "1.5"
+    assert all(0.71 <= tick <= 4.02 for tick in round_ticks(0.71, 4.02, 5)[0])
+
+
+def test_a_camera_keeps_its_centre_in_the_frame():
+    camera = Camera()
+    camera.set_view(400, 300)
+    camera.set_frame(640, 480)
+    camera.pan(1e6, -1e6)
+    assert (camera.x, camera.y) == (0, 480)
+    assert not camera.fitted

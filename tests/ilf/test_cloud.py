@@ -1,0 +1,64 @@
+"""Back-projection and axes."""
+
+import numpy as np
+import pytest
+
+from ilf.cloud import PointCloud, in_axes, point_cloud
+from ilf.errors import InputError, ParameterError
+from ilf.frame import CameraIntrinsics
+
+CAMERA = CameraIntrinsics(fx=100.0, fy=200.0, cx=2.0, cy=1.0)
+
+
+def test_back_projection_by_hand():
+    depth = np.full((3, 5), np.nan, np.float32)
+    depth[1, 2], depth[0, 4], depth[2, 0] = 3.0, 2.0, 1.0
+    depth[0, 0], depth[0, 1], depth[0, 2] = 0.0, -1.0, np.inf
+    rgb = np.arange(45, dtype=np.uint8).reshape(3, 5, 3)
+    cloud = point_cloud(depth, rgb, CAMERA)
+    expected = [[0.04, -0.01, 2.0], [0.0, 0.0, 3.0], [-0.02, 0.005, 1.0]]
+    np.testing.assert_allclose(cloud.points, expected, rtol=1e-6)
+    np.testing.assert_array_equal(cloud.colours, [rgb[0, 4], rgb[1, 2], rgb[2, 0]])
+    assert (cloud.points.dtype, cloud.colours.dtype, len(cloud)) == (np.float32, np.uint8, 3)
+
+
+def test_points_project_back_onto_their_pixels():
+    rng = np.random.default_rng(0)
+    depth = rng.uniform(0.5, 8.0, (40, 50)).astype(np.float32)
+    points = point_cloud(depth, np.zeros((40, 50, 3), np.uint8), CAMERA).points.astype(float)
+    rows, columns = np.mgrid[:40, :50]
+    np.testing.assert_allclose(points[:, 0] / points[:, 2] * CAMERA.fx + CAMERA.cx, columns.ravel(), atol=1e-4)
+    np.testing.assert_allclose(points[:, 1] / points[:, 2] * CAMERA.fy + CAMERA.cy, rows.ravel(), atol=1e-4)
+    np.testing.assert_array_equal(points[:, 2], depth.ravel())
+
+
+def test_y_up_is_a_rotation_that_lifts_the_upper_half():
+    cloud = PointCloud(np.array([[1, 2, 3]], np.float32), np.zeros((1, 3), np.uint8))
+    np.testing.assert_array_equal(in_axes(cloud, "y-up").points, [[1, -2, -3]])
+    assert in_axes(cloud, "y-up").points.dtype == np.float32
+    assert in_axes(cloud, "camera") is cloud
+    with pytest.raises(ParameterError, match="y-up"):
+        in_axes(cloud, "z-up")
+
+
+def test_without_intrinsics_the_message_says_how_to_give_them():
+    with pytest.raises(InputError, match=r"nyu-kinect-v1.*fx,fy,cx,cy.*JSON"):
+        point_cloud(np.ones((2, 2)), np.zeros((2, 2, 3), np.uint8), None)
+
+
+@pytest.mark.parametrize(
+    ("depth", "rgb"),
+    [
+        (np.ones((2, 3)), np.zeros((2, 2, 3), np.uint8)),
+        (np.ones((2, 2)), np.zeros((2, 2, 3))),
+        (np.ones((2, 2, 1)), np.zeros((2, 2, 3), np.uint8)),
+    ],
+)
+def test_shapes_that_do_not_fit(depth, rgb):
+    with pytest.raises(InputError):
+        point_cloud(depth, rgb, CAMERA)
+
+
+def test_nothing_known_gives_an_empty_cloud():
+    cloud = point_cloud(np.full((2, 2), np.nan), np.zeros((2, 2, 3), np.uint8), CAMERA)
+    assert cloud.points.shape == (0, 3)

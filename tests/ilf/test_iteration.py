@@ -1,0 +1,210 @@
+"""The stepper against the paper's formulas, written out by hand on tiny blocks."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import ilf
+from ilf.filter.iteration import BlockIteration
+from ilf.filter.lengths import principal_lengths
+from ilf.filter.lowpass import inside_ellipse, squared_wave_numbers
+from ilf.filter.spectrum import colour_weight
+from ilf.frame import RGBDFrame
+
+
+def _tiny(seed: int = 3, shape: tuple[int, int] = (5, 6)) -> tuple[RGBDFrame, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    depth = rng.uniform(1.0, 2.0, shape)
+    depth[rng.random(shape) < 0.3] = np.nan
+    labels = np.ones(shape, np.int32)
+    labels[0, 0] = 0
+    return RGBDFrame(rng.integers(0, 255, (*shape, 3), dtype=np.uint8), depth), labels
+
+
+def _direct_dft(values: np.ndarray, sign: int) -> np.ndarray:
+    """The O(N^2) sum over all pixels for every wave number."""
+    height, width = values.shape
+    result = np.zeros(values.shape, complex)
+    for k_y in range(height):
+        for k_x in range(width):
+            for y in range(height):
+                for x in range(width):
+                    angle = 2 * math.pi * (k_y * y / height + k_x * x / width)
+                    result[k_y, k_x] += values[y, x] * complex(math.cos(angle), sign * math.sin(angle))
+    return result
+
+
+def _signed(k: int, size: int) -> int:
+    return k if k <= size // 2 else k - size
+
+
+@pytest.mark.parametrize("weighted", [False, True])
+@pytest.mark.parametrize("centred", [False, True])
+@pytest.mark.parametrize("schedule", ["staged", "linear"])
+def test_iterates_equal_the_papers_formulas_by_direct_sums(schedule: str, centred: bool, weighted: bool) -> None:
+    frame, labels = _tiny()
+    parameters = ilf.preset(
+        schedule=schedule,
+        centred=centred,
+        rgb_iterations=3 if weighted else 0,
+        rgb_dilation=1,
+        shortest_wavelength=3.0,
+        max_iterations=5,
+        s_criteria=0.05,
+    )
+    stepper = ilf.iterate(frame, labels, 1, parameters)
+    height, width = labels.shape
+    grid = 2 * height, 2 * width
+    mask = labels == 1
+    known = mask & frame.known
+    mean = float(frame.depth[known].astype(float).mean()) if centred else 0.0
+    expanded = np.zeros(grid)
+    expanded[:height, :width][known] = frame.depth[known].astype(float) - mean
+    previous = expanded[:height, :width][mask].copy()
+    weight = colour_weight(frame.rgb, mask, grid, 1)
+
+    for record in stepper:
+        spectrum = _direct_dft(expanded, -1)
+        for k_y in range(grid[0]):
+            for k_x in range(grid[1]):
+                row, column = _signed(k_y, grid[0]), _signed(k_x, grid[1])
+                r_y, r_x = record.radii
+                inside = (row == 0 or (r_y > 0)) and (column == 0 or r_x > 0)
+                inside = inside and (
+                    (row / r_y if row else 0.0) ** 2 + (column / r_x if column else 0.0) ** 2 <= 1.0 + 1e-9
+                )
+                spectrum[k_y, k_x] *= inside
+                if weighted and record.i <= 3:
+                    spectrum[k_y, k_x] *= weight[k_y, k_x] if k_x <= width else weight[-k_y, grid[1] - k_x]
+        expanded = _direct_dft(spectrum, +1).real / (grid[0] * grid[1])
+        values = expanded[:height, :width][mask]
+        assert_allclose(stepper.surface, values + mean, atol=1e-10)
+        assert record.sigma_i == pytest.approx(math.sqrt(np.mean((values - previous) ** 2)), abs=1e-12)
+        assert record.l1 == pytest.approx(np.abs(values + mean).sum(), rel=1e-12)
+        assert record.weighted == (weighted and record.i <= 3)
+        previous = values
+        expanded[:height, :width][known] = frame.depth[known].astype(float) - mean
+    assert record.i == 5
+
+
+def test_result_does_not_depend_on_the_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    frame, labels = _tiny(shape=(61, 83))
+    parameters = ilf.preset(max_iterations=40)
+    surfaces = []
+    for threads in (1, 2, 5):
+        monkeypatch.setattr("os.cpu_count", lambda threads=threads: threads)
+        stepper = ilf.iterate(frame, labels, 1, parameters)
+        for _ in stepper:
+            pass
+        surfaces.append(stepper.surface)
+    assert np.array_equal(surfaces[0], surfaces[1])
+    assert np.array_equal(surfaces[0], surfaces[2])
+
+
+def test_linear_schedule_has_the_released_codes_radii() -> None:
+    frame, labels = _tiny(shape=(40, 60))
+    steps = ilf.iterate(frame, labels, 1, ilf.preset("released-code"))
+    records = [next(steps) for _ in range(120)]
+    for record in records:
+        i = record.i
+        assert record.radii[0] == pytest.approx(0.5 * 80 / 40 + 80 / (15 * 1500) * (i - 1))
+        assert record.radii[1] == pytest.approx(0.5 * 120 / 60 + 120 / (15 * 1500) * (i - 1))
+    assert [record.weighted for record in records] == [True] * 99 + [False] * 21
+
+
+def test_released_code_always_runs_all_iterations() -> None:
+    frame, labels = _tiny()
+    assert len(list(ilf.iterate(frame, labels, 1, ilf.preset("released-code", max_iterations=200)))) == 200
+
+
+def test_staged_schedule_enlarges_the_radius_only_when_steady() -> None:
+    frame, labels = _tiny(shape=(50, 40))
+    parameters = ilf.preset("paper")
+    steps = ilf.iterate(frame, labels, 1, parameters)
+    records = list(steps)
+    for before, after in zip(records, records[1:], strict=False):
+        if before.sigma_i < parameters.s_criteria:
+            assert after.stage == before.stage + 1
+            assert after.radii > before.radii
+        else:
+            assert after.stage == before.stage
+            assert after.radii == before.radii
+    assert steps.settled
+    assert records[-1].sigma_i < parameters.s_criteria
+    assert records[-1].radii == pytest.approx((100 / 15, 80 / 15))
+
+
+def test_staged_iteration_stops_at_the_limit() -> None:
+    frame, labels = _tiny(shape=(50, 40))
+    steps = ilf.iterate(frame, labels, 1, ilf.preset("paper", max_iterations=7))
+    assert len(list(steps)) == 7
+    assert not steps.settled
+
+
+def test_a_band_limited_surface_is_recovered() -> None:
+    """Papoulis and Gerchberg: what lies in the pass band comes back exactly where a few pixels are missing."""
+    rows, columns = np.mgrid[:32, :40]
+    truth = 2.0 + 0.1 * np.cos(2 * np.pi * rows / 32) + 0.1 * np.sin(2 * np.pi * columns / 40)
+    depth = truth.copy()
+    depth[10:16, 12:20] = np.nan
+    frame = RGBDFrame(np.full((32, 40, 3), 120, np.uint8), depth)
+    parameters = ilf.preset(padding=1.0, rgb_iterations=0, s_criteria=1e-9, shortest_wavelength=20.0)
+    steps = ilf.iterate(frame, np.ones((32, 40), np.int32), 1, parameters)
+    for _ in steps:
+        pass
+    assert steps.settled
+    assert_allclose(steps.surface, truth.ravel(), atol=1e-6)
+
+
+def test_colour_weight_is_a_symmetric_spectrum_in_0_1_with_its_top_at_zero_frequency() -> None:
+    rng = np.random.default_rng(0)
+    rgb = rng.integers(0, 255, (9, 12, 3), dtype=np.uint8)
+    mask = np.ones((9, 12), bool)
+    weight = colour_weight(rgb, mask, (18, 24), 0)
+    assert weight.shape == (18, 13)
+    assert weight.min() >= 0
+    assert weight[0, 0] == weight.max() == 1.0
+    assert_allclose(weight[1:, 0], weight[:0:-1, 0], rtol=1e-9)
+    dilated = colour_weight(rgb, mask, (18, 24), 2)
+    assert (dilated >= weight).all()
+    assert dilated[2, 0] == dilated[-2, 0] == dilated[0, 2] == 1.0
+
+
+def test_colour_weight_of_a_black_block_leaves_the_filter_alone() -> None:
+    weight = colour_weight(np.zeros((4, 4, 3), np.uint8), np.ones((4, 4), bool), (8, 8), 3)
+    assert (weight == 1).all()
+
+
+def test_ellipse_holds_its_rim_and_degenerate_radii() -> None:
+    squared = squared_wave_numbers((12, 16))
+    band = inside_ellipse(squared, (3.0, 4.0))
+    assert band[3, 0]
+    assert band[-3, 0]
+    assert band[0, 4]
+    assert not band[4, 0]
+    assert not band[3, 1]
+    assert inside_ellipse(squared, (0.0, 0.0)).sum() == 1
+
+
+def test_principal_lengths_follow_a_turned_bar() -> None:
+    mask = np.zeros((60, 60), bool)
+    for k in range(40):
+        mask[10 + k : 13 + k, 10 + k] = True
+    longest, shortest = principal_lengths(mask)
+    assert longest == pytest.approx(40 * math.sqrt(2), rel=0.06)
+    assert shortest < 4
+    assert principal_lengths(np.ones((1, 1), bool)) == (1.0, 1.0)
+
+
+def test_stepping_past_the_end_stays_at_the_end() -> None:
+    frame, labels = _tiny()
+    steps: BlockIteration = ilf.iterate(frame, labels, 1, ilf.preset(max_iterations=1))
+    next(steps)
+    with pytest.raises(StopIteration):
+        next(steps)
+    with pytest.raises(StopIteration):
+        next(steps)
