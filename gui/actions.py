@@ -36,9 +36,9 @@ COMMANDS = (
     Command("close_frame", "&Close frame", "ph.x", "Ctrl+W", "Close the present frame"),
     Command("quit", "&Quit", "ph.sign-out", "Ctrl+Q"),
     Command("extract", "E&xtract blocks", "ph.polygon", "Ctrl+B", "Extract blocks again; locked ones stay"),
-    Command("new_block", "&New block", "ph.plus-square", "Ctrl+N", "Start a new block with the brush"),
+    Command("new_block", "&New block", "ph.selection-plus", "Ctrl+N", "Start a new block with the brush"),
     Command("delete_blocks", "&Delete blocks", "ph.trash", "Ctrl+Del", "Dissolve the chosen blocks"),
-    Command("merge_blocks", "&Merge blocks", "ph.unite", "Ctrl+M", "Join the chosen blocks into one"),
+    Command("merge_blocks", "&Merge blocks", "ph.intersect", "Ctrl+M", "Join the chosen blocks into one"),
     Command(
         "lock_blocks", "&Lock or unlock", "ph.lock", "Ctrl+L", "Keep the chosen blocks from being edited, or allow it"
     ),
@@ -55,7 +55,7 @@ COMMANDS = (
     Command("pause", "&Pause", "ph.pause", "F6", "Hold the run, or go on", checkable=True),
     Command("step", "&Step", "ph.skip-forward", "F7", "One iteration, then hold"),
     Command("cancel", "&Cancel run", "ph.stop", "Shift+F6", "Stop; blocks that are done keep their results"),
-    Command("clear_results", "C&lear results", "ph.eraser", "", "Forget the completed depth of this frame"),
+    Command("clear_results", "C&lear results", "ph.backspace", "", "Forget the completed depth of this frame"),
     Command("tool_select", "&Select", "ph.cursor", "Ctrl+1", "Choose blocks", group="tool"),
     Command("tool_paint", "&Paint", "ph.paint-brush", "Ctrl+2", "Add pixels to the chosen block", group="tool"),
     Command("tool_erase", "&Erase", "ph.eraser", "Ctrl+3", "Take pixels from the chosen block", group="tool"),

@@ -11,8 +11,6 @@ from pathlib import Path
 
 from gui.display import display_problem
 
-SIZE_DEFAULT = (1440, 900)
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point of `ilf-gui`."""
@@ -36,8 +34,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     from gui.main_window import MainWindow
 
-    window = MainWindow()
-    window.resize(*options.size)
+    window = MainWindow(remembers=options.screenshot is None)
+    if options.size:
+        window.resize(*options.size)
     _install_exception_hook(window)
     window.show()
     _open(window, options)
@@ -68,7 +67,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--run", action="store_true", help="complete the depth of the (last) frame at once")
     parser.add_argument("--screenshot", metavar="FILE.png", help="save a picture of the window when done, and exit")
     parser.add_argument("--view", choices=("images", "cloud"), default="images", help="what the centre shows")
-    parser.add_argument("--size", type=_size, default=SIZE_DEFAULT, metavar="WxH", help="size of the window")
+    parser.add_argument("--size", type=_size, metavar="WxH", help="size of the window")
     parser.add_argument("--theme", choices=("system", "light", "dark"), help="colours of the window")
     return parser
 

@@ -6,8 +6,7 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ilf.run_record import make_run_record
-from PySide6.QtCore import QObject, QSettings, Qt
+from PySide6.QtCore import QObject, QSettings, Qt, Signal
 from PySide6.QtGui import QActionGroup
 from PySide6.QtWidgets import QApplication, QFileDialog, QMenu, QMessageBox
 
@@ -22,11 +21,11 @@ from gui.worker import Worker
 from gui.workspace import Workspace
 from ilf.assets import asset_path
 from ilf.completion import compose
-from ilf.ebs import Extraction
 from ilf.errors import IlfError
 from ilf.export import ExportOptions, ExportReport, export
 from ilf.io import read_labels
 from ilf.parameters import BlockParameters
+from ilf.run_record import make_run_record
 
 if TYPE_CHECKING:
     from gui.main_window import MainWindow
@@ -35,7 +34,15 @@ _IMAGES = "PNG image (*.png)"
 
 
 class Documents(QObject):
-    """What comes from files and goes to files."""
+    """What comes from files and goes to files.
+
+    Signals
+    -------
+    exported(object)
+        The ExportReport of an export that has been written.
+    """
+
+    exported = Signal(object)
 
     def __init__(self, window: MainWindow, workspace: Workspace, loader: FrameLoader, runs: RunController) -> None:
         super().__init__(window)
@@ -44,7 +51,7 @@ class Documents(QObject):
         self._loader = loader
         self._runs = runs
         self._exporter = Worker(self)
-        self._exporter.finished.connect(self._exported)
+        self._exporter.finished.connect(self._note_exported)
         self._exporter.failed.connect(lambda error: self.report("Export failed", error))
         self._exporting: Session | None = None
         self.discard_silently = False
@@ -127,11 +134,6 @@ class Documents(QObject):
         """The user set other parameters of EBS; they are used at the next extraction."""
         self._workspace.extraction_parameters = parameters
 
-    def note_extracted(self, session: Session, extraction: Extraction) -> None:
-        """Log what an extraction gave."""
-        covered = float((extraction.blocks > 0).mean())
-        self._window.log.add(f"{session.name}: {int(extraction.blocks.max())} blocks cover {covered:.1%} of the frame.")
-
     # frames
 
     def show_frame(self, key: str) -> None:
@@ -202,28 +204,20 @@ class Documents(QObject):
         session = self._workspace.session
         completion = session.completion() or compose(session.frame, {})
         labels = session.labels.copy()
-        record = None
-        if options.run_record:
-            record = make_run_record(
-                session.frame,
-                labels,
-                session.extraction,
-                session.edited,
-                completion,
-                self._workspace.parameters,
-                {label: result.parameters for label, result in completion.results.items()},
-                options,
-            )
+        extraction, edited = session.extraction, session.edited
         self._exporting = session
 
         def job() -> Generator[None, None, ExportReport]:
             yield None
+            record = None
+            if options.run_record:
+                record = make_run_record(session.frame, labels, extraction, edited, completion, options)
             return export(folder, session.frame, labels, completion, options, run_record=record)
 
         self._exporter.start(job)
         self.tell(f"Exporting to {folder}…")
 
-    def _exported(self, report: ExportReport) -> None:
+    def _note_exported(self, report: ExportReport) -> None:
         if self._exporting is not None:
             self._exporting.note_saved()
         folder = report.files[0].parent if report.files else ""
@@ -238,11 +232,7 @@ class Documents(QObject):
             )
             box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
             box.open()
-
-    @property
-    def exporting(self) -> bool:
-        """Whether an export is under way."""
-        return self._exporter.busy
+        self.exported.emit(report)
 
     def ask_save_picture(self) -> None:
         """Save what the window shows."""

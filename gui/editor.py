@@ -122,7 +122,7 @@ class Editor(QObject):
 
     def new_block(self) -> None:
         """Choose a number that no block has yet, and the brush to paint it."""
-        label = int(self.session.labels.max()) + 1
+        label = self.session.next_label()
         self.session.info(label)
         self.select([label])
         self.set_tool("paint")

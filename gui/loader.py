@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Generator
-from dataclasses import dataclass
+from collections.abc import Callable, Generator
+from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from gui.session import Session
 from gui.worker import Worker
 from gui.workspace import Workspace
-from ilf.ebs import Extraction, extract
-from ilf.errors import IlfError
+from ilf.ebs import extract_blocks
+from ilf.frame import RGBDFrame
 from ilf.io import load_frame
-from ilf.parameters import BlockParameters
+from ilf.parameters import BlockParameters, Parameters
+from ilf.replay import replay
+from ilf.run_record import read_run_record
 
 
 @dataclass(frozen=True)
@@ -36,18 +40,28 @@ class FrameSource:
         return str(Path(self.depth or self.rgb).absolute())
 
 
-@dataclass(frozen=True)
-class _Work:
-    source: FrameSource | None
-    session: Session | None
+@dataclass(frozen=True, eq=False)
+class _Opened:
+    """What a session is made of, in the GUI's thread, where its undo stack must live."""
+
+    frame: RGBDFrame
+    source: str
+    labels: NDArray[np.int32]
+    extraction: BlockParameters | None
+    edited: bool = False
+    common: Parameters | None = None
+    own: dict[int, Parameters] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class _Outcome:
+@dataclass(frozen=True, eq=False)
+class _Extracted:
     session: Session
-    opened: bool
-    extraction: Extraction
-    parameters: BlockParameters
+    labels: NDArray[np.int32]
+    extraction: BlockParameters
+
+
+Job = Callable[[], _Opened | _Extracted]
 
 
 class FrameLoader(QObject):
@@ -57,21 +71,23 @@ class FrameLoader(QObject):
     -------
     busy_changed(str)
         What is being done, or "" when idle.
-    extracted(object)
-        The Extraction of the session that has just been opened or extracted again.
+    message(str)
+        What an opening or an extraction gave.
     failed(str, object)
         What was tried, and the exception.
+    idle()
+        Nothing is under way or waiting any more.
     """
 
     busy_changed = Signal(str)
-    extracted = Signal(object, object)
+    message = Signal(str)
     failed = Signal(str, object)
     idle = Signal()
 
     def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._workspace = workspace
-        self._queue: deque[_Work] = deque()
+        self._queue: deque[tuple[str, Job]] = deque()
         self._present = ""
         self._worker = Worker(self)
         self._worker.finished.connect(self._take)
@@ -88,18 +104,30 @@ class FrameLoader(QObject):
             if session.source == source.key:
                 self._workspace.show_session(session)
                 return
-        self._queue.append(_Work(source, None))
-        self._next()
+        parameters = self._workspace.extraction_parameters
+        self._add(f"Open {Path(source.key).name}", lambda: _open(source, parameters))
+
+    def open_run(self, record: Path) -> None:
+        """Read a run.json: its frame, blocks and parameters. What it filled comes back by running it."""
+        self._add(f"Open {record.name}", lambda: _open_run(record))
 
     def extract(self, session: Session) -> None:
         """Extract the blocks of an open frame again, with the workspace's parameters."""
-        self._queue.append(_Work(None, session))
-        self._next()
+        parameters = self._workspace.extraction_parameters
+        frame = session.frame
+        self._add(
+            f"Extract blocks of {session.name}",
+            lambda: _Extracted(session, extract_blocks(frame, parameters), parameters),
+        )
 
     def shutdown(self) -> bool:
         """Stop before the window closes. True if the thread has ended."""
         self._queue.clear()
         return self._worker.shutdown()
+
+    def _add(self, what: str, job: Job) -> None:
+        self._queue.append((what, job))
+        self._next()
 
     def _next(self) -> None:
         if self._worker.busy:
@@ -108,28 +136,32 @@ class FrameLoader(QObject):
             self.busy_changed.emit("")
             self.idle.emit()
             return
-        work = self._queue.popleft()
-        parameters = self._workspace.extraction_parameters
-        if work.source is not None:
-            self._present = f"Open {Path(work.source.depth or work.source.rgb).name}"
-        elif work.session is not None:
-            self._present = f"Extract blocks of {work.session.name}"
+        self._present, job = self._queue.popleft()
         self.busy_changed.emit(self._present)
 
-        def job() -> Generator[None, None, _Outcome]:
-            session = work.session or _open(work.source)
+        def steps() -> Generator[None, None, _Opened | _Extracted]:
             yield None
-            return _Outcome(session, work.session is None, extract(session.frame, parameters), parameters)
+            return job()
 
-        self._worker.start(job)
+        self._worker.start(steps)
 
-    def _take(self, outcome: _Outcome) -> None:
-        if outcome.opened:
-            self._workspace.set_extracted(outcome.session, outcome.extraction.blocks, outcome.parameters)
-            self._workspace.add_session(outcome.session)
-        elif outcome.session in self._workspace.sessions:
-            self._workspace.set_extracted(outcome.session, outcome.extraction.blocks, outcome.parameters)
-        self.extracted.emit(outcome.session, outcome.extraction)
+    def _take(self, outcome: _Opened | _Extracted) -> None:
+        if isinstance(outcome, _Opened):
+            session = Session(outcome.frame, outcome.source)
+            session.take_blocks(outcome.labels, outcome.extraction, outcome.edited)
+            session.block_parameters.update(outcome.own)
+            if outcome.common is not None:
+                self._workspace.set_parameters(outcome.common)
+            self._workspace.add_session(session)
+            for warning in outcome.warnings:
+                self.message.emit(f"{session.name}: {warning}")
+        else:
+            session = outcome.session
+            if session in self._workspace.sessions:
+                self._workspace.set_extracted(session, outcome.labels, outcome.extraction)
+        covered = float((session.labels > 0).mean())
+        count = len(session.counts())
+        self.message.emit(f"{session.name}: {count} block{'s' * (count != 1)} cover {covered:.1%} of the frame.")
         self._next()
 
     def _fail(self, error: Exception) -> None:
@@ -138,8 +170,22 @@ class FrameLoader(QObject):
         self._next()
 
 
-def _open(source: FrameSource | None) -> Session:
-    if source is None:
-        raise IlfError("There is nothing to open.")
+def _open(source: FrameSource, parameters: BlockParameters) -> _Opened:
     frame = load_frame(source.rgb, source.depth, depth_units=source.depth_units, intrinsics=source.intrinsics)
-    return Session(frame, source.key)
+    return _Opened(frame, source.key, extract_blocks(frame, parameters), parameters)
+
+
+def _open_run(path: Path) -> _Opened:
+    record = read_run_record(path)
+    found = replay(record, path.parent)
+    own = {label: values for label, values in found.parameters.items() if values != record.common}
+    return _Opened(
+        frame=found.frame,
+        source=str(path.absolute()),
+        labels=found.labels,
+        extraction=found.extraction,
+        edited=found.edited,
+        common=record.common,
+        own=own,
+        warnings=found.warnings,
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QSettings, Qt
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QShowEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QDockWidget,
@@ -16,10 +16,10 @@ from PySide6.QtWidgets import (
     QSlider,
     QTabWidget,
     QToolBar,
-    QToolButton,
     QWidget,
 )
 
+from gui import theme
 from gui.actions import Actions
 from gui.documents import Documents
 from gui.editor import Editor
@@ -45,13 +45,18 @@ _LAYOUT_TEXTS = {
     "difference": "Difference",
 }
 _OPACITY = 45
+DEFAULT_SIZE = (1440, 900)
 
 
 class MainWindow(QMainWindow):
-    """Wiring only: state lives in the workspace, work is done by the controllers."""
+    """Wiring only: state lives in the workspace, work is done by the controllers.
 
-    def __init__(self) -> None:
+    With `remembers`, size and docks are those of the last time, and are kept for the next.
+    """
+
+    def __init__(self, remembers: bool = True) -> None:
         super().__init__()
+        self._remembers = remembers
         self.setWindowTitle("ILF Studio")
         self.setAcceptDrops(True)
         self.setDockOptions(QMainWindow.DockOption.AnimatedDocks | QMainWindow.DockOption.AllowTabbedDocks)
@@ -84,13 +89,15 @@ class MainWindow(QMainWindow):
         self._redo = self.workspace.undo_group.createRedoAction(self, "Redo")
         self._undo.setShortcut("Ctrl+Z")
         self._redo.setShortcuts(["Ctrl+Shift+Z", "Ctrl+Y"])
+        self._draw_icons()
         self._make_menus()
         self._make_tool_bar()
         self._connect()
         self.views.set_overlay_opacity(_OPACITY / 100)
         self.presenter.show_session()
-        self.resize(1440, 900)
-        self._restore()
+        geometry = QSettings().value("window/geometry") if remembers else None
+        if geometry is None or not self.restoreGeometry(geometry):
+            self.resize(*DEFAULT_SIZE)
 
     # layout
 
@@ -111,9 +118,11 @@ class MainWindow(QMainWindow):
         curves.raise_()
         self.setCorner(Qt.Corner.BottomLeftCorner, areas.LeftDockWidgetArea)
         self.setCorner(Qt.Corner.BottomRightCorner, areas.RightDockWidgetArea)
-        self.resizeDocks([frames, blocks], [170, 600], Qt.Orientation.Vertical)
-        self.resizeDocks([frames, right], [350, 320], Qt.Orientation.Horizontal)
-        self.resizeDocks([curves], [230], Qt.Orientation.Vertical)
+        self._arrange = lambda: (
+            self.resizeDocks([frames, right], [410, 310], Qt.Orientation.Horizontal),
+            self.resizeDocks([frames, blocks], [170, 600], Qt.Orientation.Vertical),
+            self.resizeDocks([curves], [230], Qt.Orientation.Vertical),
+        )
 
     def _dock(self, title: str, widget: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
         dock = QDockWidget(title, self)
@@ -173,7 +182,7 @@ class MainWindow(QMainWindow):
         self.brush_label = QLabel()
         bar.addWidget(self.brush_label)
         bar.addWidget(self.brush)
-        self._fill(bar, "| new_block merge_blocks delete_blocks | extract run pause step cancel |")
+        self._fill(bar, "| new_block merge_blocks delete_blocks |")
         bar.addWidget(QLabel(" Blocks "))
         self.opacity = QSlider(Qt.Orientation.Horizontal)
         self.opacity.setRange(0, 100)
@@ -189,9 +198,6 @@ class MainWindow(QMainWindow):
         bar.addWidget(self.layouts)
         self._fill(bar, "fit")
         self.addToolBar(bar)
-        run = bar.widgetForAction(self.actions_["run"])
-        if isinstance(run, QToolButton):
-            run.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
 
     # wiring
 
@@ -245,10 +251,11 @@ class MainWindow(QMainWindow):
         runs.records.connect(presenter.add_records)
         runs.previewed.connect(presenter.show_preview)
         runs.ended.connect(documents.tell)
+        runs.ended.connect(lambda _: presenter.show_curves())
         runs.failed.connect(lambda error: documents.report("The run stopped", error))
         self.loader.busy_changed.connect(presenter.show_loading)
         self.loader.failed.connect(documents.report)
-        self.loader.extracted.connect(documents.note_extracted)
+        self.loader.message.connect(documents.tell)
         editor.message.connect(documents.tell)
         editor.tool_changed.connect(presenter.show_tool)
         editor.brush_changed.connect(presenter.show_brush)
@@ -301,8 +308,13 @@ class MainWindow(QMainWindow):
     def changeEvent(self, event: QEvent) -> None:
         """Redraw icons for another theme."""
         super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "actions_"):
-            self.actions_.draw_icons()
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_redo"):
+            self._draw_icons()
+
+    def _draw_icons(self) -> None:
+        self.actions_.draw_icons()
+        self._undo.setIcon(theme.icon("ph.arrow-counter-clockwise", self.palette()))
+        self._redo.setIcon(theme.icon("ph.arrow-clockwise", self.palette()))
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Ask about what is not exported, stop the threads, remember the layout."""
@@ -312,14 +324,15 @@ class MainWindow(QMainWindow):
         self.runs.shutdown()
         self.loader.shutdown()
         self.documents.shutdown()
-        settings = QSettings()
-        settings.setValue("window/geometry", self.saveGeometry())
-        settings.setValue("window/state", self.saveState())
+        if self._remembers:
+            settings = QSettings()
+            settings.setValue("window/geometry", self.saveGeometry())
+            settings.setValue("window/state", self.saveState())
         super().closeEvent(event)
 
-    def _restore(self) -> None:
-        settings = QSettings()
-        geometry, state = settings.value("window/geometry"), settings.value("window/state")
-        if geometry is not None and state is not None:
-            self.restoreGeometry(geometry)
-            self.restoreState(state)
+    def showEvent(self, event: QShowEvent) -> None:
+        """Take the last layout, or at the first start the default one: docks take sizes only in a shown window."""
+        super().showEvent(event)
+        state = QSettings().value("window/state") if self._remembers else None
+        if state is None or not self.restoreState(state):
+            self._arrange()

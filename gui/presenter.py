@@ -60,11 +60,11 @@ class Presenter(QObject):
     def show_frames(self) -> None:
         """The list of open frames."""
         frames = self._window.frames
-        keys = [session.source for session in self._workspace.sessions]
-        for key in set(frames.keys()) - set(keys):
+        listed = set(frames.keys())
+        for key in listed - {session.source for session in self._workspace.sessions}:
             frames.remove_frame(key)
         for session in self._workspace.sessions:
-            if session.source not in frames.keys():
+            if session.source not in listed:
                 rgb = session.frame.rgb
                 height = max(round(_THUMBNAIL_WIDTH * rgb.shape[0] / rgb.shape[1]), 1)
                 small = cv2.resize(rgb, (_THUMBNAIL_WIDTH, height), interpolation=cv2.INTER_AREA)

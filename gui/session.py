@@ -72,6 +72,12 @@ class Session:
         self.undo_stack = QUndoStack()
         self.exported = True
 
+    def take_blocks(self, labels: NDArray[np.int32], extraction: BlockParameters | None, edited: bool = False) -> None:
+        """The blocks to begin with; `edited` if they are not what the extraction gives."""
+        self.labels[:] = labels
+        self.extraction = extraction
+        self.extracted = None if edited or extraction is None else self.labels.copy()
+
     @property
     def name(self) -> str:
         """What the frame is called."""
@@ -101,6 +107,10 @@ class Session:
     def export_folder(self) -> Path:
         """Where an export goes unless the user says otherwise."""
         return Path(self.source).parent / f"{self.name}-ilf"
+
+    def next_label(self) -> int:
+        """A number that no block has, nor had: names, locks and results of the past stay with their blocks."""
+        return max([int(self.labels.max()), *self.infos]) + 1
 
     def info(self, label: int) -> BlockInfo:
         """The block's info; a new block gets its name and colour by number."""

@@ -137,11 +137,12 @@ def _palette(tones: dict[str, str]) -> QPalette:
 
 
 def _style_sheet(tones: dict[str, str]) -> str:
+    text, base, window, border, muted = (tones[name] for name in ("text", "base", "window", "border", "muted"))
     return f"""
-        QToolTip {{ color: {tones["text"]}; background: {tones["base"]}; border: 1px solid {tones["border"]}; padding: 3px; }}
+        QToolTip {{ color: {text}; background: {base}; border: 1px solid {border}; padding: 3px; }}
         QToolBar {{ border: none; spacing: 2px; padding: 3px; }}
-        QDockWidget::title {{ padding: 5px 8px; background: {tones["window"]}; }}
-        QMainWindow::separator {{ background: {tones["border"]}; width: 1px; height: 1px; }}
+        QDockWidget::title {{ padding: 5px 8px; background: {window}; }}
+        QMainWindow::separator {{ background: {border}; width: 1px; height: 1px; }}
         QStatusBar::item {{ border: none; }}
-        QHeaderView::section {{ background: {tones["window"]}; color: {tones["muted"]}; border: none; padding: 3px 5px; }}
+        QHeaderView::section {{ background: {window}; color: {muted}; border: none; padding: 3px 5px; }}
     """

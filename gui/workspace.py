@@ -78,15 +78,11 @@ class Workspace(QObject):
             self.show_session(left)
 
     def set_extracted(self, session: Session, labels: NDArray[np.int32], used: BlockParameters) -> None:
-        """Take the blocks of an extraction; locked blocks stay as they are. Undoable after the first time."""
-        first = session.extraction is None
+        """Take the blocks of another extraction as one undoable step; locked blocks stay as they are."""
         labels = _keep_locked(session.labels, labels, session.locked)
         session.extraction = used
-        session.extracted = labels.copy()
-        if first:
-            session.labels[:] = labels
-        else:
-            self._replace(session, labels, "Extract blocks")
+        session.extracted = labels.copy() if not session.locked else None
+        self._replace(session, labels, "Extract blocks")
 
     def replace_labels(self, labels: NDArray[np.int32], text: str) -> None:
         """Take another label map for the present frame as one undoable step; locked blocks stay."""
@@ -95,7 +91,11 @@ class Workspace(QObject):
     def _replace(self, session: Session, labels: NDArray[np.int32], text: str) -> None:
         patch = patch_between(session.labels, labels)
         if patch is not None:
-            session.undo_stack.push(EditLabels(self, session, patch, text))
+            kept = {label: session.info(label) for label in session.locked}
+            session.block_parameters = {
+                label: values for label, values in session.block_parameters.items() if label in kept
+            }
+            session.undo_stack.push(EditLabels(self, session, patch, text, infos=kept))
 
     def edit_labels(self, patch: LabelPatch | None, text: str, done: bool = False) -> bool:
         """Change the label map as one undoable step; False if there is nothing to change."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .ebs import extract_blocks
 from .errors import InputError
-from .export import ExportOptions
+from .export import LABELS_FILE, ExportOptions
 from .frame import RGBDFrame
 from .io import load_frame, read_labels
 from .parameters import BlockParameters, Parameters
@@ -116,28 +116,27 @@ def _recorded_file(recorded: RecordedFile, what: str, folder: Path, given: str |
 
 def _labels(record: RunRecord, frame: RGBDFrame, folder: Path) -> tuple[NDArray[np.int32], tuple[str, ...]]:
     """The recorded label map and warnings: extracted again, or read from the file beside the record."""
-    if record.extraction is not None and not record.edited:
+    extracted = record.extraction is not None and not record.edited
+    if extracted:
         labels = extract_blocks(frame, record.extraction)
         if labels_sha256(labels) == record.labels_sha256:
             return labels, ()
     saved = _saved_labels(record, folder)
-    if record.extraction is None or record.edited:
+    name = record.labels_file or LABELS_FILE
+    if not extracted:
         if saved is None:
             raise InputError(
-                "The blocks of this run were drawn or edited by hand, and their label map "
-                f"({record.labels_file or 'blocks.png'}) is not beside the record, or has changed. Put it there."
+                f"The blocks of this run were drawn or edited by hand, and their label map ({name}) is not beside the "
+                "record, or has changed. Put it there."
             )
         return saved, ()
     versions = version_differences(record)
-    reason = f"other versions made the record: {versions}" if versions else "the versions are the same"
+    problem = "The extraction gives other blocks than recorded"
+    if versions:
+        problem += f" by {versions}"
     if saved is None:
-        raise InputError(
-            f"The extraction gives other blocks than recorded ({reason}). Install the recorded versions, or put the "
-            f"run's {record.labels_file or 'blocks.png'} beside the record."
-        )
-    return saved, (
-        f"The extraction gives other blocks than recorded ({reason}); those of {record.labels_file} are used.",
-    )
+        raise InputError(f"{problem}. Install the recorded versions, or put the run's {name} beside the record.")
+    return saved, (f"{problem}; those of {name} are used.",)
 
 
 def _saved_labels(record: RunRecord, folder: Path) -> NDArray[np.int32] | None:

@@ -154,8 +154,15 @@ def make_run_record(
             if result.parameters != common
         },
         "export": dataclasses.asdict(options),
-        "blocks_outcome": [_outcome_to_dict(result.outcome) for result in results.values()],
+        "blocks_outcome": [outcome_to_dict(result.outcome) for result in results.values()],
     }
+
+
+def outcome_to_dict(outcome: BlockOutcome) -> dict[str, Any]:
+    """A block's outcome, ready for JSON: NaN becomes None."""
+    values = dataclasses.asdict(outcome)
+    sigma = None if math.isnan(outcome.sigma_i) else outcome.sigma_i
+    return values | {"status": outcome.status.value, "sigma_i": sigma}
 
 
 def inputs_of(frame: RGBDFrame) -> RecordedInputs | None:
@@ -325,14 +332,6 @@ def _parsed_outcome(outcome: _Section) -> BlockOutcome:
         stages=outcome.get("stages", int),
         sigma_i=math.nan if sigma is None else sigma,
     )
-
-
-def _outcome_to_dict(outcome: BlockOutcome) -> dict[str, Any]:
-    values = dataclasses.asdict(outcome)
-    return values | {
-        "status": outcome.status.value,
-        "sigma_i": None if math.isnan(outcome.sigma_i) else outcome.sigma_i,
-    }
 
 
 def _differences(parameters: Parameters, common: Parameters) -> dict[str, Any]:

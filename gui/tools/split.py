@@ -49,7 +49,7 @@ class SplitTool:
         name = session.info(label).name
         if label in session.locked:
             host.say(f"{name} is locked. Unlock it in the table of blocks.")
-        elif host.commit(split(session.labels, label, points, session.locked), f"Split {name}"):
+        elif host.commit(split(session.labels, label, points, session.locked, session.next_label()), f"Split {name}"):
             host.select([label])
         else:
             host.say(f"The line does not part {name}: draw it from boundary to boundary.")

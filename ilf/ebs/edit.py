@@ -125,7 +125,9 @@ def merge(labels: Labels, chosen: Sequence[int], locked: Collection[int] = ()) -
     return patch_between(labels, np.where(np.isin(labels, free), free[0], labels).astype(np.int32))
 
 
-def split(labels: Labels, label: int, points: Points, locked: Collection[int] = ()) -> LabelPatch | None:
+def split(
+    labels: Labels, label: int, points: Points, locked: Collection[int] = (), first_new: int | None = None
+) -> LabelPatch | None:
     """Cut a block along a line; the largest part keeps the label, the others get new ones.
 
     The line's own pixels go to the nearest part. None if the line does not part the block.
@@ -139,6 +141,8 @@ def split(labels: Labels, label: int, points: Points, locked: Collection[int] = 
         The line, two points or more.
     locked : collection of int
         Blocks that must not change.
+    first_new : int, optional
+        Number of the first new block; one more than the largest label if left out.
     """
     block = labels == label
     if label in locked or label == 0 or not block.any():
@@ -150,7 +154,7 @@ def split(labels: Labels, label: int, points: Points, locked: Collection[int] = 
     _, before_parts = cv2.connectedComponents(block.astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
     count, parts = cv2.connectedComponents((block & ~cut).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
     after = labels.copy()
-    following = int(labels.max()) + 1
+    following = int(labels.max()) + 1 if first_new is None else first_new
     sizes = np.bincount(parts.ravel(), minlength=count)
     for piece in np.unique(before_parts[cut]):
         inside = before_parts == piece

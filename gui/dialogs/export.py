@@ -1,0 +1,288 @@
+"""The dialog that asks what to export, and shows what that would write."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QSettings
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QFormLayout,
+    QHBoxLayout,
+    QLineEdit,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from gui.dialogs.widgets import Message, group
+from ilf.errors import ParameterError
+from ilf.export import ExportOptions
+
+_OPTIONS_KEY = "export/options"
+_UINT16_MAX = 65535
+
+_PNG_UNITS = ("1000 (millimetres)", "5000 (TUM)", "10000 (0.1 mm)", "256 (KITTI)")
+_CLOUD_FORMATS = {
+    "PLY, binary": "ply",
+    "PLY, text": "ply-ascii",
+    "PCD": "pcd",
+    "XYZ, no colour": "xyz",
+    "XYZRGB": "xyzrgb",
+}
+_AXES = {"Camera: x right, y down, z forward": "camera", "Y up: x right, y up, z backward": "y-up"}
+_CLOUD_UNITS = {"Metres": "m", "Millimetres": "mm"}
+
+
+class ExportDialog(QDialog):
+    """Choose files, formats and units of an export.
+
+    Parameters
+    ----------
+    name : str
+        Of the frame, for the title.
+    has_intrinsics : bool
+        Whether a point cloud can be made.
+    has_result : bool
+        Whether any block has been run; without it there are no curves, and the depth is as it was read.
+    folder : str
+        Where the files go unless the user says otherwise.
+    """
+
+    def __init__(
+        self, name: str, has_intrinsics: bool, has_result: bool, folder: str, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.setWindowTitle(f"Export {name}")
+        self._has_intrinsics = has_intrinsics
+        self._has_result = has_result
+        self._known: NDArray[np.floating] = np.empty(0, np.float32)
+
+        self.folder_path = QLineEdit(folder)
+        self.depth_png = QCheckBox("PNG, 16 bit")
+        self.depth_tiff = QCheckBox("TIFF, float32 metres")
+        self.depth_npy = QCheckBox("NPY, float32 metres")
+        self.png_units = QComboBox(editable=True)
+        self.png_units.addItems(_PNG_UNITS)
+        self.png_units.setToolTip("PNG values per metre")
+        self.png_note = Message(lines=2)
+        self.cloud = QCheckBox("Write the point cloud")
+        self.cloud_format, self.axes, self.cloud_unit = QComboBox(), QComboBox(), QComboBox()
+        self.cloud_format.addItems(list(_CLOUD_FORMATS))
+        self.axes.addItems(list(_AXES))
+        self.cloud_unit.addItems(list(_CLOUD_UNITS))
+        self.labels = QCheckBox("Blocks as label map (blocks.png)")
+        self.curves = QCheckBox("Convergence curves (curves.csv)")
+        self.run_record = QCheckBox("Record of the run, needed to replay it (run.json)")
+        self.message = Message(lines=3)
+        self._build()
+        self._restore()
+        self._watch()
+        self._refresh()
+
+    def set_depth(self, depth: NDArray[np.floating]) -> None:
+        """Depth to be exported [m], (H, W), NaN = missing; the note about what fits into 16 bits comes from it."""
+        self._known = depth[np.isfinite(depth)]
+        self._refresh()
+
+    def folder(self) -> str:
+        """Target folder; it need not exist yet."""
+        return self.folder_path.text().strip()
+
+    def options(self) -> ExportOptions:
+        """What is chosen, without what cannot be written for this frame.
+
+        Raises
+        ------
+        ParameterError
+            If the PNG units are not a positive number.
+        """
+        boxes = {"png": self.depth_png, "tiff": self.depth_tiff, "npy": self.depth_npy}
+        return ExportOptions(
+            depth_formats=tuple(name for name, box in boxes.items() if box.isChecked()),
+            depth_units=self._units(),
+            labels=self.labels.isChecked(),
+            curves=self.curves.isChecked() and self._has_result,
+            cloud=_CLOUD_FORMATS[self.cloud_format.currentText()] if self._makes_cloud() else None,
+            axes=_AXES[self.axes.currentText()],
+            cloud_unit=_CLOUD_UNITS[self.cloud_unit.currentText()],
+            run_record=self.run_record.isChecked(),
+        )
+
+    def accept(self) -> None:
+        """Remember the choices. What this frame made impossible stays as it was chosen for another."""
+        choices = asdict(self.options())
+        choices["curves"] = self.curves.isChecked()
+        choices["cloud"] = _CLOUD_FORMATS[self.cloud_format.currentText()] if self.cloud.isChecked() else None
+        QSettings().setValue(_OPTIONS_KEY, json.dumps(choices))
+        super().accept()
+
+    def _build(self) -> None:
+        browse = QPushButton("Browse…", autoDefault=False)
+        browse.clicked.connect(self._browse)
+        target = QHBoxLayout()
+        target.addWidget(self.folder_path, 1)
+        target.addWidget(browse)
+
+        depth_box, depth = group("Completed depth")
+        png = QHBoxLayout()
+        png.addWidget(self.depth_png)
+        png.addWidget(self.png_units, 1)
+        depth.addLayout(png)
+        depth.addWidget(self.png_note)
+        depth.addWidget(self.depth_tiff)
+        depth.addWidget(self.depth_npy)
+
+        cloud_box, cloud = group("Point cloud")
+        cloud.addWidget(self.cloud)
+        form = QFormLayout()
+        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        for text, field in (("Format", self.cloud_format), ("Axes", self.axes), ("Unit", self.cloud_unit)):
+            form.addRow(text, field)
+        cloud.addLayout(form)
+        if not self._has_intrinsics:
+            reason = Message()
+            reason.say("The frame has no camera intrinsics. Open it again with a preset or numbers.", "warning")
+            cloud.addWidget(reason)
+        cloud.addStretch(1)
+
+        others_box, others = group("Blocks and run")
+        for box in (self.labels, self.curves, self.run_record):
+            others.addWidget(box)
+
+        self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
+        self.export_button = self._buttons.addButton("Export", QDialogButtonBox.ButtonRole.AcceptRole)
+        self.export_button.setDefault(True)
+        self._buttons.accepted.connect(self.accept)
+        self._buttons.rejected.connect(self.reject)
+
+        boxes = QHBoxLayout()
+        boxes.setSpacing(12)
+        boxes.addWidget(depth_box, 1)
+        boxes.addWidget(cloud_box, 1)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(14, 14, 14, 14)
+        layout.setSpacing(12)
+        top = QFormLayout()
+        top.addRow("&Folder", target)
+        layout.addLayout(top)
+        layout.addLayout(boxes)
+        layout.addWidget(others_box)
+        layout.addWidget(self.message)
+        layout.addStretch(1)
+        layout.addWidget(self._buttons)
+        self.setMinimumWidth(680)
+
+    def _watch(self) -> None:
+        self.folder_path.textChanged.connect(self._refresh)
+        self.png_units.editTextChanged.connect(self._refresh)
+        self.cloud_format.currentTextChanged.connect(self._refresh)
+        checks = (self.depth_png, self.depth_tiff, self.depth_npy, self.cloud)
+        for box in (*checks, self.labels, self.curves, self.run_record):
+            box.toggled.connect(self._refresh)
+
+    def _browse(self) -> None:
+        start = Path(self.folder())
+        while not start.is_dir() and start != start.parent:
+            start = start.parent
+        path = QFileDialog.getExistingDirectory(self, "Choose target folder", str(start))
+        if path:
+            self.folder_path.setText(path)
+
+    def _restore(self) -> None:
+        stored = QSettings().value(_OPTIONS_KEY)
+        options = ExportOptions()
+        if stored:
+            try:
+                options = ExportOptions(**json.loads(str(stored)))
+            except (ValueError, TypeError):
+                # written by another version or by hand: the defaults are as good a start
+                QSettings().remove(_OPTIONS_KEY)
+        self.depth_png.setChecked("png" in options.depth_formats)
+        self.depth_tiff.setChecked("tiff" in options.depth_formats)
+        self.depth_npy.setChecked("npy" in options.depth_formats)
+        units = f"{options.depth_units:g}"
+        known = [text for text in _PNG_UNITS if text.partition(" ")[0] == units]
+        self.png_units.setCurrentText(known[0] if known else units)
+        self.cloud.setChecked(options.cloud is not None)
+        _show(self.cloud_format, _CLOUD_FORMATS, options.cloud or "ply")
+        _show(self.axes, _AXES, options.axes)
+        _show(self.cloud_unit, _CLOUD_UNITS, options.cloud_unit)
+        self.labels.setChecked(options.labels)
+        self.curves.setChecked(options.curves)
+        self.run_record.setChecked(options.run_record)
+
+    def _refresh(self) -> None:
+        """Everything that follows from the choices."""
+        self.png_units.setEnabled(self.depth_png.isChecked())
+        self.cloud.setEnabled(self._has_intrinsics)
+        self.curves.setEnabled(self._has_result)
+        for field in (self.cloud_format, self.axes, self.cloud_unit):
+            field.setEnabled(self._makes_cloud())
+        try:
+            options = self.options()
+        except ParameterError as error:
+            self.png_note.say("")
+            self._refuse(str(error))
+            return
+        self.png_note.say(*self._png_note(options.depth_units) if self.depth_png.isChecked() else ("", "muted"))
+        names, folder = options.filenames(), Path(self.folder())
+        if not self.folder():
+            self._refuse("Choose a target folder.")
+        elif folder.exists() and not folder.is_dir():
+            self._refuse(f"{folder} is a file, not a folder. Choose another folder.")
+        elif not names:
+            self._refuse("Choose at least one file to write.")
+        else:
+            self.export_button.setEnabled(True)
+            self.message.say(*self._plan(names, folder))
+
+    def _plan(self, names: tuple[str, ...], folder: Path) -> tuple[str, str]:
+        """What the export would do to the folder, and in which tone to say it."""
+        lines = [f"Writes {', '.join(names)}." if folder.is_dir() else f"Makes the folder, writes {', '.join(names)}."]
+        replaced = [name for name in names if (folder / name).exists()]
+        if replaced:
+            lines.append(f"Replaces in this folder: {', '.join(replaced)}.")
+        if not self._has_result:
+            lines.append("No block has been run yet: the depth is exported as it was read.")
+        return "\n".join(lines), "warning" if len(lines) > 1 else "muted"
+
+    def _png_note(self, units: float) -> tuple[str, str]:
+        if not self._known.size:
+            return f"Steps of {1000 / units:.3g} mm.", "muted"
+        deepest = float(self._known.max())
+        value = round(deepest * units)
+        if value <= _UINT16_MAX:
+            return f"Steps of {1000 / units:.3g} mm; at most {deepest:.2f} m → {value}, fits.", "muted"
+        share = np.count_nonzero(np.rint(self._known.astype(np.float64) * units) > _UINT16_MAX) / self._known.size
+        return (
+            f"At most {deepest:.2f} m → {value}, over {_UINT16_MAX}: {100 * share:.2g} % of the pixels would be "
+            "clipped. Use fewer units per metre.",
+            "warning",
+        )
+
+    def _refuse(self, text: str) -> None:
+        self.export_button.setEnabled(False)
+        self.message.say(text, "error")
+
+    def _makes_cloud(self) -> bool:
+        return self._has_intrinsics and self.cloud.isChecked()
+
+    def _units(self) -> float:
+        text = self.png_units.currentText().strip()
+        try:
+            return float(text.partition(" ")[0])
+        except ValueError as error:
+            raise ParameterError(f"PNG values per metre must be a number such as 1000, not {text!r}.") from error
+
+
+def _show(combo: QComboBox, values: dict[str, str], value: str) -> None:
+    combo.setCurrentText(next(text for text, known in values.items() if known == value))

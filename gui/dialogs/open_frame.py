@@ -1,0 +1,359 @@
+"""The dialog that opens a frame: which files, in which units, seen by which camera."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QSettings, QSignalBlocker, QSize, Qt, QTimer
+from PySide6.QtGui import QPixmap
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from gui.dialogs.frame_files import colour_beside, depth_beside
+from gui.dialogs.widgets import Message, last_folder
+from gui.images import rgb_image
+from gui.loader import FrameSource
+from gui.views.colour_maps import depth_table, robust_depth_levels, to_indices
+from ilf.camera import INTRINSICS
+from ilf.errors import IlfError, InputError
+from ilf.frame import RGBDFrame
+from ilf.io import frame_folder, load_frame, read_colour, read_depth_values
+from ilf.io.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
+
+_Result = TypeVar("_Result")
+
+_NOTHING_CHOSEN = "Choose a colour file and its depth file, or a folder with meta.json."
+_FOLDER_KEY = "open/folder"
+_DELAY_MS = 200
+_PREVIEW = QSize(304, 204)
+
+_AUTOMATIC_UNITS = "Automatic (from meta.json, or by the kind of file)"
+_UNITS = ("1000 (millimetres)", "5000 (TUM)", "10000 (0.1 mm)", "1 (metres)", "100 (centimetres)", "256 (KITTI)")
+_FROM_META, _NUMBERS, _FILE = (
+    "From meta.json, or none (needed for point clouds only)",
+    "Numbers: fx, fy, cx, cy",
+    "From a JSON file",
+)
+
+
+class OpenFrameDialog(QDialog):
+    """Choose a frame and see what it is before it is opened.
+
+    Open is enabled only while `ilf.io.load_frame` takes what is chosen.
+    """
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Open Frame")
+        self._reading_delay = QTimer(self, singleShot=True, interval=_DELAY_MS)
+        self._reading_delay.timeout.connect(self.read)
+
+        self.colour_path = QLineEdit(placeholderText="Colour image, or a folder with meta.json")
+        self.depth_path = QLineEdit(placeholderText="Raw depth: 16-bit or float, one channel")
+        self.units = QComboBox(editable=True)
+        self.units.addItems([_AUTOMATIC_UNITS, *_UNITS])
+        self.units.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        self.units.setToolTip(
+            "How many file units make one metre. Automatic: what meta.json says; without it 1000 for whole "
+            "numbers and 1 for floating-point depth."
+        )
+        self.camera = QComboBox()
+        self.camera.addItems([_FROM_META, *INTRINSICS, _NUMBERS, _FILE])
+        self.camera_text = QLineEdit()
+        self.camera_browse = QPushButton("File…", autoDefault=False)
+        self.message = Message(lines=4)
+        self.colour_preview, self.depth_preview = _Preview("Colour"), _Preview("Depth")
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Open | QDialogButtonBox.StandardButton.Cancel)
+        self.open_button = buttons.button(QDialogButtonBox.StandardButton.Open)
+        buttons.accepted.connect(self.accept)
+        buttons.rejected.connect(self.reject)
+
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(14, 14, 14, 14)
+        layout.setSpacing(12)
+        layout.addLayout(self._form())
+        previews = QHBoxLayout()
+        previews.setSpacing(12)
+        previews.addWidget(self.colour_preview)
+        previews.addWidget(self.depth_preview)
+        layout.addLayout(previews)
+        layout.addWidget(self.message)
+        layout.addStretch(1)
+        layout.addWidget(buttons)
+
+        self.colour_path.textChanged.connect(self._schedule)
+        self.depth_path.textChanged.connect(self._schedule)
+        self.units.editTextChanged.connect(self._schedule)
+        self.camera_text.textChanged.connect(self._schedule)
+        self.camera.currentTextChanged.connect(self._change_camera)
+        self._change_camera()
+        self.read()
+
+    def set_files(self, rgb: str, depth: str | None = None) -> None:
+        """Choose files as if by hand: two files in either order, one file, or a folder with meta.json.
+
+        The other file of a pair is proposed where only one is given.
+        """
+        if depth is None:
+            self._choose(Path(rgb), _looks_like_depth(Path(rgb)))
+        else:
+            swapped = _looks_like_depth(Path(rgb)) and not _looks_like_depth(Path(depth))
+            self._set_paths(depth if swapped else rgb, rgb if swapped else depth)
+
+    def request(self) -> FrameSource:
+        """What to open.
+
+        Raises
+        ------
+        InputError
+            If files are not chosen yet, or the depth units or intrinsics are not numbers.
+        """
+        colour, depth = self._paths()
+        if not colour or not (depth or _is_folder(colour)):
+            raise InputError(_NOTHING_CHOSEN)
+        return FrameSource(colour, None if _is_folder(colour) else depth, self._units(), self._intrinsics())
+
+    def read(self) -> None:
+        """Read what is chosen now, and say what it is."""
+        self._reading_delay.stop()
+        colour, depth = self._paths()
+        self.depth_path.setEnabled(not _is_folder(colour))
+        if not colour and not depth:
+            self._refuse(_NOTHING_CHOSEN, "muted")
+            return
+        try:
+            source = self.request()
+            frame = load_frame(source.rgb, source.depth, depth_units=source.depth_units, intrinsics=source.intrinsics)
+        except IlfError as error:
+            self._refuse(str(error), "error")
+        else:
+            self.colour_preview.show_rgb(frame.rgb)
+            self.depth_preview.show_depth(frame.depth)
+            self.message.say(_reading(frame), "good")
+            self.open_button.setEnabled(True)
+
+    def accept(self) -> None:
+        # a change may still be waiting to be read
+        self.read()
+        if self.open_button.isEnabled():
+            super().accept()
+
+    def done(self, result: int) -> None:
+        self._reading_delay.stop()
+        super().done(result)
+
+    def _form(self) -> QGridLayout:
+        colour_file = QPushButton("File…", autoDefault=False)
+        folder = QPushButton("Folder…", autoDefault=False)
+        depth_file = QPushButton("File…", autoDefault=False)
+        colour_file.clicked.connect(lambda: self._browse(False))
+        depth_file.clicked.connect(lambda: self._browse(True))
+        folder.clicked.connect(self._browse_folder)
+        self.camera_browse.clicked.connect(self._browse_camera)
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(8)
+        grid.setVerticalSpacing(8)
+        grid.setColumnStretch(1, 1)
+        for row, (text, field) in enumerate(
+            (
+                ("&Colour or folder", self.colour_path),
+                ("&Depth", self.depth_path),
+                ("Depth &units per metre", self.units),
+                ("Camera &intrinsics", self.camera),
+            )
+        ):
+            label = QLabel(text)
+            label.setBuddy(field)
+            grid.addWidget(label, row, 0)
+            grid.addWidget(field, row, 1, 1, 3 if isinstance(field, QComboBox) else 1)
+        grid.addWidget(colour_file, 0, 2)
+        grid.addWidget(folder, 0, 3)
+        grid.addWidget(depth_file, 1, 2, 1, 2)
+        grid.addWidget(self.camera_text, 4, 1)
+        grid.addWidget(self.camera_browse, 4, 2, 1, 2)
+        return grid
+
+    def _schedule(self) -> None:
+        self.open_button.setEnabled(False)
+        self._reading_delay.start()
+
+    def _change_camera(self) -> None:
+        choice = self.camera.currentText()
+        self.camera_text.setVisible(choice in (_NUMBERS, _FILE))
+        self.camera_browse.setVisible(choice == _FILE)
+        self.camera_text.setPlaceholderText(
+            "Pixels, such as 525, 525, 319.5, 239.5" if choice == _NUMBERS else "JSON file with fx, fy, cx, cy or K"
+        )
+        self._schedule()
+
+    def _browse(self, is_depth: bool) -> None:
+        what, suffixes = ("depth", DEPTH_FILE_SUFFIXES) if is_depth else ("colour", COLOUR_SUFFIXES)
+        patterns = " ".join(f"*{suffix}" for suffix in suffixes)
+        path, _ = QFileDialog.getOpenFileName(
+            self, f"Choose {what} file", last_folder(_FOLDER_KEY), f"{what.capitalize()} ({patterns});;All files (*)"
+        )
+        if path:
+            self._choose(Path(path), is_depth)
+
+    def _browse_folder(self) -> None:
+        path = QFileDialog.getExistingDirectory(self, "Choose frame folder", last_folder(_FOLDER_KEY))
+        if path:
+            self._choose(Path(path), False)
+
+    def _browse_camera(self) -> None:
+        path, _ = QFileDialog.getOpenFileName(
+            self, "Choose intrinsics", last_folder(_FOLDER_KEY), "JSON (*.json);;All files (*)"
+        )
+        if path:
+            self.camera_text.setText(path)
+
+    def _choose(self, path: Path, is_depth: bool) -> None:
+        """Take one chosen path, and propose its partner where the other field does not hold one already."""
+        QSettings().setValue(_FOLDER_KEY, str(path.parent))
+        if path.is_dir():
+            self._set_paths(str(path), "")
+        elif is_depth:
+            partner = colour_beside(path)
+            self._set_paths(str(partner) if partner else self.colour_path.text(), str(path))
+        else:
+            partner = depth_beside(path)
+            self._set_paths(str(path), str(partner) if partner else self.depth_path.text())
+
+    def _set_paths(self, colour: str, depth: str) -> None:
+        with QSignalBlocker(self.colour_path), QSignalBlocker(self.depth_path):
+            self.colour_path.setText(colour)
+            self.depth_path.setText(depth)
+        self.read()
+
+    def _paths(self) -> tuple[str, str]:
+        return self.colour_path.text().strip(), self.depth_path.text().strip()
+
+    def _units(self) -> float | None:
+        text = self.units.currentText().strip()
+        if text == _AUTOMATIC_UNITS:
+            return None
+        try:
+            return float(text.partition(" ")[0])
+        except ValueError as error:
+            raise InputError(
+                f"The depth units must be a number of file units per metre, such as 1000, not {text!r}."
+            ) from error
+
+    def _intrinsics(self) -> str | tuple[float, ...] | None:
+        choice, text = self.camera.currentText(), self.camera_text.text().strip()
+        if choice == _FROM_META:
+            return None
+        if choice == _FILE:
+            if not text:
+                raise InputError("Choose the JSON file that holds the intrinsics.")
+            return text
+        if choice != _NUMBERS:
+            return choice
+        try:
+            fx, fy, cx, cy = (float(part) for part in text.replace(",", " ").split())
+        except ValueError as error:
+            raise InputError(
+                "The intrinsics must be four numbers in pixels: fx, fy, cx, cy, such as 525, 525, 319.5, 239.5."
+            ) from error
+        return fx, fy, cx, cy
+
+    def _refuse(self, text: str, tone: str) -> None:
+        """Say why it cannot be opened, and still show what can be shown."""
+        self.open_button.setEnabled(False)
+        colour, depth = self._paths()
+        for path in {str(Path(colour).parent), str(Path(depth).parent)} - {"."}:
+            text = text.replace(f"{path}/", "")
+        self.message.say(text, tone)
+        if _is_folder(colour):
+            files = _attempt(lambda: frame_folder(colour))
+            colour, depth = (str(files.rgb), str(files.depth)) if files else ("", "")
+        self.colour_preview.show_rgb(_attempt(lambda: read_colour(colour)) if colour else None)
+        self.depth_preview.show_depth(_attempt(lambda: read_depth_values(depth)) if depth else None)
+
+
+class _Preview(QFrame):
+    """A picture in a box of fixed size, with its name below."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self._name = name
+        self.picture = QLabel(alignment=Qt.AlignmentFlag.AlignCenter)
+        self.picture.setFixedSize(_PREVIEW)
+        self.picture.setFrameShape(QFrame.Shape.StyledPanel)
+        self._caption = Message()
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(3)
+        column.addWidget(self.picture)
+        column.addWidget(self._caption)
+        self.show_rgb(None)
+
+    def show_rgb(self, rgb: NDArray[np.uint8] | None) -> None:
+        """Show uint8 (H, W, 3), or nothing."""
+        if rgb is None:
+            self.picture.clear()
+            self._caption.say(self._name)
+            return
+        height, width = rgb.shape[:2]
+        self._caption.say(f"{self._name}, {width} x {height}")
+        self.picture.setPixmap(
+            QPixmap.fromImage(rgb_image(rgb)).scaled(
+                _PREVIEW - QSize(4, 4), Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation
+            )
+        )
+
+    def show_depth(self, depth: NDArray[np.generic] | None) -> None:
+        """Show depth (H, W) in any unit by its colours, missing pixels black, or nothing."""
+        if depth is None:
+            self.show_rgb(None)
+            return
+        values = depth.astype(np.float32)
+        values[~(values > 0)] = np.nan
+        self.show_rgb(depth_table("turbo")[to_indices(values, *robust_depth_levels(values))][..., :3])
+
+
+def _reading(frame: RGBDFrame) -> str:
+    """What the frame is, in one line of numbers and one about what it can do."""
+    known = frame.depth[frame.known]
+    height, width = frame.shape
+    units = float(str(frame.sources["depth_units"]))
+    first = (
+        f"Median {np.median(known):.2f} m, range {known.min():.2f}–{known.max():.2f} m, {width} x {height}, "
+        f"{100 * frame.missing_share:.0f} % missing, at {units:g} units per metre."
+    )
+    if frame.intrinsics is None:
+        return f"{first}\nWithout intrinsics there will be no point cloud."
+    camera = frame.intrinsics
+    return f"{first}\nIntrinsics: fx {camera.fx:g}, fy {camera.fy:g}, cx {camera.cx:g}, cy {camera.cy:g} px."
+
+
+def _attempt(read: Callable[[], _Result]) -> _Result | None:
+    """What can be read for a preview beside a message that says already why the frame cannot be opened."""
+    try:
+        return read()
+    except IlfError:
+        return None
+
+
+def _is_folder(path: str) -> bool:
+    return bool(path) and Path(path).is_dir()
+
+
+def _looks_like_depth(path: Path) -> bool:
+    return "depth" in path.stem.lower() or path.suffix.lower() in set(DEPTH_FILE_SUFFIXES) - set(COLOUR_SUFFIXES)

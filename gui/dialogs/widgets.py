@@ -1,0 +1,60 @@
+"""Small parts that the dialogs share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QEvent, QSettings, Qt
+from PySide6.QtGui import QPalette
+from PySide6.QtWidgets import QGroupBox, QLabel, QVBoxLayout, QWidget
+
+from gui import theme
+
+
+class Message(QLabel):
+    """Wrapped text in one of the theme's colours."""
+
+    def __init__(self, lines: int = 1, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._tone = "muted"
+        self.setWordWrap(True)
+        self.setTextFormat(Qt.TextFormat.PlainText)
+        self.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
+        self.setMinimumHeight(lines * self.fontMetrics().lineSpacing())
+        self._paint()
+
+    def say(self, text: str, tone: str = "muted") -> None:
+        """Show `text` in the colour of that name in `theme.Colours`."""
+        # long paths have no spaces to wrap at
+        self.setText(text.replace("/", "/\u200b"))
+        self._tone = tone
+        self._paint()
+
+    def tone(self) -> str:
+        """Name of the present colour."""
+        return self._tone
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.ApplicationPaletteChange:
+            self._paint()
+
+    def _paint(self) -> None:
+        palette = QPalette()
+        palette.setColor(QPalette.ColorRole.WindowText, getattr(theme.colours(palette), self._tone))
+        self.setPalette(palette)
+
+
+def group(title: str) -> tuple[QGroupBox, QVBoxLayout]:
+    """A titled box and the column in it."""
+    box = QGroupBox(title)
+    column = QVBoxLayout(box)
+    column.setContentsMargins(12, 10, 12, 12)
+    column.setSpacing(8)
+    return box, column
+
+
+def last_folder(key: str) -> str:
+    """The folder that a file dialog of this kind was last in, if it is still there; else the home folder."""
+    folder = str(QSettings().value(key, ""))
+    return folder if folder and Path(folder).is_dir() else str(Path.home())

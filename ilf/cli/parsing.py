@@ -1,0 +1,157 @@
+"""What the commands' arguments have in common: the frame, and the flags that parameters declare."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping
+from typing import Any, NoReturn
+
+from ..camera import INTRINSICS
+from ..declarations import Declaration, ParameterSet, Value
+from ..errors import IlfError, ParameterError
+from ..frame import RGBDFrame
+from ..io import load_frame
+from ..parameters import BlockParameters
+
+Commands = Any
+"""What `ArgumentParser.add_subparsers` returns; its type has no public name."""
+
+BLOCK_PREFIX = "blocks-"
+
+
+class UsageError(IlfError):
+    """Arguments that do not go together."""
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"ilf: error: {' '.join(message.split())}. See {self.prog} --help.\n")
+
+
+def add_frame(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments that name a frame and say how to read it."""
+    parser.add_argument(
+        "inputs",
+        nargs="*",
+        metavar="INPUT",
+        help="colour file and depth file, or one folder with rgb.*, depth.* and meta.json",
+    )
+    reading = parser.add_argument_group("reading the frame")
+    reading.add_argument(
+        "--depth-units",
+        type=float,
+        metavar="N",
+        help="units of the depth file per metre: 1000 for millimetres, 5000 for TUM (default: what meta.json says; "
+        "for two files 1000 if they hold integers, 1 if they hold floats)",
+    )
+    reading.add_argument(
+        "--intrinsics",
+        metavar="CAMERA",
+        help=f"{', '.join(INTRINSICS)}; or fx,fy,cx,cy; or a JSON file. Needed for point clouds only",
+    )
+
+
+def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
+    """Load the frame that the arguments name."""
+    inputs = arguments.inputs
+    if len(inputs) not in {1, 2}:
+        raise UsageError(f"Give a colour and a depth file, or one folder; these are {len(inputs)} paths.")
+    return load_frame(*inputs, depth_units=arguments.depth_units, intrinsics=arguments.intrinsics)
+
+
+def add_block_parameters(parser: argparse.ArgumentParser) -> None:
+    """Add the flags of the block extraction."""
+    add_parameters(parser, BlockParameters, "block extraction", prefix=BLOCK_PREFIX)
+
+
+def add_parameters(
+    parser: argparse.ArgumentParser,
+    kind: type[ParameterSet],
+    title: str,
+    *,
+    prefix: str = "",
+    presets: Mapping[str, ParameterSet] | None = None,
+) -> None:
+    """Add a flag for every parameter of a set, group by group, each with its help, unit, range and default.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+    kind : type of ParameterSet
+    title : str
+        Put before the names of the groups.
+    prefix : str
+        Put before the name of every flag.
+    presets : mapping, optional
+        Named sets; where their values differ from the default, the help says so.
+    """
+    groups: dict[str, Any] = {}
+    for name, declaration in kind.declarations().items():
+        if declaration.group not in groups:
+            groups[declaration.group] = parser.add_argument_group(f"{title}: {declaration.group.lower()}")
+        how: dict[str, Any] = (
+            {"action": argparse.BooleanOptionalAction}
+            if declaration.kind is bool
+            else {"type": _reader(declaration), "metavar": _metavar(declaration)}
+        )
+        groups[declaration.group].add_argument(
+            declaration.flag.replace("--", f"--{prefix}", 1),
+            dest=_destination(kind, name),
+            default=argparse.SUPPRESS,
+            help=_help(declaration, presets or {}).replace("%", "%%"),
+            **how,
+        )
+
+
+def given_parameters(arguments: argparse.Namespace, kind: type[ParameterSet]) -> dict[str, Value]:
+    """Name -> value of the parameters of a set that were given on the command line."""
+    values = vars(arguments)
+    return {
+        name: values[_destination(kind, name)] for name in kind.declarations() if _destination(kind, name) in values
+    }
+
+
+def _destination(kind: type[ParameterSet], name: str) -> str:
+    return f"{kind.__name__}.{name}"
+
+
+def _reader(declaration: Declaration) -> Callable[[str], Value]:
+    """Turns a flag's text into a checked value; argparse shows the message of what it raises."""
+
+    def read(text: str) -> Value:
+        try:
+            if declaration.special and text == declaration.special and declaration.minimum is not None:
+                return declaration.checked(declaration.minimum)
+            return declaration.checked(text if declaration.kind is str else float(text))
+        except ParameterError as error:
+            raise argparse.ArgumentTypeError(str(error).rstrip(".")) from error
+        except ValueError as error:
+            raise argparse.ArgumentTypeError(f"{text!r} is not a number") from error
+
+    return read
+
+
+def _metavar(declaration: Declaration) -> str:
+    if declaration.choices:
+        return "|".join(declaration.choices)
+    return "TEXT" if declaration.kind is str else "N"
+
+
+def _help(declaration: Declaration, presets: Mapping[str, ParameterSet]) -> str:
+    facts = [declaration.unit] if declaration.unit else []
+    if declaration.minimum is not None and declaration.maximum is not None:
+        facts.append(f"{declaration.minimum:g} to {declaration.maximum:g}")
+    facts.append(f"default {_shown(declaration, declaration.default)}")
+    for preset, values in presets.items():
+        value = getattr(values, declaration.name)
+        if value != declaration.default:
+            facts.append(f"in {preset} {_shown(declaration, value)}")
+    return f"{declaration.help} [{'; '.join(facts)}]"
+
+
+def _shown(declaration: Declaration, value: Value) -> str:
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    return declaration.special if declaration.special and value == declaration.minimum else str(value)

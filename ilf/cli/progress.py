@@ -1,0 +1,56 @@
+"""The progress bar of a run."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Self
+
+from tqdm import tqdm
+
+from ..completion import CompletionRun, Progress
+
+
+class _Bar(tqdm):
+    # otherwise the first bar starts a thread that outlives it
+    monitor_interval = 0
+
+
+class RunProgress:
+    """A bar on stderr: blocks done, and the iteration of the one that runs.
+
+    Parameters
+    ----------
+    run : CompletionRun
+    shown : bool
+        Whether there is a bar at all.
+    """
+
+    def __init__(self, run: CompletionRun, *, shown: bool) -> None:
+        self._bar = _Bar(
+            total=len(run.blocks),
+            disable=not shown,
+            miniters=0,
+            leave=False,
+            dynamic_ncols=True,
+            bar_format="{n_fmt}/{total_fmt} blocks |{bar:30}| {elapsed}{postfix}",
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._bar.close()
+
+    def update(self, step: Progress) -> None:
+        """Show a step of the run."""
+        record = step.record
+        if record is None:
+            self._bar.update(1)
+            return
+        self._bar.set_postfix_str(
+            f"block {step.label}: iteration {record.i}, stage {record.stage}, sigma {record.sigma_i * 1000:.3g} mm",
+            refresh=False,
+        )
+        self._bar.update(0)

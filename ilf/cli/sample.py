@@ -1,0 +1,45 @@
+"""`ilf sample`: the bundled sample frame."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..assets import asset_path
+from ..errors import ExportError
+from ..io.atomic import write_bytes
+from .folders import made_folder
+from .parsing import Commands
+
+SAMPLE = "samples/room"
+
+
+def add_command(commands: Commands) -> None:
+    """Add the command to the parser."""
+    parser = commands.add_parser(
+        "sample",
+        help="write the bundled sample frame into a folder",
+        description="Write the bundled sample, a generated room with the depth defects of a real sensor, "
+        "into a folder.",
+        allow_abbrev=False,
+    )
+    parser.set_defaults(command=run)
+    parser.add_argument("folder", metavar="DIR", help="made if missing")
+    parser.add_argument("--force", action="store_true", help="overwrite files of the same names")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Carry the command out."""
+    folder = Path(arguments.folder)
+    contents = {
+        folder / path.name: path.read_bytes() for path in sorted(asset_path(SAMPLE).iterdir()) if path.is_file()
+    }
+    if not arguments.force:
+        for path, content in contents.items():
+            if path.exists() and (path.is_dir() or path.read_bytes() != content):
+                raise ExportError(f"{path} is there already and is another file. Choose another folder, or --force.")
+    made_folder(folder)
+    for path, content in contents.items():
+        write_bytes(path, content)
+    print(f"Written to {folder}: {', '.join(path.name for path in contents)}")
+    print(f"Complete it: ilf complete {folder}")

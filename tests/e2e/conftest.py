@@ -1,0 +1,76 @@
+"""The real window, offscreen, on small frames that are written to files first."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from gui.loader import FrameSource
+from gui.main_window import MainWindow
+from gui.runs import RunState
+from ilf.frame import RGBDFrame
+
+WAIT_MS = 20_000
+
+
+def write_frame(folder: Path, frame: RGBDFrame) -> Path:
+    """A frame folder with colour, 16-bit depth in millimetres and meta.json."""
+    folder.mkdir()
+    cv2.imwrite(str(folder / "rgb.png"), frame.rgb[..., ::-1])
+    millimetres = np.nan_to_num(frame.depth * 1000).round().astype(np.uint16)
+    cv2.imwrite(str(folder / "depth.png"), millimetres)
+    camera = frame.intrinsics
+    numbers = None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy]
+    meta = {"name": folder.name, "size": list(frame.shape[::-1]), "depth_units_per_m": 1000, "K": numbers}
+    (folder / "meta.json").write_text(json.dumps(meta))
+    return folder
+
+
+@pytest.fixture
+def frame_folder(tmp_path: Path, small_frame: RGBDFrame) -> Path:
+    """`small_frame` on disk."""
+    return write_frame(tmp_path / "two-planes", small_frame)
+
+
+@pytest.fixture
+def window(qtbot: QtBot) -> Iterator[MainWindow]:
+    """An empty main window, shown."""
+    window = MainWindow(remembers=False)
+    window.documents.discard_silently = True
+    qtbot.addWidget(window)
+    window.resize(1280, 800)
+    window.show()
+    qtbot.waitExposed(window)
+    yield window
+    window.close()
+
+
+@pytest.fixture
+def opened(window: MainWindow, qtbot: QtBot, frame_folder: Path) -> MainWindow:
+    """The window with the small frame opened and its blocks extracted."""
+    open_frame(window, qtbot, FrameSource(str(frame_folder)))
+    return window
+
+
+@pytest.fixture
+def run_all(qtbot: QtBot) -> Callable[[MainWindow], None]:
+    """Runs every block and waits for the end."""
+
+    def run(window: MainWindow) -> None:
+        with qtbot.waitSignal(window.runs.ended, timeout=WAIT_MS):
+            window.actions_["run"].trigger()
+        assert window.runs.state is RunState.IDLE
+
+    return run
+
+
+def open_frame(window: MainWindow, qtbot: QtBot, source: FrameSource) -> None:
+    """Open a frame and wait until its blocks are there."""
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        window.loader.open(source)

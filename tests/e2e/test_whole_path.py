@@ -1,0 +1,223 @@
+"""Open, extract, edit, run, export, reopen: the whole path through the real window."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QMessageBox
+from pytestqt.qtbot import QtBot
+
+import ilf
+from gui.loader import FrameSource
+from gui.main_window import MainWindow
+from gui.runs import RunState
+from ilf.cli import main as command_line
+from ilf.completion import Status
+from ilf.export import ExportOptions
+
+from .conftest import WAIT_MS, open_frame
+
+Run = Callable[[MainWindow], None]
+
+
+def _export(window: MainWindow, qtbot: QtBot, folder: Path, options: ExportOptions | None = None) -> None:
+    with qtbot.waitSignal(window.documents.exported, timeout=WAIT_MS):
+        window.documents.export(folder, options or ExportOptions())
+
+
+def test_window_and_command_line_give_the_same_files_bit_for_bit(
+    opened: MainWindow, qtbot: QtBot, run_all: Run, frame_folder: Path, tmp_path: Path
+) -> None:
+    run_all(opened)
+    _export(opened, qtbot, tmp_path / "window")
+    assert command_line(["complete", str(frame_folder), "--out", str(tmp_path / "cli"), "--quiet"]) == 0
+    names = sorted(path.name for path in (tmp_path / "cli").iterdir())
+    assert names == sorted(ExportOptions().filenames())
+    for name in names:
+        assert (tmp_path / "window" / name).read_bytes() == (tmp_path / "cli" / name).read_bytes(), name
+
+
+def test_window_shows_what_the_library_computes(opened: MainWindow, run_all: Run, frame_folder: Path) -> None:
+    run_all(opened)
+    frame = ilf.load_frame(frame_folder)
+    expected = ilf.complete(frame, ilf.extract_blocks(frame))
+    session = opened.workspace.session
+    completion = session.completion()
+    assert completion is not None
+    assert np.array_equal(completion.depth, expected.depth, equal_nan=True)
+    assert all(outcome.status in (Status.COMPLETED, Status.NOTHING_MISSING) for outcome in completion.outcomes.values())
+
+
+def test_curves_of_the_chosen_block_are_its_records(opened: MainWindow, run_all: Run) -> None:
+    run_all(opened)
+    session = opened.workspace.session
+    for label, result in session.valid_results().items():
+        opened.workspace.select([label])
+        assert [record.i for record in opened.curves.records] == [record.i for record in result.history]
+
+
+def test_edited_blocks_survive_export_replay_and_reopening(
+    opened: MainWindow, qtbot: QtBot, run_all: Run, tmp_path: Path
+) -> None:
+    workspace = opened.workspace
+    opened.actions_["select_all"].trigger()
+    opened.actions_["merge_blocks"].trigger()
+    assert len(workspace.session.counts()) == 1
+    workspace.set_parameters(ilf.preset("paper", centred=True))
+    run_all(opened)
+    _export(opened, qtbot, tmp_path / "first")
+    assert json.loads((tmp_path / "first" / "run.json").read_text())["blocks"]["edited"] is True
+    assert not workspace.session.unsaved
+
+    assert (
+        command_line(
+            ["complete", "--replay", str(tmp_path / "first" / "run.json"), "--out", str(tmp_path / "again"), "--quiet"]
+        )
+        == 0
+    )
+    for path in (tmp_path / "first").iterdir():
+        assert path.read_bytes() == (tmp_path / "again" / path.name).read_bytes(), path.name
+
+    merged = workspace.session.labels.copy()
+    opened.actions_["close_frame"].trigger()
+    assert not workspace.has_session
+    with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
+        opened.documents.open_paths([tmp_path / "first" / "run.json"])
+    assert np.array_equal(workspace.session.labels, merged)
+    assert workspace.parameters.centred
+    run_all(opened)
+    _export(opened, qtbot, tmp_path / "third")
+    assert (tmp_path / "third" / "depth.npy").read_bytes() == (tmp_path / "first" / "depth.npy").read_bytes()
+
+
+def test_step_pause_resume_cancel(opened: MainWindow, qtbot: QtBot) -> None:
+    runs, actions = opened.runs, opened.actions_
+    seen: list[int] = []
+    runs.records.connect(lambda _, records: seen.extend(record.i for record in records))
+    opened.workspace.set_parameters(ilf.preset("released-code", max_iterations=100_000, linear_start=3.0))
+    actions["step"].trigger()
+    qtbot.waitUntil(lambda: seen == [1], timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: runs.state is RunState.PAUSED, timeout=WAIT_MS)
+    actions["step"].trigger()
+    qtbot.waitUntil(lambda: seen == [1, 2], timeout=WAIT_MS)
+    assert actions["pause"].isChecked()
+    actions["pause"].trigger()
+    qtbot.waitUntil(lambda: len(seen) > 20, timeout=WAIT_MS)
+    actions["pause"].trigger()
+    qtbot.waitUntil(lambda: runs.state is RunState.PAUSED, timeout=WAIT_MS)
+    qtbot.wait(100)
+    held = len(seen)
+    qtbot.wait(100)
+    assert len(seen) == held
+    with qtbot.waitSignal(runs.ended, timeout=WAIT_MS) as ended:
+        actions["cancel"].trigger()
+    assert "cancelled" in ended.args[0]
+    assert seen == list(range(1, len(seen) + 1))
+    assert opened.workspace.session.completion() is None
+    assert not actions["cancel"].isEnabled()
+    assert actions["run"].isEnabled()
+
+
+def test_running_chosen_blocks_leaves_the_others(opened: MainWindow, qtbot: QtBot) -> None:
+    session = opened.workspace.session
+    chosen = next(iter(session.counts()))
+    opened.workspace.select([chosen])
+    with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
+        opened.actions_["run_selected"].trigger()
+    assert set(session.valid_results()) == {chosen}
+
+
+def test_a_block_of_its_own_parameters(opened: MainWindow, run_all: Run) -> None:
+    workspace = opened.workspace
+    first, second = list(workspace.session.counts())[:2]
+    workspace.select([first])
+    workspace.set_parameters(ilf.preset(max_iterations=3), first)
+    run_all(opened)
+    results = workspace.session.valid_results()
+    assert results[first].outcome.iterations == 3
+    assert results[second].outcome.iterations > 3
+
+
+def test_editing_a_block_takes_back_its_result_and_undo_brings_it_back(opened: MainWindow, run_all: Run) -> None:
+    run_all(opened)
+    workspace, session = opened.workspace, opened.workspace.session
+    before = session.completion()
+    labels = session.labels.copy()
+    label = next(iter(session.counts()))
+    workspace.select([label])
+    opened.actions_["delete_blocks"].trigger()
+    assert label not in session.valid_results()
+    workspace.undo_group.undo()
+    assert np.array_equal(session.labels, labels)
+    after = session.completion()
+    assert before is not None
+    assert after is not None
+    assert np.array_equal(before.depth, after.depth, equal_nan=True)
+
+
+def test_closing_the_window_in_the_middle_of_a_run_ends_its_thread(opened: MainWindow, qtbot: QtBot) -> None:
+    opened.workspace.set_parameters(ilf.preset("released-code", max_iterations=100_000))
+    opened.actions_["run"].trigger()
+    qtbot.waitUntil(lambda: bool(opened.runs.live), timeout=WAIT_MS)
+    opened.close()
+    assert opened.runs.state is RunState.IDLE
+
+
+def test_closing_asks_about_results_that_are_not_exported(
+    opened: MainWindow, run_all: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_all(opened)
+    opened.documents.discard_silently = False
+    asked: list[str] = []
+
+    def answer(_parent: object, _title: str, text: str, *_: object) -> QMessageBox.StandardButton:
+        asked.append(text)
+        return QMessageBox.StandardButton.Cancel
+
+    monkeypatch.setattr(QMessageBox, "question", answer)
+    assert not opened.close()
+    assert "two-planes" in asked[0]
+    assert opened.isVisible()
+    opened.documents.discard_silently = True
+
+
+def test_several_frames_keep_their_own_state(opened: MainWindow, qtbot: QtBot, run_all: Run, tmp_path: Path) -> None:
+    from .conftest import write_frame
+
+    run_all(opened)
+    first = opened.workspace.session
+    depth = first.frame.depth + np.float32(0.5)
+    second_folder = write_frame(tmp_path / "farther", ilf.RGBDFrame(first.frame.rgb, depth))
+    open_frame(opened, qtbot, FrameSource(str(second_folder)))
+    second = opened.workspace.session
+    assert second is not first
+    assert second.completion() is None
+    opened.actions_["previous_frame"].trigger()
+    assert opened.workspace.session is first
+    assert first.completion() is not None
+    assert opened.windowTitle().startswith("two-planes")
+    opened.centre.setCurrentWidget(opened.cloud)
+    opened.actions_["next_frame"].trigger()
+    opened.actions_["close_frame"].trigger()
+    assert opened.workspace.sessions == [first]
+
+
+def test_keyboard_shortcuts_are_unique_and_no_bare_key_deletes(window: MainWindow) -> None:
+    from gui.actions import COMMANDS
+
+    keys = [command.shortcut for command in COMMANDS if command.shortcut]
+    assert len(keys) == len(set(keys))
+    assert window.actions_["delete_blocks"].shortcut().toString() == "Ctrl+Del"
+
+
+def test_pause_button_follows_escape_and_focus(opened: MainWindow, qtbot: QtBot) -> None:
+    opened.editor.set_tool("paint")
+    qtbot.keyClick(opened, Qt.Key.Key_BracketRight)
+    assert opened.editor.brush_radius == 12.0
+    qtbot.keyClick(opened, Qt.Key.Key_BracketLeft)
+    assert opened.editor.brush_radius == 8.0

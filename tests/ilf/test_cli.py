@@ -1,0 +1,326 @@
+"""The command line: what it writes, that replays are exact, and that errors are one line."""
+
+import ast
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from small_frames import CAMERA, write_small_frame
+
+import ilf
+from ilf.assets import asset_path
+from ilf.cli import build_parser, complete, main, parsing
+from ilf.errors import InputError
+from ilf.io import read_labels
+from ilf.run_record import read_run_record
+
+ROOT = Path(__file__).parents[2]
+QUICK = ["--max-iterations", "25", "--rgb-iterations", "5"]
+RESULTS = {"depth.png", "depth.npy", "blocks.png", "curves.csv", "cloud.ply", "run.json"}
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    """Colour and depth file, relative to the working directory."""
+    monkeypatch.chdir(tmp_path)
+    write_small_frame(tmp_path / "in")
+    return ["in/rgb.png", "in/depth.png"]
+
+
+def contents(folder):
+    return {path.name: path.read_bytes() for path in Path(folder).iterdir()}
+
+
+def fails(capsys, *arguments, status=1):
+    """Run a command that must fail; returns its one line on stderr."""
+    try:
+        found = main([str(argument) for argument in arguments])
+    except SystemExit as stopped:
+        found = stopped.code
+    captured = capsys.readouterr()
+    assert found == status
+    assert captured.err.startswith("ilf: error: ")
+    assert captured.err.count("\n") == 1
+    return captured.err
+
+
+def test_complete_writes_everything_and_says_what(files, capsys):
+    assert main(["complete", *files, "--intrinsics", CAMERA, "--out", "out", *QUICK, "--depth-units", "1000"]) == 0
+    assert set(contents("out")) == RESULTS
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    lines = captured.out.splitlines()
+    assert lines[0].split() == [
+        "block",
+        "pixels",
+        "missing",
+        "recovered",
+        "status",
+        "iterations",
+        "stages",
+        "sigma",
+        "[mm]",
+    ]
+    assert [line.split()[0] for line in lines[1:3]] == ["1", "2"]
+    assert "2 blocks cover 100.0% of the frame" in captured.out
+    assert "485 of 485 missing pixels recovered (100.0%)" in captured.out
+    assert lines[-1] == "Written to out: depth.png, depth.npy, blocks.png, curves.csv, cloud.ply, run.json"
+
+
+def test_command_line_and_library_give_the_same_depth(files):
+    main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK, "--mode", "fill+denoise"])
+    frame = ilf.load_frame(*files)
+    parameters = ilf.preset(max_iterations=25, rgb_iterations=5, mode="fill+denoise")
+    result = ilf.complete(frame, ilf.extract_blocks(frame), parameters)
+    np.testing.assert_array_equal(np.load("out/depth.npy"), result.depth)
+
+
+@pytest.mark.parametrize(
+    "extra",
+    [
+        ["--preset", "released-code", "--no-cloud"],
+        ["--blocks-dilation", "2", "--no-blocks-use-depth", "--cloud-format", "xyzrgb", "--depth-formats", "tiff"],
+        ["--labels", "drawn.png", "--png-units", "5000"],
+    ],
+)
+def test_replay_writes_the_same_bytes(files, tmp_path, extra):
+    drawn = np.zeros((60, 80), np.uint8)
+    drawn[10:50, 5:70] = 7
+    cv2.imwrite("drawn.png", drawn)
+    assert main(["complete", *files, "--intrinsics", CAMERA, "--out", "out", "--quiet", *QUICK, *extra]) == 0
+    (tmp_path / "elsewhere").mkdir()
+    os.chdir("elsewhere")
+    assert main(["complete", "--replay", "../out/run.json", "--out", "again", "--quiet"]) == 0
+    assert contents("again") == contents("../out")
+    Path("../in").rename("../moved")
+    moved = ["../moved/rgb.png", "../moved/depth.png"]
+    assert main(["complete", "--replay", "../out/run.json", *moved, "--out", "third", "--quiet"]) == 0
+    assert contents("third") == contents("../out")
+
+
+def test_a_folder_is_a_frame_and_names_the_output(files, capsys):
+    Path("in/meta.json").write_text(
+        json.dumps({"name": "../two walls", "depth_units_per_m": 1000, "K": [80, 80, 40, 30]})
+    )
+    assert main(["complete", "in", *QUICK]) == 0
+    assert set(contents(".._two_walls-ilf")) == RESULTS
+
+
+def test_without_intrinsics_there_is_no_cloud_and_that_is_said(files, capsys):
+    assert main(["complete", *files, "--out", "out", "--quiet", *QUICK]) == 0
+    assert set(contents("out")) == RESULTS - {"cloud.ply"}
+    assert "ilf: warning: No point cloud" in capsys.readouterr().err
+    assert read_run_record("out/run.json").options.cloud is None
+    assert "intrinsics" in fails(capsys, "complete", *files, "--out", "new", "--cloud-format", "ply")
+    assert not Path("new").exists()
+
+
+def test_replay_that_comes_out_differently_is_said(files, capsys):
+    main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK])
+    record = json.loads(Path("out/run.json").read_text())
+    record["blocks_outcome"][0]["iterations"] += 1
+    Path("out/run.json").write_text(json.dumps(record))
+    assert main(["complete", "--replay", "out/run.json", "--out", "again", "--quiet"]) == 0
+    assert "did not come out as recorded" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("kind", "prefix"), [(ilf.Parameters, "--"), (ilf.BlockParameters, "--blocks-")])
+def test_every_declared_parameter_has_a_flag(kind, prefix):
+    for name, declaration in kind.declarations().items():
+        if declaration.kind is bool:
+            value = not declaration.default
+            flag = f"{prefix}{name.replace('_', '-')}"
+            words = [flag if value else flag.replace("--", "--no-", 1)]
+        else:
+            value = declaration.choices[-1] if declaration.choices else declaration.kind(declaration.maximum)
+            words = [f"{prefix}{name.replace('_', '-')}", str(value)]
+        arguments = build_parser().parse_args(["complete", "a", "b", *words])
+        assert parsing.given_parameters(arguments, kind) == {name: value}
+    arguments = build_parser().parse_args(["complete", "a", "b", "--blocks-margin", "auto"])
+    assert parsing.given_parameters(arguments, ilf.BlockParameters) == {"margin": -1}
+
+
+def test_help_shows_range_unit_default_and_preset(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    with pytest.raises(SystemExit) as stopped:
+        main(["complete", "--help"])
+    assert stopped.value.code == 0
+    text = capsys.readouterr().out
+    assert "[m; 0 to 1; default 0.005]" in text
+    assert "[default staged; in released-code linear]" in text
+    assert "% of frame" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (["complete", "in/rgb.png"], "depth image"),
+        (["complete", "in/none.png", "in/depth.png"], "no such file"),
+        (["complete", "in/depth.png", "in/rgb.png"], "depth"),
+        (["complete", "in/rgb.png", "in/depth.png", "--depth-units", "1"], "units"),
+        (["complete", "in/rgb.png", "in/depth.png", "--intrinsics", "kinekt"], "preset"),
+        (["complete", "in/rgb.png", "in/depth.png", "--out", "in"], "own file"),
+        (["complete", "in/rgb.png", "in/depth.png", "--labels", "in/rgb.png"], "label map"),
+        (["complete", "in/rgb.png", "in/depth.png", "--blocks-margin", "40"], "no blocks"),
+        (["complete", "in/rgb.png", "in/depth.png", "--png-units", "0"], "positive"),
+        (["complete", "in/rgb.png", "in/depth.png", "--depth-formats", "png,jpg"], "'jpg'"),
+        (["complete", "--replay", "in/rgb.png"], "JSON"),
+        (["complete", "--replay", "none.json"], "no such file"),
+        (["blocks", "in/rgb.png", "in/depth.png", "--out", "missing/b.png"], "folder"),
+        (["blocks", "in/rgb.png", "in/depth.png", "--out", "in/depth.png"], "own file"),
+        (["blocks", "in/rgb.png", "in/depth.png", "--out", "b.jpg"], ".png"),
+        (["blocks", "in/rgb.png", "in/depth.png", "--out", "b.png", "--stages", "in/rgb.png"], "folder"),
+        (["info", "in"], "meta.json"),
+        (["sample", "in/rgb.png"], "folder"),
+    ],
+)
+def test_errors_are_one_line(files, capsys, arguments, word):
+    assert word in fails(capsys, *arguments)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["complete"],
+        ["complete", "a", "b", "c"],
+        ["complete", "a", "b", "--s-criteria", "7"],
+        ["complete", "a", "b", "--max-iterations", "many"],
+        ["complete", "a", "b", "--mode", "magic"],
+        ["complete", "a", "b", "--stop"],
+        ["complete", "a", "b", "--no-cloud", "--axes", "camera"],
+        ["complete", "a", "b", "--labels", "c.png", "--blocks-dilation", "2"],
+        ["complete", "--replay", "run.json", "--mode", "fill", "--png-units", "5"],
+        ["blocks", "a", "b"],
+        ["info"],
+        ["fly"],
+    ],
+)
+def test_wrong_usage_is_one_line_and_status_2(files, capsys, arguments):
+    fails(capsys, *arguments, status=2)
+
+
+def test_interrupt_leaves_nothing_behind(files, capsys, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(complete.RunProgress, "update", interrupted)
+    assert "interrupted" in fails(capsys, "complete", *files, "--out", "out", status=130)
+    assert not Path("out").exists()
+
+
+def test_progress_goes_to_stderr(files, capsys):
+    assert main(["complete", *files, "--no-cloud", "--out", "out", "--progress", *QUICK]) == 0
+    captured = capsys.readouterr()
+    assert "0/2 blocks" in captured.err
+    assert "/2 blocks" not in captured.out
+
+
+def test_blocks_writes_the_label_map_and_its_stages(files, capsys):
+    assert main(["blocks", *files, "--out", "b.png", "--stages", "stages/of"]) == 0
+    labels = ilf.extract_blocks(ilf.load_frame(*files))
+    np.testing.assert_array_equal(read_labels("b.png"), labels)
+    assert sorted(contents("stages/of")) == ["1-edges.png", "2-dilated.png", "3-contracted.png", "4-blocks.png"]
+    edges, dilated = (cv2.imread(f"stages/of/{name}.png", cv2.IMREAD_UNCHANGED) for name in ("1-edges", "2-dilated"))
+    assert np.count_nonzero(dilated) > np.count_nonzero(edges) > 0
+    assert np.all(dilated[edges > 0])
+    overlay = cv2.imread("stages/of/4-blocks.png")
+    assert np.all(overlay[:, 39] == 255)
+    assert len(np.unique(overlay[:, [10, 70]].reshape(-1, 3), axis=0)) == 2
+    assert "2 blocks cover 100.0%" in capsys.readouterr().out
+    assert main(["complete", *files, "--labels", "b.png", "--no-cloud", "--out", "out", "--quiet", *QUICK]) == 0
+    assert read_run_record("out/run.json").edited
+
+
+def test_info_shows_frames_and_records(files, capsys):
+    assert main(["info", *files]) == 0
+    text = capsys.readouterr().out
+    assert "80 x 60, uint16" in text
+    assert "1000 per metre (assumed" in text
+    assert "10.1%" in text
+    assert "1.500 to 2.837 m" in text
+    assert "intrinsics:   not known" in text
+    assert main(["info", *files, "--depth-units", "1", "--intrinsics", "1,2,3,4"]) == 0
+    text = capsys.readouterr().out
+    assert "fx 1, fy 2, cx 3, cy 4" in text
+    assert "problem:      The median depth would be" in text
+    assert main(["info", files[0]]) == 0
+    assert capsys.readouterr().out == "colour:       in/rgb.png, 80 x 60\n"
+    main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK, "--preset", "released-code"])
+    assert main(["info", "out/run.json"]) == 0
+    text = capsys.readouterr().out
+    assert "preset released-code with max_iterations 25, rgb_iterations 5" in text
+    assert "block  pixels" in text
+
+
+def test_sample_is_copied_and_nothing_else_overwritten(tmp_path, capsys):
+    folder = tmp_path / "here" / "room"
+    for _ in range(2):
+        assert main(["sample", str(folder)]) == 0
+    source = asset_path("samples/room")
+    assert contents(folder) == {path.name: path.read_bytes() for path in source.iterdir()}
+    assert ilf.load_frame(folder).intrinsics is not None
+    (folder / "meta.json").write_text("mine")
+    capsys.readouterr()
+    assert "meta.json" in fails(capsys, "sample", folder)
+    assert (folder / "meta.json").read_text() == "mine"
+    assert main(["sample", str(folder), "--force"]) == 0
+    assert contents(folder) == {path.name: path.read_bytes() for path in source.iterdir()}
+
+
+def test_missing_assets_are_said():
+    with pytest.raises(InputError, match="samples/none"):
+        asset_path("samples/none")
+
+
+def test_version(capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(["--version"])
+    assert stopped.value.code == 0
+    assert capsys.readouterr().out == f"ilf {ilf.__version__}\n"
+
+
+def test_reader_that_goes_away_is_no_error_message(files):
+    read_end, write_end = os.pipe()
+    os.close(read_end)
+    try:
+        ended = subprocess.run(
+            [sys.executable, "-c", "import sys, ilf.cli; sys.exit(ilf.cli.main())", "info", *files],
+            stdout=write_end,
+            stderr=subprocess.PIPE,
+            check=False,
+        )
+    finally:
+        os.close(write_end)
+    assert ended.returncode == 1
+    assert ended.stderr == b""
+
+
+def test_no_qt_is_loaded_by_any_command(files):
+    program = """
+import sys
+from ilf.cli import main
+arguments = sys.argv[1:]
+assert main(["complete", *arguments, "--intrinsics", "80,80,40,30", "--out", "out", "--max-iterations", "2"]) == 0
+assert main(["complete", "--replay", "out/run.json", "--out", "again"]) == 0
+assert main(["blocks", *arguments, "--out", "b.png", "--stages", "stages"]) == 0
+assert main(["info", *arguments]) == 0
+found = {name.split(".")[0] for name in sys.modules} & {"PySide6", "pyqtgraph", "qtpy", "qtawesome", "gui"}
+assert not found, found
+"""
+    subprocess.run([sys.executable, "-c", program, *files], check=True, stdout=subprocess.DEVNULL)
+
+
+def test_the_library_never_names_qt():
+    forbidden = {"PySide6", "PyQt6", "pyqtgraph", "qtpy", "qtawesome", "gui"}
+    for path in (ROOT / "ilf").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom) and node.level == 0:
+                names = [node.module]
+            assert not {name.split(".")[0] for name in names} & forbidden, path

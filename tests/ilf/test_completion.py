@@ -1,0 +1,184 @@
+"""What a completion promises: known pixels, refusals, composition, cancelling."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import ilf
+from ilf.completion import CompletionRun, Progress, Status, complete, compose
+from ilf.errors import Cancelled, InputError
+from ilf.frame import RGBDFrame
+
+
+def test_fill_mode_leaves_every_known_pixel_untouched(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+    result = ilf.complete(small_frame, small_labels, ilf.preset("paper"))
+    known = small_frame.known
+    assert np.array_equal(result.depth[known], small_frame.depth[known])
+    assert np.isfinite(result.depth).all()
+    assert np.array_equal(result.filled, ~known)
+    assert result.depth.dtype == np.float32
+
+
+def test_holes_in_planes_come_back_close(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+    result = ilf.complete(small_frame, small_labels, ilf.preset("paper", centred=True))
+    rows, columns = np.mgrid[:48, :64]
+    truth = np.where(columns < 30, 1.5 + 0.004 * rows, 2.4 + 0.005 * columns)
+    assert np.abs(result.depth - truth)[result.filled].max() < 0.02
+
+
+def test_fill_and_denoise_changes_the_whole_block(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+    parameters = ilf.preset("paper", mode="fill+denoise")
+    result = ilf.complete(small_frame, small_labels, parameters)
+    stepper = ilf.iterate(small_frame, small_labels, 1, parameters)
+    for _ in stepper:
+        pass
+    assert np.array_equal(result.depth[small_labels == 1], stepper.surface.astype(np.float32))
+    known = small_frame.known
+    assert (result.depth[known] != small_frame.depth[known]).mean() > 0.9
+    assert np.array_equal(result.filled, ~known)
+
+
+def test_history_holds_every_iteration_of_every_block(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+    result = ilf.complete(small_frame, small_labels, ilf.preset("released-code", max_iterations=25))
+    assert set(result.history) == {1, 2}
+    for label, history in result.history.items():
+        assert [record.i for record in history] == list(range(1, 26))
+        assert result.outcomes[label].iterations == 25
+        assert result.outcomes[label].status is Status.COMPLETED
+
+
+def test_stepper_and_completion_agree(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+    result = ilf.complete(small_frame, small_labels)
+    records = list(ilf.iterate(small_frame, small_labels, 2))
+    assert [(r.i, r.stage, r.radii, r.sigma_i, r.l1) for r in records] == [
+        (r.i, r.stage, r.radii, r.sigma_i, r.l1) for r in result.history[2]
+    ]
+
+
+def test_blocks_without_enough_depth_are_reported_and_stay_missing(small_frame: RGBDFrame) -> None:
+    depth = small_frame.depth.copy()
+    depth[:, 30:] = np.nan
+    depth[5, 40] = 2.0
+    labels = np.ones(depth.shape, np.int32)
+    labels[:, 30:] = 7
+    result = ilf.complete(RGBDFrame(small_frame.rgb, depth), labels)
+    outcome = result.outcomes[7]
+    assert outcome.status is Status.NOT_RECOVERABLE
+    assert "1 of 1632 pixels have depth" in outcome.message
+    assert outcome.iterations == 0
+    assert np.count_nonzero(np.isfinite(result.depth[labels == 7])) == 1
+    assert not result.filled[labels == 7].any()
+
+
+def test_limits_of_known_depth_are_parameters(small_frame: RGBDFrame) -> None:
+    depth = small_frame.depth.copy()
+    depth[:, 30:] = np.nan
+    depth[5, 40:50] = 2.0
+    labels = np.full(depth.shape, 1, np.int32)
+    labels[:, 30:] = 2
+    frame = RGBDFrame(small_frame.rgb, depth)
+    loose = ilf.preset(min_known_pixels=5, min_known_share=0.0)
+    assert ilf.complete(frame, labels, loose).outcomes[2].status is Status.COMPLETED
+    assert ilf.complete(frame, labels).outcomes[2].status is Status.NOT_RECOVERABLE
+
+
+def test_complete_blocks_are_left_alone_in_fill_mode(small_frame: RGBDFrame) -> None:
+    labels = np.zeros(small_frame.shape, np.int32)
+    labels[:8, :30] = 3
+    result = ilf.complete(small_frame, labels)
+    assert result.outcomes[3].status is Status.NOTHING_MISSING
+    assert result.history[3] == ()
+    assert not result.filled.any()
+
+
+def test_pixels_of_no_block_keep_their_raw_depth(small_frame: RGBDFrame) -> None:
+    labels = np.zeros(small_frame.shape, np.int32)
+    labels[:, :30] = 1
+    result = ilf.complete(small_frame, labels)
+    assert np.array_equal(result.depth[:, 30:], small_frame.depth[:, 30:], equal_nan=True)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 5), (2, 1)])
+def test_tiny_blocks_do_no_harm(small_frame: RGBDFrame, size: tuple[int, int]) -> None:
+    labels = np.zeros(small_frame.shape, np.int32)
+    labels[10 : 10 + size[0], 8 : 8 + size[1]] = 1  # inside the hole
+    labels[2 : 2 + size[0], 2 : 2 + size[1]] = 2  # known
+    parameters = ilf.preset(mode="fill+denoise", min_known_pixels=1)
+    result = ilf.complete(small_frame, labels, parameters)
+    assert result.outcomes[1].status is Status.NOT_RECOVERABLE
+    assert result.outcomes[2].status in (Status.COMPLETED, Status.ITERATION_LIMIT)
+    assert np.isfinite(result.depth[labels == 2]).all()
+
+
+def test_blocks_of_their_own_parameters(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+    choice = {1: ilf.preset(max_iterations=3), 2: ilf.preset(max_iterations=5)}
+    result = ilf.complete(small_frame, small_labels, choice)
+    assert [result.outcomes[label].iterations for label in (1, 2)] == [3, 5]
+    assert result.outcomes[1].status is Status.ITERATION_LIMIT
+    with pytest.raises(InputError, match="block 2"):
+        ilf.complete(small_frame, small_labels, {1: ilf.preset()})
+
+
+def test_running_some_blocks_composes_to_the_same_as_all(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+    everything = ilf.complete(small_frame, small_labels)
+    results = {}
+    for label in (2, 1):
+        run = CompletionRun(small_frame, small_labels, ilf.preset(), only={label})
+        for _ in run:
+            pass
+        results.update(run.results)
+    assert np.array_equal(compose(small_frame, results).depth, everything.depth)
+
+
+def test_preview_is_the_depth_so_far(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+    run = CompletionRun(small_frame, small_labels, ilf.preset(max_iterations=4))
+    assert run.preview() is None
+    next(run)
+    preview = run.preview()
+    assert preview is not None
+    block, depth = preview
+    assert block.label == 1
+    known = np.isfinite(small_frame.depth[block.box][block.mask])
+    assert np.array_equal(depth[known], small_frame.depth[block.box][block.mask][known])
+
+
+def test_cancelling_by_exception(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+    def stop(progress: Progress) -> None:
+        if progress.record is not None and progress.record.i == 3:
+            raise Cancelled("enough")
+
+    with pytest.raises(Cancelled):
+        complete(small_frame, small_labels, on_progress=stop)
+
+
+def test_depth_that_is_not_positive_is_no_depth() -> None:
+    """A wildly oscillating block: where P_i is not positive, the pixel stays missing and is counted."""
+    rng = np.random.default_rng(1)
+    depth = np.where(rng.random((30, 30)) < 0.5, 0.2, 9.0)
+    depth[8:22, 8:22] = np.nan
+    frame = RGBDFrame(np.zeros((30, 30, 3), np.uint8), depth)
+    result = ilf.complete(frame, np.ones((30, 30), np.int32), ilf.preset(shortest_wavelength=2.5, s_criteria=1e-4))
+    outcome = result.outcomes[1]
+    left = int(np.isnan(result.depth).sum())
+    assert not (result.depth <= 0).any()
+    assert outcome.recovered + left == 14 * 14
+    assert ("stay missing" in outcome.message) == (left > 0)
+
+
+@pytest.mark.parametrize(
+    ("labels", "message"),
+    [
+        (np.ones((3, 3), np.int32), "shape"),
+        (np.ones((48, 64)), "whole numbers"),
+        (np.full((48, 64), -1, np.int32), "whole numbers"),
+    ],
+)
+def test_label_maps_that_do_not_fit_are_refused(small_frame: RGBDFrame, labels: np.ndarray, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        ilf.complete(small_frame, labels)
+
+
+def test_unknown_block_is_refused(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+    with pytest.raises(InputError, match="There is no block 9"):
+        ilf.iterate(small_frame, small_labels, 9)

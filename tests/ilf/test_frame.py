@@ -1,0 +1,57 @@
+"""The frame: what missing means, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ilf.errors import InputError
+from ilf.frame import CameraIntrinsics, RGBDFrame
+
+RGB = np.zeros((2, 4, 3), np.uint8)
+
+
+def test_everything_that_is_no_depth_becomes_nan() -> None:
+    frame = RGBDFrame(RGB, np.array([[1.5, 0, -1, np.nan], [np.inf, -np.inf, 2, 2.5]]))
+    assert frame.depth.dtype == np.float32
+    assert np.array_equal(frame.known, [[True, False, False, False], [False, False, True, True]])
+    assert frame.missing_share == pytest.approx(5 / 8)
+    assert frame.shape == (2, 4)
+
+
+def test_whole_numbers_are_taken_as_metres() -> None:
+    assert RGBDFrame(RGB, np.full((2, 4), 3, np.uint16)).depth[0, 0] == 3.0
+
+
+def test_arrays_are_copies_and_read_only() -> None:
+    depth = np.ones((2, 4), np.float32)
+    frame = RGBDFrame(RGB, depth)
+    depth[0, 0] = 9
+    assert frame.depth[0, 0] == 1
+    with pytest.raises(ValueError, match="read-only"):
+        frame.depth[0, 0] = 2
+
+
+@pytest.mark.parametrize(
+    ("rgb", "depth", "message"),
+    [
+        (RGB, np.ones((4, 2)), "Colour is 4 x 2 but depth is 2 x 4"),
+        (RGB.astype(float), np.ones((2, 4)), "uint8"),
+        (RGB[..., 0], np.ones((2, 4)), "shape"),
+        (RGB, np.ones((2, 4, 3)), "one real number per pixel"),
+        (RGB, np.ones((2, 4), complex), "one real number per pixel"),
+        (RGB, np.zeros((2, 4)), "no known pixel"),
+        (RGB, np.full((2, 4), np.nan), "no known pixel"),
+        (RGB, np.full((2, 4), 1500.0), "try a larger value"),
+        (RGB, np.full((2, 4), 0.002), "try a smaller value"),
+    ],
+)
+def test_unusable_arrays_are_refused_with_the_way_out(rgb: np.ndarray, depth: np.ndarray, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        RGBDFrame(rgb, depth)
+
+
+@pytest.mark.parametrize("numbers", [(0, 1, 1, 1), (-5, 1, 1, 1), (1, np.nan, 1, 1), (np.inf, 1, 1, 1)])
+def test_impossible_intrinsics_are_refused(numbers: tuple[float, float, float, float]) -> None:
+    with pytest.raises(InputError):
+        CameraIntrinsics(*numbers)
