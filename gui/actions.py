@@ -60,6 +60,7 @@ COMMANDS = (
     Command("tool_paint", "&Paint", "ph.paint-brush", "Ctrl+2", "Add pixels to the chosen block", group="tool"),
     Command("tool_erase", "&Erase", "ph.eraser", "Ctrl+3", "Take pixels from the chosen block", group="tool"),
     Command("tool_split", "Sp&lit", "ph.scissors", "Ctrl+4", "Cut a block along a line", group="tool"),
+    Command("give_up", "&Give up", "", "Esc", "Drop the stroke or line that is under way"),
     Command("brush_smaller", "Smaller brush", "", "["),
     Command("brush_larger", "Larger brush", "", "]"),
     Command("fit", "&Fit frame", "ph.arrows-out", "Ctrl+0", "Show the whole frame"),

@@ -148,7 +148,7 @@ class MainWindow(QMainWindow):
         entries = {
             "&File": "open open_sample open_run | load_blocks export save_picture | close_frame quit",
             "&Edit": "undo redo | select_all delete_blocks merge_blocks lock_blocks new_block | tool_select "
-            "tool_paint tool_erase tool_split | brush_smaller brush_larger",
+            "tool_paint tool_erase tool_split | brush_smaller brush_larger give_up",
             "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks | zoom_block select_all",
             "&Run": "run run_selected | pause step cancel | clear_results",
         }
@@ -225,6 +225,7 @@ class MainWindow(QMainWindow):
             "step": self._step,
             "cancel": runs.cancel,
             "clear_results": workspace.clear_results,
+            "give_up": editor.cancel,
             "brush_smaller": lambda: editor.change_brush(-1),
             "brush_larger": lambda: editor.change_brush(1),
             "fit": self.views.fit,

@@ -110,6 +110,7 @@ class Presenter(QObject):
         session = self._workspace.session
         self._window.views.set_blocks(session.labels, colour_table(session))
         self._show_rows()
+        self._window.blocks.select(session.selected)
         self._show_frame_details()
 
     def show_infos(self) -> None:

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QUndoStack
 
-from gui.theme import block_colour
+
 from ilf.completion import BlockResult, Completion, compose
 from ilf.ebs.edit import LabelPatch
 from ilf.frame import RGBDFrame
 from ilf.parameters import BlockParameters, Parameters
+from ilf.pictures import block_colour
 
 
 @dataclass(frozen=True)

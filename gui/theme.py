@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import colorsys
 from dataclasses import dataclass
 
 from PySide6.QtGui import QColor, QIcon, QPalette
@@ -78,15 +77,6 @@ def colours(palette: QPalette) -> Colours:
         good=QColor("#5ac88c" if dark else "#1d8a52"),
         series=tuple(QColor(name) for name in series),
     )
-
-
-def block_colour(label: int) -> tuple[int, int, int]:
-    """Colour of a block: neighbours in number are far apart in hue, and the colour of a number never changes."""
-    hue = (label * 0.61803398875) % 1.0
-    saturation = (0.75, 0.55, 0.9)[label % 3]
-    value = (0.95, 0.8, 1.0)[(label // 3) % 3]
-    red, green, blue = colorsys.hsv_to_rgb(hue, saturation, value)
-    return round(red * 255), round(green * 255), round(blue * 255)
 
 
 def icon(name: str, palette: QPalette) -> QIcon:

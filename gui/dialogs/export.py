@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QFormLayout,
     QHBoxLayout,
+    QLabel,
     QLineEdit,
     QPushButton,
     QVBoxLayout,
@@ -140,6 +141,7 @@ class ExportDialog(QDialog):
         depth.addWidget(self.png_note)
         depth.addWidget(self.depth_tiff)
         depth.addWidget(self.depth_npy)
+        depth.addStretch(1)
 
         cloud_box, cloud = group("Point cloud")
         cloud.addWidget(self.cloud)
@@ -172,7 +174,9 @@ class ExportDialog(QDialog):
         layout.setContentsMargins(14, 14, 14, 14)
         layout.setSpacing(12)
         top = QFormLayout()
-        top.addRow("&Folder", target)
+        label = QLabel("&Folder")
+        label.setBuddy(self.folder_path)
+        top.addRow(label, target)
         layout.addLayout(top)
         layout.addLayout(boxes)
         layout.addWidget(others_box)
@@ -262,10 +266,10 @@ class ExportDialog(QDialog):
         value = round(deepest * units)
         if value <= _UINT16_MAX:
             return f"Steps of {1000 / units:.3g} mm; at most {deepest:.2f} m → {value}, fits.", "muted"
-        share = np.count_nonzero(np.rint(self._known.astype(np.float64) * units) > _UINT16_MAX) / self._known.size
+        clipped = np.count_nonzero(np.rint(self._known.astype(np.float64) * units) > _UINT16_MAX)
         return (
-            f"At most {deepest:.2f} m → {value}, over {_UINT16_MAX}: {100 * share:.2g} % of the pixels would be "
-            "clipped. Use fewer units per metre.",
+            f"At most {deepest:.2f} m → {value}, over {_UINT16_MAX}: clips {clipped} pixels. "
+            "Use fewer units per metre.",
             "warning",
         )
 

@@ -184,7 +184,7 @@ class OpenFrameDialog(QDialog):
             grid.addWidget(field, row, 1, 1, 3 if isinstance(field, QComboBox) else 1)
         grid.addWidget(colour_file, 0, 2)
         grid.addWidget(folder, 0, 3)
-        grid.addWidget(depth_file, 1, 2, 1, 2)
+        grid.addWidget(depth_file, 1, 2)
         grid.addWidget(self.camera_text, 4, 1)
         grid.addWidget(self.camera_browse, 4, 2, 1, 2)
         return grid

@@ -36,7 +36,8 @@ class Message(QLabel):
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
-        if event.type() == QEvent.Type.ApplicationPaletteChange:
+        # a new application style sheet, too, takes the label's own palette away
+        if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.StyleChange):
             self._paint()
 
     def _paint(self) -> None:

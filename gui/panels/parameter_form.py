@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from PySide6.QtCore import QEvent, QLocale, QObject, QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QCheckBox,
@@ -174,10 +173,9 @@ class ParameterForm(QScrollArea):
         row = self._rows[name]
         value, base = getattr(self._parameters, name), getattr(self._base, name)
         row.show(value)
-        tint = QPalette()
-        if value != base:
-            tint.setColor(QPalette.ColorRole.WindowText, theme.colours(self.palette()).accent)
-        row.caption.setPalette(tint)
+        # not by palette, which a new application style sheet would take away
+        accent = theme.colours(self.palette()).accent.name()
+        row.caption.setStyleSheet("" if value == base else f"color: {accent}")
         row.reset.setVisible(value != base)
         row.reset.setToolTip(f"Back to {_value_text(row.declaration, base)}")
 

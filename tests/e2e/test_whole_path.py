@@ -215,7 +215,7 @@ def test_keyboard_shortcuts_are_unique_and_no_bare_key_deletes(window: MainWindo
     assert window.actions_["delete_blocks"].shortcut().toString() == "Ctrl+Del"
 
 
-def test_pause_button_follows_escape_and_focus(opened: MainWindow, qtbot: QtBot) -> None:
+def test_brush_size_by_keyboard(opened: MainWindow, qtbot: QtBot) -> None:
     opened.editor.set_tool("paint")
     qtbot.keyClick(opened, Qt.Key.Key_BracketRight)
     assert opened.editor.brush_radius == 12.0

@@ -10,7 +10,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from small_frames import CAMERA, write_small_frame
 
 import ilf
 from ilf.assets import asset_path
@@ -18,6 +17,8 @@ from ilf.cli import build_parser, complete, main, parsing
 from ilf.errors import InputError
 from ilf.io import read_labels
 from ilf.run_record import read_run_record
+
+from .small_frames import CAMERA, write_small_frame
 
 ROOT = Path(__file__).parents[2]
 QUICK = ["--max-iterations", "25", "--rgb-iterations", "5"]

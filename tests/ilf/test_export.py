@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_frames import CAMERA, QUICK, write_small_frame
 
 import ilf
 from ilf import export as module
@@ -14,6 +13,8 @@ from ilf.errors import ExportError, InputError, ParameterError
 from ilf.export import ExportOptions, check_export, export
 from ilf.io import read_depth_values, read_labels
 from ilf.run_record import make_run_record
+
+from .small_frames import CAMERA, QUICK, write_small_frame
 
 ALL = ExportOptions(depth_formats=("png", "tiff", "npy"), cloud="pcd")
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_frames import CAMERA, QUICK, write_small_frame
 
 import ilf
 from ilf import replay as replay_module
@@ -15,6 +14,8 @@ from ilf.errors import FormatError, InputError
 from ilf.export import ExportOptions, export
 from ilf.replay import replay
 from ilf.run_record import labels_sha256, make_run_record, read_run_record
+
+from .small_frames import CAMERA, QUICK, write_small_frame
 
 OPTIONS = ExportOptions(cloud="xyz", axes="y-up", cloud_unit="mm")
 

@@ -1,0 +1,215 @@
+"""Editing blocks with the mouse in the real window."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtTest import QTest
+from pytestqt.qtbot import QtBot
+
+from gui.main_window import MainWindow
+
+Point = tuple[float, float]
+
+
+def _place(window: MainWindow, point: Point) -> QPoint:
+    view = window.views.cells["colour"].view
+    return view.viewportTransform().map(QPointF(*point)).toPoint()
+
+
+def _click(window: MainWindow, point: Point, modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier) -> None:
+    viewport = window.views.cells["colour"].view.viewport()
+    QTest.mouseClick(viewport, Qt.MouseButton.LeftButton, modifier, _place(window, point))
+
+
+def _drag(
+    window: MainWindow,
+    points: list[Point],
+    modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier,
+    release: bool = True,
+) -> None:
+    viewport = window.views.cells["colour"].view.viewport()
+    QTest.mousePress(viewport, Qt.MouseButton.LeftButton, modifier, _place(window, points[0]))
+    for point in points[1:]:
+        QTest.mouseMove(viewport, _place(window, point))
+    if release:
+        QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, modifier, _place(window, points[-1]))
+
+
+@pytest.fixture
+def editing(opened: MainWindow) -> MainWindow:
+    """The window on a frame of two blocks: 1 on the right, larger, and 2 on the left."""
+    counts = opened.workspace.session.counts()
+    assert set(counts) == {1, 2}
+    return opened
+
+
+def test_clicking_chooses_and_control_adds(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    _click(editing, (50, 24))
+    assert session.selected == [int(session.labels[24, 50])]
+    _click(editing, (5, 24), Qt.KeyboardModifier.ControlModifier)
+    assert len(session.selected) == 2
+    assert sorted(editing.blocks.selected()) == sorted(session.selected)
+    _click(editing, (5, 24), Qt.KeyboardModifier.ControlModifier)
+    assert session.selected == [int(session.labels[24, 50])]
+
+
+def test_choosing_in_the_table_chooses_in_the_views(editing: MainWindow) -> None:
+    editing.blocks.select([])
+    editing.blocks.view.selectRow(1)
+    assert editing.workspace.session.selected == editing.blocks.selected()
+    assert len(editing.workspace.session.selected) == 1
+
+
+def test_a_stroke_paints_what_the_brush_sweeps_and_is_one_undoable_step(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    before = session.labels.copy()
+    right = int(before[24, 50])
+    _click(editing, (50, 24))
+    editing.actions_["tool_paint"].trigger()
+    editing.editor.brush_radius = 3.0
+    _drag(editing, [(20, 24), (14, 24), (10, 30)])
+    assert session.labels[24, 17] == right
+    assert session.labels[27, 12] == right
+    assert session.labels[40, 5] == before[40, 5]
+    assert session.undo_stack.count() == 1
+    assert session.undo_stack.undoText() == "Paint Block 1"
+    painted = session.labels.copy()
+    editing.workspace.undo_group.undo()
+    assert np.array_equal(session.labels, before)
+    editing.workspace.undo_group.redo()
+    assert np.array_equal(session.labels, painted)
+
+
+def test_erasing_takes_from_the_chosen_block_only_and_alt_swaps(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    before = session.labels.copy()
+    _click(editing, (50, 24))
+    editing.actions_["tool_erase"].trigger()
+    editing.editor.brush_radius = 4.0
+    _drag(editing, [(26, 24), (34, 24)])
+    changed = session.labels != before
+    assert changed.any()
+    assert (before[changed] == before[24, 50]).all()
+    assert (session.labels[changed] == 0).all()
+    _drag(editing, [(40, 24), (34, 24)], Qt.KeyboardModifier.AltModifier)
+    assert session.labels[24, 34] == before[24, 50]
+
+
+def test_escape_gives_a_stroke_up(editing: MainWindow, qtbot: QtBot) -> None:
+    session = editing.workspace.session
+    before = session.labels.copy()
+    _click(editing, (50, 24))
+    editing.actions_["tool_paint"].trigger()
+    _drag(editing, [(10, 10), (14, 14)], release=False)
+    assert not np.array_equal(session.labels, before)
+    editing.actions_["give_up"].trigger()
+    assert np.array_equal(session.labels, before)
+    viewport = editing.views.cells["colour"].view.viewport()
+    QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, pos=_place(editing, (14, 14)))
+    assert session.undo_stack.count() == 0
+    _drag(editing, [(12, 12), (14, 14)])
+    assert session.undo_stack.count() == 1
+
+
+def test_splitting_by_a_line_and_merging_again(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    before = session.labels.copy()
+    editing.actions_["tool_split"].trigger()
+    _drag(editing, [(48, -1), (48, 20), (48, 49)])
+    counts = session.counts()
+    assert len(counts) == 3
+    assert session.labels[10, 40] != session.labels[10, 60]
+    editing.workspace.select([int(session.labels[10, 40]), int(session.labels[10, 60])])
+    editing.actions_["merge_blocks"].trigger()
+    assert np.array_equal(session.labels, before)
+    assert session.undo_stack.undoText() == "Merge 2 blocks"
+
+
+def test_a_line_that_parts_nothing_says_so(editing: MainWindow) -> None:
+    said: list[str] = []
+    editing.editor.message.connect(said.append)
+    editing.actions_["tool_split"].trigger()
+    _drag(editing, [(45, 20), (52, 20)])
+    assert "boundary to boundary" in said[0]
+    assert editing.workspace.session.undo_stack.count() == 0
+
+
+def test_locked_blocks_cannot_be_painted_over_deleted_or_split(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    before = session.labels.copy()
+    left, right = int(before[24, 5]), int(before[24, 50])
+    editing.presenter.set_lock(left, True)
+    steps = session.undo_stack.count()
+    editing.workspace.select([right])
+    editing.actions_["tool_paint"].trigger()
+    _drag(editing, [(20, 24), (5, 24)])
+    editing.actions_["tool_split"].trigger()
+    editing.workspace.select([left])
+    _drag(editing, [(12, -1), (12, 49)])
+    editing.actions_["delete_blocks"].trigger()
+    assert np.array_equal(session.labels, before)
+    assert session.undo_stack.count() == steps
+
+
+def test_a_new_block_is_painted_with_a_number_of_its_own(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    editing.workspace.select([2])
+    editing.actions_["delete_blocks"].trigger()
+    editing.actions_["new_block"].trigger()
+    assert session.selected == [3], "the deleted block's number may come back by undo"
+    _drag(editing, [(5, 5), (20, 40)])
+    assert session.labels[5, 5] == 3
+    assert editing.blocks.selected() == [3]
+
+
+def test_renaming_recolouring_and_locking_are_undoable(editing: MainWindow) -> None:
+    workspace, session = editing.workspace, editing.workspace.session
+    editing.blocks.renamed.emit(1, "Wall")
+    editing.blocks.lockChanged.emit(1, True)
+    assert session.info(1).name == "Wall"
+    assert session.locked == {1}
+    assert session.undo_stack.undoText() == "Lock Wall"
+    workspace.undo_group.undo()
+    workspace.undo_group.undo()
+    assert session.info(1).name == "Block 1"
+    assert not session.locked
+
+
+def test_extracting_again_keeps_locked_blocks_and_is_undoable(editing: MainWindow, qtbot: QtBot) -> None:
+    workspace, session = editing.workspace, editing.workspace.session
+    editing.editor.set_tool("split")
+    _drag(editing, [(48, -1), (48, 49)])
+    new = int(session.labels[10, 60])
+    workspace.edit_info(new, "Rename block", name="Mine")
+    editing.presenter.set_lock(new, True)
+    mask = session.labels == new
+    edited = session.labels.copy()
+    with qtbot.waitSignal(editing.loader.idle, timeout=20_000):
+        editing.actions_["extract"].trigger()
+    assert np.array_equal(session.labels == new, mask)
+    assert session.info(new).name == "Mine"
+    assert session.edited
+    workspace.undo_group.undo()
+    assert np.array_equal(session.labels, edited)
+
+
+def test_hidden_blocks_are_transparent_but_still_there(editing: MainWindow) -> None:
+    before = editing.workspace.session.labels.copy()
+    editing.blocks.visibilityChanged.emit(1, False)
+    assert not editing.workspace.session.info(1).visible
+    assert np.array_equal(editing.workspace.session.labels, before)
+    assert editing.workspace.session.undo_stack.count() == 0
+
+
+def test_readout_tells_block_and_depths(editing: MainWindow) -> None:
+    editing.presenter.show_readout((50, 5))
+    text = editing.readout.text()
+    assert "x 50, y 5" in text
+    assert "in 2.650 m" in text
+    editing.presenter.show_readout((45, 35))
+    assert "in missing" in editing.readout.text()
+    editing.presenter.show_readout(None)
+    assert editing.readout.text() == ""

@@ -1,0 +1,157 @@
+"""What goes wrong is said in one message, and the frame, the edits and the files stay as they were."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
+from PySide6.QtGui import QDropEvent
+from PySide6.QtWidgets import QMessageBox
+from pytestqt.qtbot import QtBot
+
+from gui.loader import FrameSource
+from gui.main_window import MainWindow
+from ilf.export import ExportOptions
+
+from .conftest import WAIT_MS
+
+Run = Callable[[MainWindow], None]
+
+
+@pytest.fixture
+def reported(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Messages that were shown to the user."""
+    texts: list[str] = []
+
+    def note(box: QMessageBox) -> None:
+        texts.append(box.text())
+
+    monkeypatch.setattr(QMessageBox, "open", note)
+    return texts
+
+
+def _drop(window: MainWindow, *paths: Path) -> None:
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
+    event = QDropEvent(
+        QPointF(50, 50), Qt.DropAction.CopyAction, data, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    )
+    window.dropEvent(event)
+
+
+def test_a_frame_that_cannot_be_read_leaves_the_open_one_alone(
+    opened: MainWindow, qtbot: QtBot, reported: list[str], tmp_path: Path
+) -> None:
+    session = opened.workspace.session
+    picture = tmp_path / "picture.png"
+    cv2.imwrite(str(picture), np.zeros((48, 64, 3), np.uint8))
+    with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
+        opened.loader.open(FrameSource(str(picture), str(picture)))
+    assert "not depth" in reported[0]
+    assert len(reported) == 1
+    assert opened.workspace.sessions == [session]
+    assert "picture.png" in opened.log.toPlainText()
+
+
+def test_dropping_a_folder_opens_it(window: MainWindow, qtbot: QtBot, frame_folder: Path) -> None:
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        _drop(window, frame_folder)
+    assert window.workspace.session.name == "two-planes"
+
+
+def test_dropping_a_folder_without_a_frame_says_so(
+    window: MainWindow, qtbot: QtBot, reported: list[str], tmp_path: Path
+) -> None:
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        _drop(window, tmp_path)
+    assert "meta.json" in reported[0]
+    assert not window.workspace.has_session
+
+
+def test_opening_a_frame_twice_shows_it_once(opened: MainWindow, frame_folder: Path) -> None:
+    opened.loader.open(FrameSource(str(frame_folder)))
+    assert not opened.loader.busy
+    assert len(opened.workspace.sessions) == 1
+
+
+def test_a_failing_export_says_why_and_leaves_what_was_there(
+    opened: MainWindow, qtbot: QtBot, run_all: Run, reported: list[str], tmp_path: Path
+) -> None:
+    run_all(opened)
+    target = tmp_path / "taken"
+    target.write_text("a file where the folder should be")
+    opened.documents.export(target, ExportOptions())
+    qtbot.waitUntil(lambda: bool(reported), timeout=WAIT_MS)
+    assert "taken is a file, not a folder" in reported[0]
+    assert target.read_text() == "a file where the folder should be"
+    assert opened.workspace.session.unsaved
+
+
+def test_clipping_in_the_depth_png_is_a_warning(
+    opened: MainWindow, qtbot: QtBot, run_all: Run, reported: list[str], tmp_path: Path
+) -> None:
+    run_all(opened)
+    with qtbot.waitSignal(opened.documents.exported, timeout=WAIT_MS):
+        opened.documents.export(tmp_path / "out", ExportOptions(depth_units=50_000.0))
+    assert "clipped" in reported[0]
+
+
+def test_a_label_map_of_another_size_is_refused(opened: MainWindow, reported: list[str], tmp_path: Path) -> None:
+    before = opened.workspace.session.labels.copy()
+    cv2.imwrite(str(tmp_path / "labels.png"), np.ones((10, 10), np.uint16))
+    opened.documents.load_blocks(str(tmp_path / "labels.png"))
+    assert "10 x 10" in reported[0]
+    assert np.array_equal(opened.workspace.session.labels, before)
+
+
+def test_a_label_map_can_be_loaded_and_undone(opened: MainWindow, tmp_path: Path) -> None:
+    session = opened.workspace.session
+    before = session.labels.copy()
+    labels = np.full(session.frame.shape, 5, np.uint16)
+    cv2.imwrite(str(tmp_path / "labels.png"), labels)
+    opened.documents.load_blocks(str(tmp_path / "labels.png"))
+    assert (session.labels == 5).all()
+    assert session.edited
+    opened.workspace.undo_group.undo()
+    assert np.array_equal(session.labels, before)
+
+
+def test_an_error_in_the_middle_of_a_run_is_shown_and_the_window_goes_on(
+    opened: MainWindow, qtbot: QtBot, reported: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object) -> None:
+        raise MemoryError("no memory for the padded grid")
+
+    monkeypatch.setattr("ilf.completion.BlockIteration", broken)
+    with qtbot.waitSignal(opened.runs.failed, timeout=WAIT_MS):
+        opened.actions_["run"].trigger()
+    assert "no memory for the padded grid" in reported[0]
+    monkeypatch.undo()
+    assert opened.actions_["run"].isEnabled()
+
+
+def test_run_record_that_is_no_record(window: MainWindow, qtbot: QtBot, reported: list[str], tmp_path: Path) -> None:
+    path = tmp_path / "run.json"
+    path.write_text("{not json")
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        window.documents.open_paths([path])
+    assert "run.json" in reported[0]
+    assert not window.workspace.has_session
+
+
+def test_picture_that_cannot_be_written(window: MainWindow, reported: list[str], tmp_path: Path) -> None:
+    assert not window.documents.save_picture(str(tmp_path / "no" / "such" / "folder.png"))
+    assert "could not be written" in reported[0]
+
+
+def test_without_intrinsics_the_cloud_tab_says_what_to_do(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
+    cv2.imwrite(str(tmp_path / "rgb.png"), np.full((20, 30, 3), 90, np.uint8))
+    cv2.imwrite(str(tmp_path / "depth.png"), np.full((20, 30), 1500, np.uint16))
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        window.loader.open(FrameSource(str(tmp_path / "rgb.png"), str(tmp_path / "depth.png")))
+    window.centre.setCurrentWidget(window.cloud)
+    assert "intrinsics" in window.cloud.canvas.message

@@ -1,0 +1,123 @@
+"""The block table keeps its place while rows change, and reports what the user wants."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QColorDialog, QLineEdit
+
+from gui.panels.block_model import Column
+from gui.panels.block_table import BlockRow, BlockTable
+
+
+def _rows(count: int) -> list[BlockRow]:
+    return [BlockRow(label, f"Block {label}", (200, 80, 40), 1000 * label, 0.25) for label in range(1, count + 1)]
+
+
+@pytest.fixture
+def table(qtbot):
+    table = BlockTable()
+    qtbot.addWidget(table)
+    table.resize(700, 300)
+    table.set_rows(_rows(12))
+    table.show()
+    qtbot.waitExposed(table)
+    return table
+
+
+def _centre(table: BlockTable, row: int, column: Column) -> QPoint:
+    return table.view.visualRect(table.view.model().index(row, column)).center()
+
+
+def _names(table: BlockTable) -> list[str]:
+    model = table.view.model()
+    return [model.index(row, Column.NAME).data() for row in range(model.rowCount())]
+
+
+def test_only_changed_rows_are_touched(table, qtbot):
+    changed = []
+    table.view.model().sourceModel().dataChanged.connect(lambda first, last: changed.append((first.row(), last.row())))
+    rows = _rows(12)
+    rows[4] = replace(rows[4], state="running", iterations=7, sigma_i=0.0123)
+    table.set_rows(rows)
+    table.set_rows([replace(row, sigma_i=float("nan") if math.isnan(row.sigma_i) else row.sigma_i) for row in rows])
+    assert changed == [(4, 4)]
+    assert table.view.model().index(4, Column.SIGMA).data() == "12.300"
+
+
+def test_selection_and_sorting_outlive_new_rows(table, qtbot):
+    table.view.sortByColumn(Column.PIXELS, Qt.SortOrder.DescendingOrder)
+    table.select([3, 5])
+    with qtbot.assertNotEmitted(table.selectionChanged):
+        table.set_rows([row for row in _rows(14) if row.label != 7])
+    assert table.selected() == [5, 3]
+    assert _names(table)[0] == "Block 14"
+    assert "Block 7" not in _names(table)
+
+
+def test_a_selected_block_that_vanishes_is_reported(table, qtbot):
+    table.select([3, 5])
+    with qtbot.waitSignal(table.selectionChanged) as blocker:
+        table.set_rows([row for row in _rows(12) if row.label != 5])
+    assert blocker.args == [[3]]
+
+
+def test_select_has_no_echo_and_clicks_do(table, qtbot):
+    with qtbot.assertNotEmitted(table.selectionChanged):
+        table.select([2, 9, 99])
+    assert table.selected() == [2, 9]
+    with qtbot.waitSignal(table.selectionChanged) as blocker:
+        qtbot.mouseClick(table.view.viewport(), Qt.MouseButton.LeftButton, pos=_centre(table, 3, Column.PIXELS))
+    assert blocker.args == [[4]]
+
+
+def test_eye_and_lock_toggle_without_selecting(table, qtbot):
+    table.select([2])
+    viewport = table.view.viewport()
+    with qtbot.waitSignal(table.visibilityChanged) as eye:
+        qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=_centre(table, 4, Column.VISIBLE))
+    with qtbot.waitSignal(table.lockChanged) as lock:
+        qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=_centre(table, 5, Column.LOCKED))
+    assert (eye.args, lock.args) == ([5, False], [6, True])
+    assert table.selected() == [2]
+
+
+def test_swatch_opens_the_colour_dialog(table, qtbot, monkeypatch):
+    answers = [QColor(), QColor(1, 2, 3)]
+    monkeypatch.setattr(QColorDialog, "getColor", lambda *_: answers.pop(0))
+    viewport, at = table.view.viewport(), _centre(table, 0, Column.COLOUR)
+    with qtbot.assertNotEmitted(table.recoloured):
+        qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=at)
+    with qtbot.waitSignal(table.recoloured) as blocker:
+        qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=at)
+    assert blocker.args == [1, QColor(1, 2, 3)]
+
+
+def test_keyboard_renames_and_hides(table, qtbot):
+    table.select([2, 3])
+    qtbot.keyClick(table.view, Qt.Key.Key_F2)
+    editor = table.view.viewport().findChild(QLineEdit)
+    qtbot.keyClicks(editor, "Desk")
+    with qtbot.waitSignal(table.renamed) as renamed:
+        qtbot.keyClick(editor, Qt.Key.Key_Return)
+    assert renamed.args == [2, "Desk"]
+    hidden = []
+    table.visibilityChanged.connect(lambda *change: hidden.append(change))
+    qtbot.keyClick(table.view, Qt.Key.Key_Space)
+    assert hidden == [(2, False), (3, False)]
+    with qtbot.waitSignal(table.activated) as shown:
+        qtbot.keyClick(table.view, Qt.Key.Key_Return)
+    assert shown.args == [2]
+
+
+def test_names_sort_by_number_and_missing_sigma_comes_last(table):
+    table.view.sortByColumn(Column.NAME, Qt.SortOrder.AscendingOrder)
+    assert _names(table)[1::8] == ["Block 2", "Block 10"]
+    rows = _rows(3)
+    table.set_rows([rows[0], replace(rows[1], sigma_i=0.2), replace(rows[2], sigma_i=0.1)])
+    table.view.sortByColumn(Column.SIGMA, Qt.SortOrder.AscendingOrder)
+    assert _names(table) == ["Block 3", "Block 2", "Block 1"]

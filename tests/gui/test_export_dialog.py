@@ -1,0 +1,111 @@
+"""The export dialog offers what can be written, and says what that would replace or lose."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QSettings
+
+from gui.dialogs.export import ExportDialog
+from ilf.errors import ParameterError
+from ilf.export import ExportOptions
+
+
+@pytest.fixture
+def make(qtbot, tmp_path):
+    def make(has_intrinsics: bool = True, has_result: bool = True) -> ExportDialog:
+        dialog = ExportDialog("desk", has_intrinsics, has_result, str(tmp_path))
+        qtbot.addWidget(dialog)
+        return dialog
+
+    return make
+
+
+def test_starts_with_the_defaults(make, tmp_path):
+    dialog = make()
+    assert dialog.options() == ExportOptions()
+    assert dialog.folder() == str(tmp_path)
+    assert dialog.export_button.isEnabled()
+
+
+def test_choices_are_remembered_when_exported_only(make):
+    dialog = make()
+    dialog.depth_tiff.setChecked(True)
+    dialog.cloud_format.setCurrentText("PCD")
+    dialog.png_units.setEditText("5000")
+    chosen = dialog.options()
+    dialog.reject()
+    assert make().options() == ExportOptions()
+    dialog.accept()
+    assert make().options() == chosen == ExportOptions(("png", "tiff", "npy"), depth_units=5000, cloud="pcd")
+
+
+def test_without_intrinsics_no_cloud_now_but_the_choice_stays(make):
+    dialog = make(has_intrinsics=False)
+    assert dialog.options().cloud is None
+    assert not dialog.cloud.isEnabled()
+    dialog.accept()
+    assert make().options().cloud == "ply"
+
+
+def test_without_result_no_curves_and_a_word_about_it(make):
+    dialog = make(has_result=False)
+    assert not dialog.options().curves
+    assert "No block has been run" in dialog.message.text()
+
+
+def test_files_that_would_be_replaced_are_named(make, tmp_path):
+    (tmp_path / "depth.png").touch()
+    (tmp_path / "other.png").touch()
+    dialog = make()
+    assert "Replaces in this folder: depth.png." in dialog.message.text()
+    assert dialog.message.tone() == "warning"
+    dialog.depth_png.setChecked(False)
+    assert "Replaces" not in dialog.message.text()
+
+
+def test_clipping_is_foretold(make):
+    dialog = make()
+    depth = np.full((4, 4), 2.0, np.float32)
+    depth[0] = (5.2, 8.0, 8.0, np.nan)
+    dialog.set_depth(depth)
+    assert "8.00 m → 8000, fits" in dialog.png_note.text()
+    dialog.png_units.setCurrentText("10000 (0.1 mm)")
+    assert "→ 80000, over 65535: clips 2 pixels" in dialog.png_note.text()
+    assert dialog.png_note.tone() == "warning"
+
+
+@pytest.mark.parametrize("units", ["", "mm", "0", "-5", "nan"])
+def test_units_that_are_no_number_are_refused(make, units):
+    dialog = make()
+    dialog.png_units.setEditText(units)
+    assert not dialog.export_button.isEnabled()
+    assert dialog.message.tone() == "error"
+    with pytest.raises(ParameterError):
+        dialog.options()
+
+
+def test_a_file_is_no_folder_and_nothing_is_no_export(make, tmp_path):
+    (tmp_path / "taken").touch()
+    dialog = make()
+    dialog.folder_path.setText(str(tmp_path / "taken"))
+    assert not dialog.export_button.isEnabled()
+    dialog.folder_path.setText(str(tmp_path / "new"))
+    assert dialog.export_button.isEnabled()
+    for box in (dialog.depth_png, dialog.depth_npy, dialog.cloud, dialog.labels, dialog.curves, dialog.run_record):
+        box.setChecked(False)
+    assert not dialog.export_button.isEnabled()
+
+
+def test_settings_of_another_version_do_no_harm(make):
+    QSettings().setValue("export/options", '{"depth_formats": ["exr"], "colour": 1}')
+    assert make().options() == ExportOptions()
+
+
+def test_options_are_checked_and_name_their_files():
+    assert ExportOptions(cloud="xyzrgb", labels=False).filenames() == (
+        "depth.png", "depth.npy", "curves.csv", "cloud.xyzrgb", "run.json",
+    )  # fmt: skip
+    for wrong in ({"cloud": "obj"}, {"axes": "up"}, {"cloud_unit": "km"}, {"depth_units": 0.0}):
+        with pytest.raises(ParameterError):
+            ExportOptions(**wrong)

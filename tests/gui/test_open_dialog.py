@@ -1,0 +1,131 @@
+"""The open dialog says what a choice of files is before it is opened."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from PySide6.QtWidgets import QDialog
+
+from gui.dialogs.frame_files import colour_beside, depth_beside
+from gui.dialogs.open_frame import OpenFrameDialog
+from ilf.errors import InputError
+from ilf.io import load_frame
+
+
+@pytest.fixture
+def dialog(qtbot):
+    dialog = OpenFrameDialog()
+    qtbot.addWidget(dialog)
+    dialog.show()
+    yield dialog
+    dialog.reject()
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """640 x 480 at 2 m in millimetres, a fifth of it missing; without meta.json."""
+    depth = np.full((480, 640), 2000, np.uint16)
+    depth[:96] = 0
+    cv2.imwrite(str(tmp_path / "rgb.png"), np.full((480, 640, 3), 80, np.uint8))
+    cv2.imwrite(str(tmp_path / "depth.png"), depth)
+    return tmp_path
+
+
+def test_colour_file_brings_its_depth_and_a_reading(dialog, folder):
+    dialog.set_files(str(folder / "rgb.png"))
+    assert dialog.depth_path.text() == str(folder / "depth.png")
+    assert dialog.message.text().startswith(
+        "Median 2.00 m, range 2.00–2.00 m, 640 x 480, 20 % missing, at 1000 units per metre."
+    )
+    assert dialog.open_button.isEnabled()
+    assert not dialog.depth_preview.picture.pixmap().isNull()
+
+
+def test_request_opens_the_very_frame(dialog, folder):
+    dialog.set_files(str(folder / "depth.png"), str(folder / "rgb.png"))
+    dialog.units.setEditText("500 (mine)")
+    dialog.camera.setCurrentText("Numbers: fx, fy, cx, cy")
+    dialog.camera_text.setText("525, 525 319.5, 239.5")
+    dialog.accept()
+    assert dialog.result() == QDialog.DialogCode.Accepted
+    request = dialog.request()
+    frame = load_frame(request.rgb, request.depth, depth_units=request.depth_units, intrinsics=request.intrinsics)
+    assert float(np.nanmedian(frame.depth)) == 4.0
+    assert frame.intrinsics.cx == 319.5
+
+
+def test_absurd_scale_is_refused_with_the_way_out_and_mends(dialog, folder, qtbot):
+    dialog.set_files(str(folder / "rgb.png"))
+    dialog.units.setCurrentText("1 (metres)")
+    assert not dialog.open_button.isEnabled()
+    qtbot.waitUntil(lambda: "2000 m" in dialog.message.text())
+    assert dialog.message.tone() == "error"
+    assert not dialog.depth_preview.picture.pixmap().isNull()
+    dialog.accept()
+    assert dialog.isVisible()
+    dialog.units.setCurrentText("1000 (millimetres)")
+    qtbot.waitUntil(dialog.open_button.isEnabled)
+
+
+@pytest.mark.parametrize(
+    ("make", "expected"),
+    [
+        (lambda at: cv2.imwrite(str(at), np.full((240, 320), 2000, np.uint16)), "320 x 240"),
+        (lambda at: cv2.imwrite(str(at), np.zeros((480, 640, 3), np.uint8)), "picture of depth"),
+        (lambda at: at.write_bytes(b"no image"), "not a PNG"),
+        (lambda at: at.unlink(), "no such file"),
+    ],
+    ids=["size", "picture", "garbage", "gone"],
+)
+def test_a_wrong_depth_file_is_refused_in_plain_words(dialog, folder, make, expected):
+    make(folder / "depth.png")
+    dialog.set_files(str(folder / "rgb.png"), str(folder / "depth.png"))
+    assert expected in dialog.message.text()
+    assert dialog.message.tone() == "error"
+    assert not dialog.open_button.isEnabled()
+
+
+def test_folder_with_meta_is_enough(dialog, folder):
+    dialog.set_files(str(folder))
+    assert "meta.json" in dialog.message.text()
+    assert not dialog.open_button.isEnabled()
+    (folder / "meta.json").write_text(json.dumps({"depth_units_per_m": 1000, "K": [525, 525, 320, 240]}))
+    dialog.set_files(str(folder))
+    assert dialog.open_button.isEnabled()
+    assert not dialog.depth_path.isEnabled()
+    assert dialog.request().depth is None
+
+
+@pytest.mark.parametrize(("units", "numbers"), [("many", "1,1,1,1"), ("1000", "525, 525")])
+def test_numbers_that_are_none_are_refused(dialog, folder, units, numbers):
+    dialog.set_files(str(folder / "rgb.png"))
+    dialog.units.setEditText(units)
+    dialog.camera.setCurrentText("Numbers: fx, fy, cx, cy")
+    dialog.camera_text.setText(numbers)
+    with pytest.raises(InputError, match="number"):
+        dialog.request()
+    dialog.read()
+    assert not dialog.open_button.isEnabled()
+
+
+@pytest.mark.parametrize(
+    ("colour", "depth"),
+    [
+        ("rgb.jpg", "depth.png"),
+        ("0001.jpg", "0001.png"),
+        ("cup.png", "cup_depth.png"),
+        ("cup_color.png", "cup_depth.tiff"),
+        ("frame-000320.color.jpg", "frame-000320.depth.png"),
+        ("rgb/17.png", "depth/17.png"),
+    ],
+)
+def test_partners_are_found_both_ways(tmp_path, colour, depth):
+    for name in (colour, depth):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    assert depth_beside(tmp_path / colour) == tmp_path / depth
+    assert colour_beside(tmp_path / depth) == tmp_path / colour
