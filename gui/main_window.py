@@ -119,7 +119,7 @@ class MainWindow(QMainWindow):
         self.setCorner(Qt.Corner.BottomLeftCorner, areas.LeftDockWidgetArea)
         self.setCorner(Qt.Corner.BottomRightCorner, areas.RightDockWidgetArea)
         self._arrange = lambda: (
-            self.resizeDocks([frames, right], [410, 310], Qt.Orientation.Horizontal),
+            self.resizeDocks([frames, right], [430, 310], Qt.Orientation.Horizontal),
             self.resizeDocks([frames, blocks], [170, 600], Qt.Orientation.Vertical),
             self.resizeDocks([curves], [230], Qt.Orientation.Vertical),
         )

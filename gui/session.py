@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QUndoStack
 
-
 from ilf.completion import BlockResult, Completion, compose
 from ilf.ebs.edit import LabelPatch
 from ilf.frame import RGBDFrame

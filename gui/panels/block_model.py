@@ -77,11 +77,11 @@ class Column(IntEnum):
     LOCKED = 1
     COLOUR = 2
     NAME = 3
-    PIXELS = 4
+    STATE = 4
     MISSING = 5
-    STATE = 6
-    ITERATIONS = 7
-    SIGMA = 8
+    ITERATIONS = 6
+    SIGMA = 7
+    PIXELS = 8
 
 
 _HEADERS = {
@@ -91,11 +91,12 @@ _HEADERS = {
     Column.NAME: ("Name", "Name of the block. Press F2 to rename."),
     Column.PIXELS: ("Pixels", "Size of the block in pixels."),
     Column.MISSING: ("Missing", "Defect rate: the share of the block's pixels without depth."),
-    Column.STATE: ("State", "What became of the block in the last run."),
+    Column.STATE: ("", "What became of the block in the last run. Point at an icon to read it."),
     Column.ITERATIONS: ("Iter.", "Iterations of the low-pass filter."),
     Column.SIGMA: ("σ [mm]", "Deviation sigma_i between the last two iterations, Eq. (2), in millimetres."),
 }
 TOOL_ICONS = {Column.VISIBLE: "ph.eye", Column.LOCKED: "ph.lock-simple", Column.COLOUR: "ph.palette"}
+ICON_COLUMNS = (*TOOL_ICONS, Column.STATE)
 _NUMBERS = (Column.PIXELS, Column.MISSING, Column.ITERATIONS, Column.SIGMA)
 
 
@@ -117,7 +118,8 @@ class BlockModel(QAbstractTableModel):
 
     def set_palette(self, palette: QPalette) -> None:
         self._colours = theme.colours(palette)
-        self._header_icons = {column: theme.icon(name, palette) for column, name in TOOL_ICONS.items()}
+        header_icons = {**TOOL_ICONS, Column.STATE: "ph.flag"}
+        self._header_icons = {column: theme.icon(name, palette) for column, name in header_icons.items()}
         faint = _tinted(palette, self._colours.muted)
         self._flags = {
             (Column.VISIBLE, True): _plain(theme.icon("ph.eye", palette)),
@@ -186,9 +188,11 @@ class BlockModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return _alignment(column)
         if role == Qt.ItemDataRole.ForegroundRole:
-            return self._foreground(row, column)
+            return self._foreground(row)
         if role == Qt.ItemDataRole.ToolTipRole:
-            return (row.detail or row.state) if column == Column.STATE else _HEADERS[column][1]
+            if column == Column.STATE:
+                return f"{row.state}\n{row.detail}".strip()
+            return _HEADERS[column][1]
         return None
 
     def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
@@ -210,9 +214,7 @@ class BlockModel(QAbstractTableModel):
             return QColor(*row.colour)
         return self._states[row.state] if column == Column.STATE else None
 
-    def _foreground(self, row: BlockRow, column: Column) -> QColor | None:
-        if column == Column.STATE:
-            return getattr(self._colours, _STATES[row.state][1])
+    def _foreground(self, row: BlockRow) -> QColor | None:
         return None if row.visible else self._colours.muted
 
 
@@ -223,8 +225,6 @@ def _text(row: BlockRow, column: Column) -> str:
         return f"{row.pixels:,}".replace(",", "\u202f")
     if column == Column.MISSING:
         return f"{100 * row.defect_rate:.1f} %"
-    if column == Column.STATE:
-        return row.state
     if column == Column.ITERATIONS:
         return str(row.iterations) if row.iterations else ""
     if column == Column.SIGMA:
@@ -249,7 +249,7 @@ def _sort_key(row: BlockRow, column: Column) -> str | float:
 
 
 def _alignment(column: Column) -> Qt.AlignmentFlag:
-    if column in TOOL_ICONS:
+    if column in ICON_COLUMNS:
         return Qt.AlignmentFlag.AlignCenter
     side = Qt.AlignmentFlag.AlignRight if column in _NUMBERS else Qt.AlignmentFlag.AlignLeft
     return side | Qt.AlignmentFlag.AlignVCenter

@@ -30,10 +30,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from gui.panels.block_model import ICON_SIZE, SORT_ROLE, TOOL_ICONS, BlockModel, BlockRow, Column, Index
+from gui.panels.block_model import ICON_COLUMNS, ICON_SIZE, SORT_ROLE, TOOL_ICONS, BlockModel, BlockRow, Column, Index
 from gui.panels.hint import paint_hint
 
-_WIDTHS = {Column.PIXELS: 68, Column.MISSING: 66, Column.STATE: 132, Column.ITERATIONS: 54, Column.SIGMA: 66}
+_WIDTHS = {Column.MISSING: 64, Column.ITERATIONS: 44, Column.SIGMA: 60, Column.PIXELS: 62}
 
 
 class BlockTable(QWidget):
@@ -183,7 +183,7 @@ class _BlockView(QTableView):
         header.setHighlightSections(False)
         header.setSortIndicatorClearable(True)
         for column in Column:
-            if column in TOOL_ICONS:
+            if column in ICON_COLUMNS:
                 header.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
                 header.resizeSection(column, 28)
             elif column == Column.NAME:
@@ -241,7 +241,7 @@ class _BlockDelegate(QStyledItemDelegate):
         option.state &= ~QStyle.StateFlag.State_HasFocus
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        if index.column() not in TOOL_ICONS:
+        if index.column() not in ICON_COLUMNS:
             super().paint(painter, option, index)
             return
         full = QStyleOptionViewItem(option)

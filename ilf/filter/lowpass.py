@@ -21,7 +21,8 @@ def inside_ellipse(
 ) -> NDArray[np.bool_]:
     """Pass band (k_y / r_y)^2 + (k_x / r_x)^2 <= 1, bool (H, W // 2 + 1).
 
-    Wave numbers on the rim count as inside, however their radii were rounded. A radius of 0 lets only k = 0 through in that direction.
+    Wave numbers on the rim count as inside, however their radii were rounded. A radius of 0 lets only k = 0
+    through in that direction.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         terms = [np.where(k2 > 0, k2 / radius**2, 0.0) for k2, radius in zip(squared, radii, strict=True)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -126,7 +127,7 @@ def test_staged_schedule_enlarges_the_radius_only_when_steady() -> None:
     parameters = ilf.preset("paper")
     steps = ilf.iterate(frame, labels, 1, parameters)
     records = list(steps)
-    for before, after in zip(records, records[1:], strict=False):
+    for before, after in itertools.pairwise(records):
         if before.sigma_i < parameters.s_criteria:
             assert after.stage == before.stage + 1
             assert after.radii > before.radii
