@@ -19,6 +19,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     problem = display_problem()
     if problem and offscreen:
         os.environ["QT_QPA_PLATFORM"] = "offscreen"
+        # the offscreen platform warns at every window that it cannot pass on size hints
+        os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
     elif problem:
         return _without_display(options, problem)
 

@@ -18,6 +18,8 @@ from ilf.completion import CompletionRun, Progress
 from ilf.filter.convergence import IterationRecord
 
 _PREVIEW_INTERVAL_S = 0.15
+_PREVIEW_SHARE = 6.0
+"""Least interval between previews, in times that drawing one takes."""
 
 
 class RunState(Enum):
@@ -66,7 +68,7 @@ class RunController(QObject):
         self._worker.paused.connect(self.state_changed)
         self._run: CompletionRun | None = None
         self._started = 0.0
-        self._previewed = 0.0
+        self._next_preview = 0.0
         self._stopping = False
         self.session: Session | None = None
         self.live: dict[int, list[IterationRecord]] = {}
@@ -165,11 +167,16 @@ class RunController(QObject):
             self.records.emit(label, records)
         if results and self.session is not None:
             self._workspace.store_results(self.session, results)
-        now = time.perf_counter()
-        if results or now - self._previewed > _PREVIEW_INTERVAL_S:
-            self._previewed = now
-            self.previewed.emit()
+        self._offer_preview()
         self.state_changed.emit()
+
+    def _offer_preview(self) -> None:
+        """Now and then, and seldom enough that drawing it takes a fraction of the window's time."""
+        now = time.perf_counter()
+        if now >= self._next_preview:
+            self.previewed.emit()
+            cost = time.perf_counter() - now
+            self._next_preview = now + max(_PREVIEW_INTERVAL_S, _PREVIEW_SHARE * cost)
 
     def _end(self, how: str) -> None:
         run, self._run = self._run, None

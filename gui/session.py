@@ -46,12 +46,9 @@ class Session:
     ----------
     frame : RGBDFrame
     labels : ndarray of int32, shape (H, W)
-        The label map, which is the truth about blocks. Changed in place by edits only.
+        The label map, which is the truth about blocks. Changed in place by `apply` and `set_labels` only.
     infos : dict
         Block label -> BlockInfo. Kept for labels that are gone, so that undo brings names back.
-    results : dict
-        Block label -> its last result. One that no longer fits its block's pixels is kept for undo,
-        but does not count (see `valid_results`).
     block_parameters : dict
         Block label -> parameters of its own, where they differ from those of all blocks.
     extraction : BlockParameters or None
@@ -64,7 +61,9 @@ class Session:
         self.source = source
         self.labels: NDArray[np.int32] = np.zeros(frame.shape, np.int32)
         self.infos: dict[int, BlockInfo] = {}
-        self.results: dict[int, BlockResult] = {}
+        self._results: dict[int, BlockResult] = {}
+        self._counts: dict[int, BlockCounts] | None = None
+        self._valid: dict[int, BlockResult] | None = None
         self.block_parameters: dict[int, Parameters] = {}
         self.extraction: BlockParameters | None = None
         self.extracted: NDArray[np.int32] | None = None
@@ -74,7 +73,7 @@ class Session:
 
     def take_blocks(self, labels: NDArray[np.int32], extraction: BlockParameters | None, edited: bool = False) -> None:
         """The blocks to begin with; `edited` if they are not what the extraction gives."""
-        self.labels[:] = labels
+        self.set_labels(labels)
         self.extraction = extraction
         self.extracted = None if edited or extraction is None else self.labels.copy()
 
@@ -120,12 +119,35 @@ class Session:
         """Set name, colour, visible or locked of a block."""
         self.infos[label] = replace(self.info(label), **changes)
 
+    def set_labels(self, labels: NDArray[np.int32]) -> None:
+        """Take over another label map."""
+        self.labels[:] = labels
+        self._forget()
+
     def apply(self, patch: LabelPatch, forward: bool = True) -> None:
         """Make or take back a change of the label map."""
         (patch.apply if forward else patch.revert)(self.labels)
+        self._forget()
+
+    def add_results(self, results: list[BlockResult]) -> None:
+        """Keep blocks' results; they are not exported yet."""
+        self._results.update({result.block.label: result for result in results})
+        self.exported = False
+        self._forget()
+
+    def clear_results(self) -> None:
+        """Forget all results."""
+        self._results.clear()
+        self.exported = True
+        self._forget()
 
     def counts(self) -> dict[int, BlockCounts]:
         """Block label -> counts, in rising order of labels."""
+        if self._counts is None:
+            self._counts = self._count()
+        return self._counts
+
+    def _count(self) -> dict[int, BlockCounts]:
         top = int(self.labels.max()) + 1
         pixels = np.bincount(self.labels.ravel(), minlength=top)
         known = np.bincount(self.labels[self.frame.known], minlength=top)
@@ -140,17 +162,27 @@ class Session:
         return self.block_parameters.get(label, common)
 
     def valid_results(self) -> dict[int, BlockResult]:
-        """Results whose block still has the very pixels that were run, in rising order of labels."""
-        return {label: self.results[label] for label in sorted(self.results) if self._fits(self.results[label])}
+        """Results whose block still has the very pixels that were run, in rising order of labels.
+
+        The others are kept, because undo may bring their blocks back.
+        """
+        if self._valid is None:
+            self._valid = {label: self._results[label] for label in sorted(self._results) if self._fits(label)}
+        return self._valid
 
     def completion(self) -> Completion | None:
         """The completed depth as far as blocks have been run; None if none has."""
         results = self.valid_results()
         return compose(self.frame, results) if results else None
 
-    def _fits(self, result: BlockResult) -> bool:
-        block = result.block
-        inside = self.labels[block.box] == block.label
-        if not np.array_equal(inside, block.mask):
+    def _fits(self, label: int) -> bool:
+        block = self._results[label].block
+        if not np.array_equal(self.labels[block.box] == label, block.mask):
             return False
-        return np.count_nonzero(self.labels == block.label) == np.count_nonzero(block.mask)
+        count = self.counts().get(label)
+        return count is not None and count.pixels == np.count_nonzero(block.mask)
+
+    def _forget(self) -> None:
+        """What was worked out from labels and results no longer holds."""
+        self._counts = None
+        self._valid = None

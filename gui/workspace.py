@@ -121,14 +121,13 @@ class Workspace(QObject):
 
     def store_results(self, session: Session, results: list[BlockResult]) -> None:
         """Keep blocks' results."""
-        session.results.update({result.block.label: result for result in results})
-        session.exported = False
+        session.add_results(results)
         if session is self._session:
             self.results_changed.emit()
 
     def clear_results(self) -> None:
         """Forget all results of the present frame."""
-        self.session.results.clear()
+        self.session.clear_results()
         self.results_changed.emit()
 
     def set_parameters(self, parameters: Parameters, label: int | None = None) -> None:

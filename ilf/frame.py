@@ -13,6 +13,12 @@ from .errors import InputError
 MEDIAN_DEPTH_RANGE = (0.1, 50.0)
 """Median depth [m] outside which a frame's depth scale is taken for a mistake."""
 
+USUAL_MEDIAN_DEPTH = (0.3, 6.0)
+"""Median depth [m] of nearly all frames of depth cameras."""
+
+COMMON_DEPTH_UNITS = (1000.0, 5000.0, 10_000.0, 4000.0, 1.0)
+"""File units per metre that are in use, the most common first."""
+
 
 @dataclass(frozen=True)
 class CameraIntrinsics:
@@ -125,6 +131,34 @@ def check_depth_scale(depth: NDArray[np.floating]) -> float:
             "(1000 for millimetres, 5000 for TUM, 10000 for 0.1 mm, 1 for metres)."
         )
     return median
+
+
+def doubtful_scale(depth: NDArray[np.floating], units: float) -> str:
+    """A sentence of doubt if the depth's scale is possible but unusual, and common units would make it usual.
+
+    Parameters
+    ----------
+    depth : ndarray
+        Depth [m] with some known pixels, NaN = missing.
+    units : float
+        File units per metre that it was read with.
+
+    Returns
+    -------
+    str
+        "" where there is nothing to doubt.
+    """
+    median = float(np.nanmedian(depth))
+    low, high = USUAL_MEDIAN_DEPTH
+    if low <= median <= high:
+        return ""
+    for other in COMMON_DEPTH_UNITS:
+        if low <= median * units / other <= high:
+            return (
+                f"A median depth of {median:.2f} m is unusual for a depth camera; with {other:g} units per metre "
+                f"it would be {median * units / other:.2f} m."
+            )
+    return ""
 
 
 def _checked_rgb(rgb: ArrayLike) -> NDArray[np.uint8]:

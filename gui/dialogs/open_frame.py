@@ -32,7 +32,7 @@ from gui.loader import FrameSource
 from gui.views.colour_maps import depth_table, robust_depth_levels, to_indices
 from ilf.camera import INTRINSICS
 from ilf.errors import IlfError, InputError
-from ilf.frame import RGBDFrame
+from ilf.frame import RGBDFrame, doubtful_scale
 from ilf.io import frame_folder, load_frame, read_colour, read_depth_values
 from ilf.io.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
 
@@ -145,7 +145,9 @@ class OpenFrameDialog(QDialog):
         else:
             self.colour_preview.show_rgb(frame.rgb)
             self.depth_preview.show_depth(frame.depth)
-            self.message.say(_reading(frame), "good")
+            doubt = doubtful_scale(frame.depth, float(str(frame.sources["depth_units"])))
+            text = _reading(frame)
+            self.message.say(f"{text}\n{doubt}" if doubt else text, "warning" if doubt else "good")
             self.open_button.setEnabled(True)
 
     def accept(self) -> None:

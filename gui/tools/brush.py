@@ -47,7 +47,7 @@ class BrushTool:
         """Put the stroke's pixels back."""
         if self._before is None:
             return False
-        host.session.labels[:] = self._before
+        host.session.set_labels(self._before)
         self._before = None
         host.show_labels(_everything(host.session.labels))
         return True

@@ -16,7 +16,7 @@ from ..completion import CompletionRun, ParameterChoice, compose
 from ..ebs import extract_blocks
 from ..errors import InputError
 from ..export import CLOUD_AXES, CLOUD_FILES, CLOUD_UNITS, DEPTH_FILES, ExportOptions, check_export, export
-from ..frame import RGBDFrame
+from ..frame import RGBDFrame, doubtful_scale
 from ..io import frame_folder, read_labels
 from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters, preset
 from ..replay import replay, version_differences
@@ -136,10 +136,11 @@ def _new_job(arguments: argparse.Namespace) -> _Job:
         )
     if not labels.any():
         raise InputError(f"There are no blocks, so there is nothing to complete. {way_out}")
-    warnings: tuple[str, ...] = ()
+    doubt = doubtful_scale(frame.depth, float(str(frame.sources["depth_units"])))
+    warnings: tuple[str, ...] = (doubt,) if doubt else ()
     if frame.intrinsics is None and options.cloud is not None and not _cloud_flags(arguments):
         options = replace(options, cloud=None)
-        warnings = (
+        warnings += (
             "No point cloud is written, because the camera's intrinsics are not known: give --intrinsics for one.",
         )
     return _Job(frame, labels, parameters, None, extraction, extraction is None, options, warnings)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ilf.errors import InputError
-from ilf.frame import CameraIntrinsics, RGBDFrame
+from ilf.frame import CameraIntrinsics, RGBDFrame, doubtful_scale
 
 RGB = np.zeros((2, 4, 3), np.uint8)
 
@@ -55,3 +55,13 @@ def test_unusable_arrays_are_refused_with_the_way_out(rgb: np.ndarray, depth: np
 def test_impossible_intrinsics_are_refused(numbers: tuple[float, float, float, float]) -> None:
     with pytest.raises(InputError):
         CameraIntrinsics(*numbers)
+
+
+@pytest.mark.parametrize(
+    ("metres", "units", "meant"),
+    [(2.4, 1000, ""), (12.0, 1000, "with 5000 units per metre it would be 2.40 m"), (0.2, 10_000, "with 1000 units")],
+)
+def test_unusual_scales_are_doubted_with_the_likely_one(metres: float, units: float, meant: str) -> None:
+    text = doubtful_scale(np.full((3, 3), metres, np.float32), units)
+    assert meant in text
+    assert bool(text) == bool(meant)
