@@ -270,15 +270,11 @@ class Presenter(QObject):
     def show_curves(self) -> None:
         """Records of the chosen block, or of the running one if none is chosen."""
         curves = self._window.curves
-        if not self._workspace.has_session:
-            curves.set_block(0, "", (128, 128, 128))
-            return
-        session = self._workspace.session
-        label = self._curve_label()
+        label = self._curve_label() if self._workspace.has_session else 0
         if label == 0:
-            curves.set_block(0, "", (128, 128, 128))
+            curves.clear()
             return
-        info = session.info(label)
+        info = self._workspace.session.info(label)
         curves.set_block(label, info.name, info.colour)
         curves.set_records(self._records_of(label))
 
@@ -298,11 +294,15 @@ class Presenter(QObject):
                 curves.set_records(runs.live[label])
 
     def _curve_label(self) -> int:
+        """The chosen block; while that has no curve yet, the one that runs, or else the first that has been run."""
         chosen = self._chosen()
+        if chosen and self._records_of(chosen):
+            return chosen
         runs = self._window.runs
-        return chosen or (runs.block if runs.session is self._session() else 0) or self._last_run()
+        running = runs.block if runs.session is self._session() else 0
+        return running or chosen or self._first_run()
 
-    def _last_run(self) -> int:
+    def _first_run(self) -> int:
         session = self._session()
         results = session.valid_results() if session else {}
         run = [label for label, result in results.items() if result.history]

@@ -2,6 +2,7 @@
 
 from .completion import Completion, complete, iterate
 from .ebs import extract_blocks
+from .errors import IlfError
 from .frame import CameraIntrinsics, RGBDFrame
 from .io import load_frame
 from .parameters import BlockParameters, Parameters, preset
@@ -12,6 +13,7 @@ __all__ = [
     "BlockParameters",
     "CameraIntrinsics",
     "Completion",
+    "IlfError",
     "Parameters",
     "RGBDFrame",
     "complete",

@@ -7,9 +7,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QComboBox, QFormLayout, QHBoxLayout, QToolButton, QVBoxLayout, QWidget
 
 from gui.panels.parameter_form import ParameterForm
-from ilf.parameters import PRESETS, Parameters
-
-CUSTOM = "custom"
+from ilf.parameters import DEFAULT_PRESET, PRESETS, Parameters
 
 
 class FilterPanel(QWidget):
@@ -28,11 +26,12 @@ class FilterPanel(QWidget):
 
     def __init__(self, run_actions: list[QAction], parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._presets = QComboBox()
-        self._presets.addItems([*PRESETS, CUSTOM])
-        self._presets.model().item(len(PRESETS)).setEnabled(False)
-        self._presets.setToolTip("paper: as the text describes it. released-code: as the authors' program does it.")
-        self._presets.textActivated.connect(lambda name: self.edited.emit(PRESETS[name]))
+        self.presets = QComboBox()
+        for name in PRESETS:
+            self.presets.addItem(name, name)
+        self._base = DEFAULT_PRESET
+        self.presets.setToolTip("paper: as the text describes it. released-code: as the authors' program does it.")
+        self.presets.activated.connect(lambda _: self.edited.emit(PRESETS[self.presets.currentData()]))
         self._scope = QComboBox()
         self._scope.addItems(["All blocks", "Chosen block"])
         self._scope.setToolTip("Whether the values below go for all blocks, or for the chosen one alone")
@@ -42,7 +41,7 @@ class FilterPanel(QWidget):
 
         choices = QFormLayout()
         choices.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        choices.addRow("Preset", self._presets)
+        choices.addRow("Preset", self.presets)
         choices.addRow("Values for", self._scope)
         buttons = QHBoxLayout()
         buttons.setSpacing(4)
@@ -71,8 +70,10 @@ class FilterPanel(QWidget):
         item.setText(f"{block_name} only" if block_name else "Chosen block")
         if block_name is None:
             self._scope.setCurrentIndex(0)
-        name = next((name for name, values in PRESETS.items() if values == parameters), CUSTOM)
-        self._presets.setCurrentText(name)
-        if name != CUSTOM:
-            self.form.set_base(PRESETS[name])
+        self._base = next((name for name, values in PRESETS.items() if values == parameters), self._base)
+        changed = parameters != PRESETS[self._base]
+        for position, name in enumerate(PRESETS):
+            self.presets.setItemText(position, f"{name} (changed)" if changed and name == self._base else name)
+        self.presets.setCurrentIndex(self.presets.findData(self._base))
+        self.form.set_base(PRESETS[self._base])
         self.form.set_parameters(parameters)

@@ -155,6 +155,12 @@ class CurvesPanel(QWidget):
         self._chip.show()
         self.set_records([])
 
+    def clear(self) -> None:
+        """Show no block."""
+        self._name = ""
+        self._chip.hide()
+        self.set_records([])
+
     def set_records(self, records: Sequence[IterationRecord]) -> None:
         """Replace the curves."""
         self.records = []

@@ -221,3 +221,27 @@ def test_brush_size_by_keyboard(opened: MainWindow, qtbot: QtBot) -> None:
     assert opened.editor.brush_radius == 12.0
     qtbot.keyClick(opened, Qt.Key.Key_BracketLeft)
     assert opened.editor.brush_radius == 8.0
+
+
+def test_preset_box_tells_what_was_changed_and_brings_it_back(opened: MainWindow) -> None:
+    presets = opened.filter_panel.presets
+    opened.workspace.set_parameters(ilf.preset("released-code"))
+    assert presets.currentText() == "released-code"
+    opened.workspace.set_parameters(ilf.preset("released-code", mode="fill+denoise"))
+    assert presets.currentText() == "released-code (changed)"
+    presets.activated.emit(presets.currentIndex())
+    assert opened.workspace.parameters == ilf.preset("released-code")
+
+
+def test_curves_follow_the_running_block_until_the_chosen_one_has_its_own(
+    opened: MainWindow, qtbot: QtBot, run_all: Run
+) -> None:
+    workspace = opened.workspace
+    first, second = list(workspace.session.counts())[:2]
+    workspace.select([second])
+    shown: list[tuple[int, int]] = []
+    opened.runs.records.connect(lambda label, _: shown.append((label, len(opened.curves.records))))
+    run_all(opened)
+    assert all(count > 0 for _, count in shown)
+    assert len(opened.curves.records) == workspace.session.valid_results()[second].outcome.iterations
+    assert first in {label for label, _ in shown}
