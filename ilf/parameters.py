@@ -118,6 +118,10 @@ class Parameters(ParameterSet):
         3, "Spectrum dilation", "Radius of the disk that dilates the colour spectrum.", _COLOUR,
         unit="samples", minimum=0, maximum=50, source="released code",
     )  # fmt: skip
+    precision: str = declare(
+        "float64", "Precision", "Of the iteration's arithmetic. float32 is faster; its depth differs by micrometres.",
+        _OUTPUT, choices=("float64", "float32"), source="not in the paper",
+    )  # fmt: skip
     min_known_share: float = declare(
         0.02, "Known share, at least", "A block with a smaller share of known depth is reported as not recoverable "
         "and stays missing.", _DATA, minimum=0.0, maximum=1.0, step=0.01,

@@ -10,11 +10,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 import ilf
+from ilf.blocks import find_blocks
 from ilf.filter.iteration import BlockIteration
 from ilf.filter.lengths import principal_lengths
 from ilf.filter.lowpass import inside_ellipse, squared_wave_numbers
 from ilf.filter.spectrum import colour_weight
 from ilf.frame import RGBDFrame
+from tests.reference.full_grid import FullGridIteration
 
 
 def _tiny(seed: int = 3, shape: tuple[int, int] = (5, 6)) -> tuple[RGBDFrame, np.ndarray]:
@@ -43,10 +45,17 @@ def _signed(k: int, size: int) -> int:
     return k if k <= size // 2 else k - size
 
 
+STEPPERS = [BlockIteration, FullGridIteration]
+Stepper = type[BlockIteration] | type[FullGridIteration]
+
+
+@pytest.mark.parametrize("stepper_class", STEPPERS)
 @pytest.mark.parametrize("weighted", [False, True])
 @pytest.mark.parametrize("centred", [False, True])
 @pytest.mark.parametrize("schedule", ["staged", "linear"])
-def test_iterates_equal_the_papers_formulas_by_direct_sums(schedule: str, centred: bool, weighted: bool) -> None:
+def test_iterates_equal_the_papers_formulas_by_direct_sums(
+    schedule: str, centred: bool, weighted: bool, stepper_class: Stepper
+) -> None:
     frame, labels = _tiny()
     parameters = ilf.preset(
         schedule=schedule,
@@ -57,7 +66,7 @@ def test_iterates_equal_the_papers_formulas_by_direct_sums(schedule: str, centre
         max_iterations=5,
         s_criteria=0.05,
     )
-    stepper = ilf.iterate(frame, labels, 1, parameters)
+    stepper = stepper_class(frame, find_blocks(labels)[1], parameters)
     height, width = labels.shape
     grid = 2 * height, 2 * width
     mask = labels == 1
@@ -92,18 +101,84 @@ def test_iterates_equal_the_papers_formulas_by_direct_sums(schedule: str, centre
     assert record.i == 5
 
 
-def test_result_does_not_depend_on_the_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:
-    frame, labels = _tiny(shape=(61, 83))
-    parameters = ilf.preset(max_iterations=40)
-    surfaces = []
-    for threads in (1, 2, 5):
-        monkeypatch.setattr("os.cpu_count", lambda threads=threads: threads)
-        stepper = ilf.iterate(frame, labels, 1, parameters)
-        for _ in stepper:
+def _bumpy(shape: tuple[int, int], seed: int = 5) -> tuple[RGBDFrame, np.ndarray]:
+    """A curved, noisy block of irregular outline with a hole."""
+    rng = np.random.default_rng(seed)
+    rows, columns = np.mgrid[: shape[0], : shape[1]] / max(shape)
+    depth = 1.5 + rows + 0.3 * np.sin(7 * columns) + 0.02 * rng.standard_normal(shape)
+    depth[shape[0] // 4 : shape[0] // 2, shape[1] // 3 : 3 * shape[1] // 4] = np.nan
+    labels = (np.hypot(rows - 0.3, columns - 0.5) < 0.55).astype(np.int32)
+    return RGBDFrame(rng.integers(0, 255, (*shape, 3), dtype=np.uint8), depth), labels
+
+
+CHANGES = [
+    {},
+    {"centred": True},
+    {"rgb_iterations": 0},
+    {"padding": 1.0},
+    {"padding": 1.3, "centred": True},
+    {"shortest_wavelength": 2.0, "max_iterations": 400},
+    {"staged_start": 3.0, "stage_step": 4.0},
+    {"stop_when_steady": False, "max_iterations": 230},
+]
+
+
+@pytest.mark.parametrize("changes", CHANGES, ids=str)
+@pytest.mark.parametrize("name", ["paper", "released-code"])
+@pytest.mark.parametrize("shape", [(40, 61), (37, 24)])
+def test_pass_band_and_full_grid_give_the_same_iterates(
+    shape: tuple[int, int], name: str, changes: dict[str, object]
+) -> None:
+    frame, labels = _bumpy(shape)
+    block = find_blocks(labels)[1]
+    parameters = ilf.preset(name, **{"max_iterations": 300, **changes})
+    fast, full = BlockIteration(frame, block, parameters), FullGridIteration(frame, block, parameters)
+    pairs = list(itertools.zip_longest(fast, full))
+    for ours, theirs in pairs:
+        assert (ours.i, ours.stage, ours.radii, ours.weighted) == (
+            theirs.i,
+            theirs.stage,
+            theirs.radii,
+            theirs.weighted,
+        )
+        assert ours.sigma_i == pytest.approx(theirs.sigma_i, rel=1e-8, abs=1e-12)
+        assert ours.l1 == pytest.approx(theirs.l1, rel=1e-10)
+    assert fast.settled == full.settled
+    assert_allclose(fast.surface, full.surface, atol=1e-10)
+
+
+def test_l1_norm_is_exact_where_the_filter_goes_negative() -> None:
+    depth = np.full((30, 30), 9.0)
+    depth[:, :15] = 0.15
+    depth[5:25, 10:15] = np.nan
+    frame = RGBDFrame(np.zeros((30, 30, 3), np.uint8), depth)
+    block = find_blocks(np.ones((30, 30), np.int32))[1]
+    parameters = ilf.preset(shortest_wavelength=2.5, s_criteria=1e-4, max_iterations=200)
+    negative = False
+    fast, full = BlockIteration(frame, block, parameters), FullGridIteration(frame, block, parameters)
+    for ours, theirs in itertools.zip_longest(fast, full):
+        negative |= bool((full.surface < 0).any())
+        assert ours.l1 == pytest.approx(theirs.l1, rel=1e-10)
+    assert negative
+
+
+def test_float32_is_close() -> None:
+    frame, labels = _bumpy((60, 90))
+    surfaces = {}
+    for precision in ("float32", "float64"):
+        steps = ilf.iterate(frame, labels, 1, ilf.preset(precision=precision))
+        for _ in steps:
             pass
-        surfaces.append(stepper.surface)
-    assert np.array_equal(surfaces[0], surfaces[1])
-    assert np.array_equal(surfaces[0], surfaces[2])
+        surfaces[precision] = steps.surface
+    assert_allclose(surfaces["float32"], surfaces["float64"], atol=1e-4)
+    assert not np.array_equal(surfaces["float32"], surfaces["float64"])
+
+
+def test_surface_before_the_first_step_is_the_mean_or_nothing() -> None:
+    frame, labels = _bumpy((30, 40))
+    known = frame.depth[(labels == 1) & frame.known].astype(float)
+    assert_allclose(ilf.iterate(frame, labels, 1, ilf.preset(centred=True)).surface, known.mean())
+    assert not ilf.iterate(frame, labels, 1).surface.any()
 
 
 def test_linear_schedule_has_the_released_codes_radii() -> None:

@@ -1,0 +1,115 @@
+"""Frame folders and, where they have one, the truth."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..frame import RGBDFrame
+from ..io import load_frame, read_depth_values
+from ..io.depth_files import depth_in_metres
+from ..io.files import read_json
+from ..io.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
+from ..io.images import read_image
+
+TRUTH_FILE, HOLE_FILE = "gt.png", "mask.png"
+
+
+@dataclass(frozen=True, eq=False)
+class BenchFrame:
+    """A frame, and its truth.
+
+    Attributes
+    ----------
+    frame : RGBDFrame
+    truth : ndarray of float32, shape (H, W), or None
+        Measured or exact depth [m], NaN = unknown; None where there is no truth.
+    """
+
+    frame: RGBDFrame
+    truth: NDArray[np.float32] | None
+
+
+def find_frames(paths: Iterable[str | os.PathLike[str]]) -> list[Path]:
+    """The frame folders among `paths`; other folders are searched for frame folders in them, by name.
+
+    Raises
+    ------
+    InputError
+        If a path is not a folder, or has no frame folder in it.
+    """
+    found: dict[Path, None] = {}
+    for path in map(Path, paths):
+        if not path.is_dir():
+            raise InputError(f"{path} is not a folder. Give folders with {META_NAME}, or folders of such folders.")
+        if (path / META_NAME).is_file():
+            found[path] = None
+            continue
+        inside = sorted(entry for entry in path.iterdir() if (entry / META_NAME).is_file())
+        if not inside:
+            raise InputError(f"{path} has no {META_NAME}, and no folder in it has one: there is no frame in it.")
+        found.update(dict.fromkeys(inside))
+    return list(found)
+
+
+def load_bench_frame(folder: str | os.PathLike[str]) -> BenchFrame:
+    """Read a frame folder and its truth.
+
+    A folder that has gt.png but no depth gives that truth as depth, with the hole that mask.png marks.
+
+    Parameters
+    ----------
+    folder : path-like
+        As for `ilf.load_frame`; meta.json may add `gt` (what gt.png is worth, in words) and `gt_units_per_m`.
+
+    Raises
+    ------
+    InputError, FormatError
+        If the frame cannot be read, has neither depth nor a truth with a mask, or they do not fit each other.
+    """
+    root = Path(folder)
+    meta = read_json(root / META_NAME)
+    has_truth = isinstance(meta, dict) and _is_measured(meta.get("gt")) and (root / TRUTH_FILE).is_file()
+    if has_truth and (root / HOLE_FILE).is_file() and _image(root, "depth", DEPTH_FILE_SUFFIXES) is None:
+        return _masked_truth(root, meta)
+    frame = load_frame(root)
+    truth = _read_truth(root, meta) if has_truth else None
+    if truth is not None and truth.shape != frame.shape:
+        raise InputError(f"{root / TRUTH_FILE} has shape {truth.shape}, but the frame has {frame.shape}.")
+    return BenchFrame(frame, truth)
+
+
+def _is_measured(worth: Any) -> bool:
+    """Whether the words of meta.json call gt.png a truth. Depth that an algorithm has filled in is none."""
+    words = str(worth or "").lower()
+    return ("measured" in words or "exact" in words) and "fill" not in words and "not measured" not in words
+
+
+def _read_truth(root: Path, meta: dict[str, Any]) -> NDArray[np.float32]:
+    return depth_in_metres(read_depth_values(root / TRUTH_FILE), meta.get("gt_units_per_m"))
+
+
+def _masked_truth(root: Path, meta: dict[str, Any]) -> BenchFrame:
+    colour = _image(root, "rgb", COLOUR_SUFFIXES)
+    if colour is None:
+        raise InputError(f"{root} has no colour image (rgb.png).")
+    whole = load_frame(
+        colour, root / TRUTH_FILE, depth_units=meta.get("gt_units_per_m"), name=str(meta.get("name") or root.name)
+    )
+    mask = read_image(root / HOLE_FILE)
+    if mask.shape[:2] != whole.shape:
+        raise InputError(f"{root / HOLE_FILE} has shape {mask.shape[:2]}, but the frame has {whole.shape}.")
+    hole = mask.reshape(*whole.shape, -1).any(axis=2)
+    frame = RGBDFrame(whole.rgb, np.where(hole, np.nan, whole.depth), whole.intrinsics, whole.name)
+    return BenchFrame(frame, whole.depth)
+
+
+def _image(root: Path, stem: str, suffixes: Iterable[str]) -> Path | None:
+    return next((root / (stem + suffix) for suffix in suffixes if (root / (stem + suffix)).is_file()), None)
