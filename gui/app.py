@@ -8,8 +8,12 @@ import sys
 import traceback
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from gui.display import display_problem
+
+if TYPE_CHECKING:
+    from gui.loader import FrameSource
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -33,6 +37,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     QCoreApplication.setApplicationName("ilf-studio")
     app = QApplication.instance() or QApplication(sys.argv[:1])
     theme.apply_theme(app, options.theme or str(QSettings().value("theme", "system")))
+
+    theme.follow_system(app)
 
     from gui.main_window import MainWindow
 
@@ -85,7 +91,6 @@ def _size(text: str) -> tuple[int, int]:
 
 
 def _open(window: object, options: argparse.Namespace) -> None:
-    from gui.loader import FrameSource
     from gui.main_window import MainWindow
 
     assert isinstance(window, MainWindow)
@@ -93,14 +98,23 @@ def _open(window: object, options: argparse.Namespace) -> None:
         window.centre.setCurrentWidget(window.cloud)
     if options.sample:
         window.documents.open_sample()
-    files = [path for path in options.frames if not path.is_dir() and path.suffix != ".json"]
-    others = [path for path in options.frames if path not in files]
-    if others:
-        window.documents.open_paths(others)
-    for rgb, depth in zip(files[::2], files[1::2], strict=False):
-        window.loader.open(FrameSource(str(rgb), str(depth), options.depth_units, options.intrinsics))
-    if len(files) % 2:
-        window.documents.open_paths(files[-1:])
+    records, sources, single = _inputs(options)
+    for source in sources:
+        window.documents.open_source(source)
+    window.documents.open_paths([*records, *single])
+
+
+def _inputs(options: argparse.Namespace) -> tuple[list[Path], list[FrameSource], list[Path]]:
+    """Run records, frames, and a colour or depth file that has no partner."""
+    from gui.loader import FrameSource
+
+    how = options.depth_units, options.intrinsics
+    folders = [path for path in options.frames if path.is_dir()]
+    records = [path for path in options.frames if path.suffix == ".json" and path not in folders]
+    files = [path for path in options.frames if path not in folders and path not in records]
+    sources = [FrameSource(str(path), None, *how) for path in folders]
+    sources += [FrameSource(str(rgb), str(depth), *how) for rgb, depth in zip(files[::2], files[1::2], strict=False)]
+    return records, sources, files[len(files) // 2 * 2 :]
 
 
 def _without_display(options: argparse.Namespace, problem: str) -> int:
@@ -108,21 +122,26 @@ def _without_display(options: argparse.Namespace, problem: str) -> int:
     from ilf.cli import main as command_line
 
     print(f"ilf-gui: {problem}", file=sys.stderr)
-    inputs = [str(path) for path in options.frames]
+    records, sources, single = _inputs(options)
+    jobs = [["--replay", str(record)] for record in records]
+    jobs += [[source.rgb, source.depth] if source.depth else [source.rgb] for source in sources]
     if options.sample:
         from ilf.assets import asset_path
 
-        inputs = [str(asset_path("samples/room"))]
-    if not inputs:
+        jobs.append([str(asset_path("samples/room")), "--out", "ilf-output"])
+    for path in single:
+        print(f"ilf-gui: {path}: a frame needs a colour and a depth file, or a folder.", file=sys.stderr)
+    if not jobs:
         print("Without a window, use: ilf complete RGB DEPTH --out DIR (see ilf complete --help).", file=sys.stderr)
         return 1
-    arguments = ["complete", *inputs, "--out", "ilf-output"]
-    if options.depth_units:
-        arguments += ["--depth-units", str(options.depth_units)]
-    if options.intrinsics:
-        arguments += ["--intrinsics", options.intrinsics]
-    print(f"Running this instead: ilf {' '.join(arguments)}", file=sys.stderr)
-    return command_line(arguments)
+    reading = ["--depth-units", str(options.depth_units)] if options.depth_units else []
+    reading += ["--intrinsics", options.intrinsics] if options.intrinsics else []
+    status = 0
+    for job in jobs:
+        arguments = ["complete", *job, *([] if job[0] == "--replay" else reading)]
+        print(f"Running this instead: ilf {' '.join(arguments)}", file=sys.stderr)
+        status = command_line(arguments) or status
+    return status
 
 
 def _install_exception_hook(window: object) -> None:

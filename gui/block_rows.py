@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gui.panels.block_table import BlockRow
 from gui.runs import RunController
-from gui.session import Session
+from gui.session import BlockCounts, Session
 from ilf.completion import BlockResult
 from ilf.parameters import Parameters
 
@@ -17,7 +17,7 @@ from ilf.parameters import Parameters
 def block_rows(session: Session, runs: RunController, common: Parameters) -> list[BlockRow]:
     """One row per block that has pixels, or is chosen to be painted."""
     results = session.valid_results()
-    counts = session.counts()
+    counts = {label: BlockCounts(0, 0) for label in session.selected} | session.counts()
     own_run = runs.session is session
     queued = runs.queued if own_run else set()
     rows = []

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtGui import QUndoCommand
 
-from gui.session import BlockInfo, Session
+from gui.session import BlockNotes, Session
 from ilf.ebs.edit import LabelPatch
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 class EditLabels(QUndoCommand):
     """A change of the label map.
 
-    With `done`, the map has it already (a brush paints while it moves). With `infos`, what was known of the
+    With `done`, the map has it already (a brush paints while it moves). With `notes`, what is known of the
     blocks changes with them, as when all blocks are replaced.
     """
 
@@ -27,32 +27,34 @@ class EditLabels(QUndoCommand):
         patch: LabelPatch,
         text: str,
         done: bool = False,
-        infos: dict[int, BlockInfo] | None = None,
+        notes: BlockNotes | None = None,
     ) -> None:
         super().__init__(text)
         self._workspace = workspace
         self._session = session
         self._patch = patch
         self._done = done
-        self._other_infos = infos
+        self._other_notes = notes
 
     def redo(self) -> None:
         """Make the change."""
         if not self._done:
+            self._workspace.prepare_change(self._session)
             self._session.apply(self._patch)
         self._done = False
-        self._swap_infos()
+        self._swap_notes()
         self._workspace.note_labels_changed(self._session, self._patch)
 
     def undo(self) -> None:
         """Take it back."""
+        self._workspace.prepare_change(self._session)
         self._session.apply(self._patch, forward=False)
-        self._swap_infos()
+        self._swap_notes()
         self._workspace.note_labels_changed(self._session, self._patch)
 
-    def _swap_infos(self) -> None:
-        if self._other_infos is not None:
-            self._session.infos, self._other_infos = self._other_infos, self._session.infos
+    def _swap_notes(self) -> None:
+        if self._other_notes is not None:
+            self._session.notes, self._other_notes = self._other_notes, self._session.notes
 
 
 class EditInfo(QUndoCommand):
@@ -63,15 +65,18 @@ class EditInfo(QUndoCommand):
         self._workspace = workspace
         self._session = session
         self._label = label
-        self._before: BlockInfo = session.info(label)
-        self._changes = changes
+        info = session.info(label)
+        self._before = {name: getattr(info, name) for name in changes}
+        self._after = changes
 
     def redo(self) -> None:
         """Make the change."""
-        self._session.change_info(self._label, **self._changes)
-        self._workspace.note_infos_changed(self._session)
+        self._change(self._after)
 
     def undo(self) -> None:
         """Take it back."""
-        self._session.infos[self._label] = self._before
+        self._change(self._before)
+
+    def _change(self, values: dict[str, object]) -> None:
+        self._session.change_info(self._label, **values)
         self._workspace.note_infos_changed(self._session)

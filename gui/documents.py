@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Generator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,7 +23,7 @@ from gui.workspace import Workspace
 from ilf.assets import asset_path
 from ilf.completion import compose
 from ilf.errors import IlfError
-from ilf.export import ExportOptions, ExportReport, export
+from ilf.export import ExportOptions, ExportReport, export, output_folder_name
 from ilf.io import read_labels
 from ilf.parameters import BlockParameters
 from ilf.run_record import make_run_record
@@ -53,7 +54,7 @@ class Documents(QObject):
         self._exporter = Worker(self)
         self._exporter.finished.connect(self._note_exported)
         self._exporter.failed.connect(lambda error: self.report("Export failed", error))
-        self._exporting: Session | None = None
+        self._saving: tuple[Session, tuple[int, int]] | None = None
         self.discard_silently = False
         """Close without asking; for pictures and checks made without a user."""
 
@@ -81,7 +82,7 @@ class Documents(QObject):
     def open_sample(self) -> None:
         """Open the bundled room."""
         try:
-            self._loader.open(FrameSource(str(asset_path("samples/room"))))
+            self.open_source(FrameSource(str(asset_path("samples/room"))))
         except IlfError as error:
             self.report("Open sample", error)
 
@@ -91,18 +92,24 @@ class Documents(QObject):
         runs = [path for path in paths if path.suffix == ".json"]
         files = [str(path) for path in paths if path not in folders and path not in runs]
         for folder in folders:
-            self._loader.open(FrameSource(str(folder)))
+            self.open_source(FrameSource(str(folder)))
         for run in runs:
             self._loader.open_run(run)
         if files:
             self._open_dialog(files[0], files[1] if len(files) > 1 else None)
+
+    def open_source(self, source: FrameSource) -> None:
+        """Open a frame; ask first if it would replace the same frame, read in another way, and the work done there."""
+        session = self._workspace.session_of(source.key)
+        if session is None or session.origin == source or self._may_discard([session]):
+            self._loader.open(source)
 
     def _open_dialog(self, rgb: str | None, depth: str | None) -> None:
         dialog = OpenFrameDialog(self._window)
         if rgb is not None:
             dialog.set_files(rgb, depth)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(lambda: self._loader.open(dialog.request()))
+        dialog.accepted.connect(lambda: self.open_source(dialog.request()))
         dialog.open()
 
     def ask_open_run(self) -> None:
@@ -139,7 +146,7 @@ class Documents(QObject):
     def show_frame(self, key: str) -> None:
         """Make a frame of the list the present one."""
         for session in self._workspace.sessions:
-            if session.source == key:
+            if session.key == key:
                 self._workspace.show_session(session)
 
     def turn(self, steps: int) -> None:
@@ -151,11 +158,11 @@ class Documents(QObject):
 
     def close_frame(self) -> None:
         """Close the present frame."""
-        self.remove_frame(self._workspace.session.source)
+        self.remove_frame(self._workspace.session.key)
 
     def remove_frame(self, key: str) -> None:
         """Close a frame, after asking about what is not exported."""
-        for session in [session for session in self._workspace.sessions if session.source == key]:
+        for session in [session for session in self._workspace.sessions if session.key == key]:
             if self._may_discard([session]):
                 if self._runs.session is session:
                     self._runs.cancel()
@@ -166,13 +173,14 @@ class Documents(QObject):
         return self._may_discard(self._workspace.sessions)
 
     def _may_discard(self, sessions: list[Session]) -> bool:
-        unsaved = [session.name for session in sessions if session.unsaved]
+        unsaved = [session.name for session in sessions if session.unsaved or self._runs.session is session]
         if not unsaved or self.discard_silently:
             return True
         answer = QMessageBox.question(
             self._window,
             "Not exported",
-            f"Results or edits of {', '.join(unsaved)} have not been exported and would be lost. Close all the same?",
+            f"Results or edits of {', '.join(unsaved)} have not been exported, or a run is under way; they would be "
+            "lost. Go on all the same?",
             QMessageBox.StandardButton.Discard | QMessageBox.StandardButton.Cancel,
             QMessageBox.StandardButton.Cancel,
         )
@@ -188,7 +196,7 @@ class Documents(QObject):
             session.name,
             session.frame.intrinsics is not None,
             completion is not None,
-            str(session.export_folder),
+            str(_export_folder(session)),
             self._window,
         )
         dialog.set_depth(completion.depth if completion is not None else session.frame.depth)
@@ -204,8 +212,10 @@ class Documents(QObject):
         session = self._workspace.session
         completion = session.completion() or compose(session.frame, {})
         labels = session.labels.copy()
-        extraction, edited = session.extraction, session.edited
-        self._exporting = session
+        extraction, edited = session.notes.extraction, session.edited
+        # only with blocks and record can the work be had again; the rest is something to take away
+        self._saving = (session, session.saving()) if options.labels and options.run_record else None
+        QSettings().setValue("export/folder", str(folder.absolute().parent))
 
         def job() -> Generator[None, None, ExportReport]:
             yield None
@@ -218,8 +228,9 @@ class Documents(QObject):
         self.tell(f"Exporting to {folder}…")
 
     def _note_exported(self, report: ExportReport) -> None:
-        if self._exporting is not None:
-            self._exporting.note_saved()
+        if self._saving is not None:
+            session, state = self._saving
+            session.note_saved(state)
         folder = report.files[0].parent if report.files else ""
         self.tell(f"Exported {len(report.files)} files to {folder}")
         if report.warnings:
@@ -281,3 +292,12 @@ class Documents(QObject):
     def shutdown(self) -> None:
         """Wait for an export that is under way, before the window closes."""
         self._exporter.shutdown()
+
+
+def _export_folder(session: Session) -> Path:
+    """Where an export goes unless the user says otherwise: beside the last one, or in the working folder."""
+    last = QSettings().value("export/folder")
+    parent = Path(str(last)) if last else Path.cwd()
+    if not os.access(parent, os.W_OK):
+        parent = Path.home()
+    return parent / output_folder_name(session.name)

@@ -39,7 +39,7 @@ class Editor(QObject):
         self._active = "select"
         self.brush_radius = 8.0
         views.set_pointer_handler(self._pointer)
-        workspace.session_changed.connect(self.cancel)
+        workspace.about_to_change.connect(self.cancel)
 
     # the tools
 
@@ -119,6 +119,23 @@ class Editor(QObject):
             self.say("Choose two or more blocks to merge: Ctrl+click adds one.")
         elif self.commit(merge(session.labels, chosen, session.locked), self._text("Merge")):
             self.select(chosen[:1])
+
+    def toggle_locks(self) -> None:
+        """Lock the chosen blocks, or unlock them if all are locked."""
+        session = self.session
+        lock = not all(session.info(label).locked for label in session.selected)
+        for label in list(session.selected):
+            if session.info(label).locked != lock:
+                self.set_lock(label, lock)
+
+    def set_lock(self, label: int, locked: bool) -> None:
+        """Lock or unlock a block, undoably."""
+        name = self.session.info(label).name
+        self._workspace.edit_info(label, f"{'Lock' if locked else 'Unlock'} {name}", locked=locked)
+
+    def select_all(self) -> None:
+        """Choose every block."""
+        self.select(list(self.session.counts()))
 
     def new_block(self) -> None:
         """Choose a number that no block has yet, and the brush to paint it."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Generator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -45,12 +45,12 @@ class _Opened:
     """What a session is made of, in the GUI's thread, where its undo stack must live."""
 
     frame: RGBDFrame
-    source: str
+    origin: FrameSource | Path
+    key: str
     labels: NDArray[np.int32]
     extraction: BlockParameters | None
     edited: bool = False
-    common: Parameters | None = None
-    own: dict[int, Parameters] = field(default_factory=dict)
+    parameters: dict[int, Parameters] | None = None
     warnings: tuple[str, ...] = ()
 
 
@@ -99,17 +99,28 @@ class FrameLoader(QObject):
         return self._worker.busy or bool(self._queue)
 
     def open(self, source: FrameSource) -> None:
-        """Read a frame, extract its blocks and show it; a frame that is open already is just shown."""
-        for session in self._workspace.sessions:
-            if session.source == source.key:
-                self._workspace.show_session(session)
-                return
+        """Read a frame, extract its blocks and show it.
+
+        A frame that is open already is just shown; one that is open with other units or intrinsics is read again
+        and takes its place.
+        """
+        if self._shown_already(source, source.key):
+            return
         parameters = self._workspace.extraction_parameters
         self._add(f"Open {Path(source.key).name}", lambda: _open(source, parameters))
 
     def open_run(self, record: Path) -> None:
         """Read a run.json: its frame, blocks and parameters. What it filled comes back by running it."""
+        if self._shown_already(record, str(record.absolute())):
+            return
         self._add(f"Open {record.name}", lambda: _open_run(record))
+
+    def _shown_already(self, origin: FrameSource | Path, key: str) -> bool:
+        session = self._workspace.session_of(key)
+        if session is None or session.origin != origin:
+            return False
+        self._workspace.show_session(session)
+        return True
 
     def extract(self, session: Session) -> None:
         """Extract the blocks of an open frame again, with the workspace's parameters."""
@@ -137,24 +148,19 @@ class FrameLoader(QObject):
             self.idle.emit()
             return
         self._present, job = self._queue.popleft()
-        self.busy_changed.emit(self._present)
 
         def steps() -> Generator[None, None, _Opened | _Extracted]:
             yield None
             return job()
 
         self._worker.start(steps)
+        self.busy_changed.emit(self._present)
 
     def _take(self, outcome: _Opened | _Extracted) -> None:
         if isinstance(outcome, _Opened):
-            session = Session(outcome.frame, outcome.source)
-            session.take_blocks(outcome.labels, outcome.extraction, outcome.edited)
-            session.block_parameters.update(outcome.own)
-            if outcome.common is not None:
-                self._workspace.set_parameters(outcome.common)
-            self._workspace.add_session(session)
-            for warning in outcome.warnings:
-                self.message.emit(f"{session.name}: {warning}")
+            if not self._shown_already(outcome.origin, outcome.key):
+                self._add_session(outcome)
+            session = self._workspace.session
         else:
             session = outcome.session
             if session in self._workspace.sessions:
@@ -164,6 +170,32 @@ class FrameLoader(QObject):
         self.message.emit(f"{session.name}: {count} block{'s' * (count != 1)} cover {covered:.1%} of the frame.")
         self._next()
 
+    def _add_session(self, opened: _Opened) -> None:
+        session = Session(opened.frame, opened.origin, opened.key)
+        session.take_blocks(opened.labels, opened.extraction, opened.edited)
+        replaced = self._workspace.session_of(opened.key)
+        if replaced is not None:
+            self._workspace.close_session(replaced)
+        if opened.parameters is not None:
+            self._take_parameters(session, opened.parameters, opened.extraction)
+        self._workspace.add_session(session)
+        for warning in opened.warnings:
+            self.message.emit(f"{session.name}: {warning}")
+
+    def _take_parameters(
+        self, session: Session, parameters: dict[int, Parameters], extraction: BlockParameters | None
+    ) -> None:
+        """Those of a run record: for all blocks if no other frame is open, else for its own blocks alone."""
+        workspace = self._workspace
+        if not workspace.sessions and parameters:
+            workspace.set_parameters(Counter(parameters.values()).most_common(1)[0][0])
+        if extraction is not None:
+            workspace.extraction_parameters = extraction
+        common = workspace.parameters
+        session.notes.parameters.update({label: own for label, own in parameters.items() if own != common})
+        if set(parameters) != set(session.counts()):
+            session.selected = sorted(parameters)
+
     def _fail(self, error: Exception) -> None:
         what = self._present
         self.failed.emit(what, error)
@@ -172,20 +204,19 @@ class FrameLoader(QObject):
 
 def _open(source: FrameSource, parameters: BlockParameters) -> _Opened:
     frame = load_frame(source.rgb, source.depth, depth_units=source.depth_units, intrinsics=source.intrinsics)
-    return _Opened(frame, source.key, extract_blocks(frame, parameters), parameters)
+    return _Opened(frame, source, source.key, extract_blocks(frame, parameters), parameters)
 
 
 def _open_run(path: Path) -> _Opened:
     record = read_run_record(path)
     found = replay(record, path.parent)
-    own = {label: values for label, values in found.parameters.items() if values != record.common}
     return _Opened(
         frame=found.frame,
-        source=str(path.absolute()),
+        origin=path,
+        key=str(path.absolute()),
         labels=found.labels,
         extraction=found.extraction,
         edited=found.edited,
-        common=record.common,
-        own=own,
+        parameters=found.parameters,
         warnings=found.warnings,
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QSettings, Qt
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QShowEvent
+from PySide6.QtGui import QActionGroup, QCloseEvent, QDragEnterEvent, QDropEvent, QShowEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QDockWidget,
@@ -32,6 +32,7 @@ from gui.panels.log import LogPanel
 from gui.presenter import Presenter
 from gui.runs import RunController, RunState
 from gui.views.cloud_view import CloudView
+from gui.views.colour_maps import DEPTH_MAPS
 from gui.views.curves import CurvesPanel
 from gui.views.linked_views import LAYOUTS, LinkedViews
 from gui.workspace import Workspace
@@ -57,6 +58,7 @@ class MainWindow(QMainWindow):
     def __init__(self, remembers: bool = True) -> None:
         super().__init__()
         self._remembers = remembers
+        self._arranged = False
         self.setWindowTitle("ILF Studio")
         self.setAcceptDrops(True)
         self.setDockOptions(QMainWindow.DockOption.AnimatedDocks | QMainWindow.DockOption.AllowTabbedDocks)
@@ -118,11 +120,15 @@ class MainWindow(QMainWindow):
         curves.raise_()
         self.setCorner(Qt.Corner.BottomLeftCorner, areas.LeftDockWidgetArea)
         self.setCorner(Qt.Corner.BottomRightCorner, areas.RightDockWidgetArea)
-        self._arrange = lambda: (
-            self.resizeDocks([frames, right], [430, 310], Qt.Orientation.Horizontal),
-            self.resizeDocks([frames, blocks], [170, 600], Qt.Orientation.Vertical),
-            self.resizeDocks([curves], [230], Qt.Orientation.Vertical),
-        )
+        self._sized_docks = frames, blocks, right, curves
+
+    def _arrange(self) -> None:
+        """Default sizes of the docks: enough for their content where the window is large, a share of it where not."""
+        frames, blocks, right, curves = self._sized_docks
+        left_width, right_width = min(430, round(0.3 * self.width())), min(310, round(0.22 * self.width()))
+        self.resizeDocks([frames, right], [left_width, right_width], Qt.Orientation.Horizontal)
+        self.resizeDocks([frames, blocks], [170, 600], Qt.Orientation.Vertical)
+        self.resizeDocks([curves], [min(230, round(0.25 * self.height()))], Qt.Orientation.Vertical)
 
     def _dock(self, title: str, widget: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
         dock = QDockWidget(title, self)
@@ -160,8 +166,20 @@ class MainWindow(QMainWindow):
         for dock in self._docks:
             view.addAction(dock.toggleViewAction())
         view.addSeparator()
+        view.addMenu(self._depth_map_menu())
         view.addMenu(self.documents.theme_menu())
         self._fill(self.menuBar().addMenu("&Help"), "about")
+
+    def _depth_map_menu(self) -> QMenu:
+        menu = QMenu("Depth &colours", self)
+        group = QActionGroup(menu)
+        for name in DEPTH_MAPS:
+            action = menu.addAction(name.capitalize())
+            action.setCheckable(True)
+            action.setChecked(name == next(iter(DEPTH_MAPS)))
+            group.addAction(action)
+            action.triggered.connect(lambda _=False, name=name: self.views.set_depth_map(name))
+        return menu
 
     def _fill(self, menu: QMenu | QToolBar, names: str) -> None:
         own = {"undo": self._undo, "redo": self._redo}
@@ -217,11 +235,11 @@ class MainWindow(QMainWindow):
             "new_block": editor.new_block,
             "delete_blocks": editor.delete_selected,
             "merge_blocks": editor.merge_selected,
-            "lock_blocks": presenter.toggle_locks,
+            "lock_blocks": editor.toggle_locks,
             "zoom_block": presenter.zoom_to_block,
-            "select_all": presenter.select_all,
+            "select_all": editor.select_all,
             "run": runs.start,
-            "run_selected": lambda: runs.start(set(workspace.session.selected)),
+            "run_selected": lambda: runs.start(set(workspace.session.selected) & set(workspace.session.counts())),
             "step": self._step,
             "cancel": runs.cancel,
             "clear_results": workspace.clear_results,
@@ -275,7 +293,7 @@ class MainWindow(QMainWindow):
             lambda label, colour: workspace.edit_info(label, "Recolour block", colour=colour.getRgb()[:3])
         )
         self.blocks.visibilityChanged.connect(workspace.set_visible)
-        self.blocks.lockChanged.connect(presenter.set_lock)
+        self.blocks.lockChanged.connect(editor.set_lock)
         self.blocks.activated.connect(lambda _: presenter.zoom_to_block())
         self.blocks.contextMenuRequested.connect(lambda place, _: presenter.show_block_menu(place))
         self.filter_panel.edited.connect(presenter.take_parameters)
@@ -288,7 +306,8 @@ class MainWindow(QMainWindow):
     def _step(self) -> None:
         """One iteration: of the run under way, or of a new one over the chosen blocks, or all."""
         if self.runs.state is RunState.IDLE:
-            self.runs.start(set(self.workspace.session.selected) or None, paused=True)
+            chosen = set(self.workspace.session.selected) & set(self.workspace.session.counts())
+            self.runs.start(chosen or None, paused=True)
         else:
             self.runs.step()
 
@@ -334,6 +353,9 @@ class MainWindow(QMainWindow):
     def showEvent(self, event: QShowEvent) -> None:
         """Take the last layout, or at the first start the default one: docks take sizes only in a shown window."""
         super().showEvent(event)
+        if self._arranged:
+            return
+        self._arranged = True
         state = QSettings().value("window/state") if self._remembers else None
         if state is None or not self.restoreState(state):
             self._arrange()

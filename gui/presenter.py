@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QPoint
 from PySide6.QtWidgets import QMenu
 
@@ -26,8 +27,6 @@ _THUMBNAIL_WIDTH = 160
 _FRAME_ACTIONS = (
     "export",
     "close_frame",
-    "load_blocks",
-    "extract",
     "new_block",
     "select_all",
     "tool_select",
@@ -39,19 +38,23 @@ _FRAME_ACTIONS = (
     "fit",
     "one_to_one",
 )
-_CHOICE_ACTIONS = ("delete_blocks", "merge_blocks", "lock_blocks", "zoom_block")
 _MENU = "run_selected zoom_block | merge_blocks delete_blocks lock_blocks | new_block fit"
 
 
 class Presenter(QObject):
-    """One method per thing that can change; each reads the workspace and sets widgets, and does nothing else."""
+    """One method per thing that can change: it reads the workspace and sets widgets.
+
+    The `take_` methods go the other way, and bring what a panel says to where it belongs.
+    """
 
     def __init__(self, window: MainWindow) -> None:
         super().__init__(window)
         self._window = window
         self._workspace = window.workspace
         self._completion: Completion | None = None
-        self._cloud_of: object = None
+        self._cloud_of = ""
+        self._shown_depth: NDArray[np.float32] | None = None
+        self._table: NDArray[np.uint8] | None = None
         self._cloud_stale = True
         self._cursor: tuple[int, int] | None = None
 
@@ -61,14 +64,14 @@ class Presenter(QObject):
         """The list of open frames."""
         frames = self._window.frames
         listed = set(frames.keys())
-        for key in listed - {session.source for session in self._workspace.sessions}:
+        for key in listed - {session.key for session in self._workspace.sessions}:
             frames.remove_frame(key)
         for session in self._workspace.sessions:
-            if session.source not in listed:
+            if session.key not in listed:
                 rgb = session.frame.rgb
                 height = max(round(_THUMBNAIL_WIDTH * rgb.shape[0] / rgb.shape[1]), 1)
                 small = cv2.resize(rgb, (_THUMBNAIL_WIDTH, height), interpolation=cv2.INTER_AREA)
-                frames.add_frame(session.source, session.name, small, "")
+                frames.add_frame(session.key, session.name, small, "")
         self._show_frame_details()
 
     def show_session(self) -> None:
@@ -78,12 +81,13 @@ class Presenter(QObject):
         if shown:
             session = self._workspace.session
             window.views.set_frame(session.frame.rgb, session.frame.depth)
-            window.frames.set_current(session.source)
+            window.frames.set_current(session.key)
             window.setWindowTitle(f"{session.name} - ILF Studio")
         else:
             window.views.clear()
             window.setWindowTitle("ILF Studio")
         self._cursor = None
+        self._table = None
         self.show_labels(None)
         self.show_results()
         self.show_selection()
@@ -98,24 +102,34 @@ class Presenter(QObject):
             results = session.valid_results()
             state = f"{len(results)} of {len(session.counts())} blocks run" if results else "not run"
             detail = f"{width} x {height}, {session.frame.missing_share:.1%} missing\n{state}"
-            self._window.frames.update_detail(session.source, detail)
+            self._window.frames.update_detail(session.key, detail)
 
     # blocks
 
     def show_labels(self, box: Box | None) -> None:
-        """The label map; a box of it, if its colours are known already."""
+        """The label map, of which a box has changed."""
         if not self._workspace.has_session:
             self._window.blocks.set_rows([])
             return
-        session = self._workspace.session
-        self._window.views.set_blocks(session.labels, colour_table(session))
+        self._draw_blocks(box)
         self._show_rows()
-        self._window.blocks.select(session.selected)
+        self._window.blocks.select(self._workspace.session.selected)
         self._show_frame_details()
+
+    def _draw_blocks(self, box: Box | None = None) -> None:
+        """All of the overlay if colours have changed, else just the box that has."""
+        session, views = self._workspace.session, self._window.views
+        table = colour_table(session)
+        if self._table is None or not np.array_equal(table, self._table):
+            views.set_blocks(session.labels, table)
+        elif box is not None:
+            views.update_blocks_region(*box, session.labels[box])
+        self._table = table
 
     def show_infos(self) -> None:
         """Names, colours, locks, visibility."""
         self.show_labels(None)
+        self.show_run_state()
         self.show_parameters()
 
     def _show_rows(self) -> None:
@@ -127,28 +141,14 @@ class Presenter(QObject):
         """The chosen blocks."""
         window = self._window
         chosen = self._workspace.session.selected if self._workspace.has_session else []
-        if chosen:
-            window.views.set_blocks(self._workspace.session.labels, colour_table(self._workspace.session))
         if self._workspace.has_session:
-            window.views.set_selected(chosen[0] if chosen else 0)
+            self._draw_blocks()  # a block that is to be painted needs its colour, and its row
+            self._show_rows()
+            window.views.set_selected(chosen)
         window.blocks.select(chosen)
-        window.actions_.enable(bool(chosen), *_CHOICE_ACTIONS)
         self.show_run_state()
         self.show_parameters()
         self.show_curves()
-
-    def toggle_locks(self) -> None:
-        """Lock the chosen blocks, or unlock them if all are locked."""
-        session = self._workspace.session
-        lock = not all(session.info(label).locked for label in session.selected)
-        for label in list(session.selected):
-            if session.info(label).locked != lock:
-                self.set_lock(label, lock)
-
-    def set_lock(self, label: int, locked: bool) -> None:
-        """Lock or unlock a block, undoably."""
-        name = self._workspace.session.info(label).name
-        self._workspace.edit_info(label, f"{'Lock' if locked else 'Unlock'} {name}", locked=locked)
 
     def zoom_to_block(self) -> None:
         """Show the chosen block large."""
@@ -158,10 +158,6 @@ class Presenter(QObject):
             self._window.views.zoom_to(
                 slice(int(rows.min()), int(rows.max()) + 1), slice(int(columns.min()), int(columns.max()) + 1)
             )
-
-    def select_all(self) -> None:
-        """Choose every block."""
-        self._workspace.select(list(self._workspace.session.counts()))
 
     def show_context_menu(self, place: QPoint, x: float, y: float) -> None:
         """Choose what is under the pointer, and offer what can be done with it."""
@@ -196,8 +192,6 @@ class Presenter(QObject):
         common = self._workspace.parameters
         shown = self._workspace.session.parameters_of(label, common) if own else common
         panel.show_parameters(shown, name)
-        of_block = self._workspace.session.parameters_of(label, common) if label else common
-        window.curves.set_s_criteria(of_block.s_criteria)
         window.extraction_panel.form.set_parameters(self._workspace.extraction_parameters)
         self._show_rows()
 
@@ -217,14 +211,13 @@ class Presenter(QObject):
         window = self._window
         self._completion = self._workspace.session.completion() if self._workspace.has_session else None
         if self._workspace.has_session:
-            window.views.set_result(self._completion.depth if self._completion else None)
+            self._show_depth(self._completion.depth if self._completion else None)
             self._show_frame_details()
         window.actions_.enable(self._completion is not None, "clear_results")
         self._cloud_stale = True
         self.show_cloud()
         self.show_curves()
         self._show_rows()
-        self.show_readout(self._cursor)
 
     def show_preview(self) -> None:
         """The running block's depth as it stands, over what is done already."""
@@ -233,13 +226,18 @@ class Presenter(QObject):
             return
         preview = runs.preview()
         if preview is None:
-            self._window.views.set_result(self._completion.depth if self._completion else None)
+            self._show_depth(self._completion.depth if self._completion else None)
             return
         box, mask, depth = preview
         base = self._completion.depth if self._completion else self._workspace.session.frame.depth
         shown = base.copy()
         shown[box][mask] = depth
-        self._window.views.set_result(shown)
+        self._show_depth(shown)
+
+    def _show_depth(self, depth: NDArray[np.float32] | None) -> None:
+        self._shown_depth = depth
+        self._window.views.set_result(depth)
+        self.show_readout(self._cursor)
 
     def show_cloud(self) -> None:
         """The point cloud, when it is looked at and has changed."""
@@ -260,10 +258,10 @@ class Presenter(QObject):
             return
         depth = self._completion.depth if self._completion else frame.depth
         cloud = point_cloud(depth, frame.rgb, frame.intrinsics)
-        window.cloud.set_cloud(cloud.points, cloud.colours, reset=session is not self._cloud_of)
+        window.cloud.set_cloud(cloud.points, cloud.colours, reset=session.key != self._cloud_of)
         if self._completion is not None:
             window.cloud.set_filled(self._completion.filled[np.isfinite(depth)])
-        self._cloud_of = session
+        self._cloud_of = session.key
 
     # curves
 
@@ -275,8 +273,19 @@ class Presenter(QObject):
             curves.clear()
             return
         info = self._workspace.session.info(label)
+        parameters = self._parameters_of_curve(label)
         curves.set_block(label, info.name, info.colour)
+        curves.set_s_criteria(parameters.s_criteria if _uses_s_criteria(parameters) else None)
         curves.set_records(self._records_of(label))
+
+    def _parameters_of_curve(self, label: int) -> Parameters:
+        """What the curve was, or would be, run with."""
+        session, runs = self._workspace.session, self._window.runs
+        result = session.valid_results().get(label)
+        running = runs.session is session and runs.block == label
+        if result is not None and result.history and not running:
+            return result.parameters
+        return session.parameters_of(label, self._workspace.parameters)
 
     def start_curves(self, label: int) -> None:
         """A block of the run has begun."""
@@ -327,11 +336,20 @@ class Presenter(QObject):
         actions = window.actions_
         shown = self._workspace.has_session
         idle = runs.state is RunState.IDLE
-        blocks = shown and bool(self._workspace.session.labels.any())
+        free = idle and not window.loader.busy
+        counts = self._workspace.session.counts() if shown else {}
+        chosen = set(self._workspace.session.selected) & set(counts) if shown else set()
+        unlocked = chosen - self._workspace.session.locked if shown else set()
+        own_run = shown and runs.session is self._workspace.session
         actions.enable(shown, *_FRAME_ACTIONS)
-        actions.enable(idle and blocks, "run")
-        actions.enable(idle and bool(self._chosen()), "run_selected")
-        actions.enable(blocks and runs.state in (RunState.IDLE, RunState.PAUSED), "step")
+        actions.enable(shown and free, "extract", "load_blocks")
+        actions.enable(bool(chosen), "zoom_block")
+        actions.enable(bool(unlocked), "delete_blocks")
+        actions.enable(len(unlocked) > 1, "merge_blocks")
+        actions.enable(shown and bool(self._workspace.session.selected), "lock_blocks")
+        actions.enable(free and bool(counts), "run")
+        actions.enable(free and bool(chosen), "run_selected")
+        actions.enable((free and bool(counts)) or (own_run and runs.state is RunState.PAUSED), "step")
         actions.enable(runs.state in (RunState.RUNNING, RunState.PAUSED), "pause", "cancel")
         actions["pause"].setChecked(runs.state is RunState.PAUSED)
         actions["pause"].setText("Resume" if runs.state is RunState.PAUSED else "&Pause")
@@ -339,7 +357,8 @@ class Presenter(QObject):
         if not idle:
             window.progress.setRange(0, 100)
             window.progress.setValue(round(100 * runs.share_done))
-            window.progress.setFormat(f"{runs.state.value} %p%")
+            other = "" if own_run or runs.session is None else f"{runs.session.name}: "
+            window.progress.setFormat(f"{other}{runs.state.value} %p%")
             self._show_rows()
         elif shown:
             self._show_rows()
@@ -388,12 +407,17 @@ class Presenter(QObject):
         block = session.info(label).name if label else "no block"
         depth_in = float(session.frame.depth[y, x])
         parts = [f"x {x}, y {y}", html.escape(block), f"in {_metres(depth_in)}"]
-        if self._completion is not None:
-            depth_out = float(self._completion.depth[y, x])
+        if self._shown_depth is not None:
+            depth_out = float(self._shown_depth[y, x])
             parts.append(f"out {_metres(depth_out)}")
             if np.isfinite(depth_in) and np.isfinite(depth_out):
                 parts.append(f"{1000 * (depth_out - depth_in):+.1f} mm")
         readout.setText("  |  ".join(parts))
+
+
+def _uses_s_criteria(parameters: Parameters) -> bool:
+    """Whether the stop criterion has a part in a run: always in the staged schedule, in the linear one never."""
+    return parameters.schedule == "staged"
 
 
 def _metres(depth: float) -> str:

@@ -180,13 +180,20 @@ class RunController(QObject):
 
     def _end(self, how: str) -> None:
         run, self._run = self._run, None
-        done = len(run.results) if run is not None else 0
+        session, self.session = self.session, None
         self.block = 0
+        self.live = {}
         self._stopping = False
         self.state_changed.emit()
         self.previewed.emit()
-        seconds = time.perf_counter() - self._started
-        self.ended.emit(f"Run {how}: {done} block{'s' * (done != 1)} in {seconds:.1f} s.")
+        if run is None or session is None:
+            return
+        done, seconds = len(run.results), time.perf_counter() - self._started
+        text = f"{session.name}: run {how}, {done} block{'s' * (done != 1)} in {seconds:.1f} s."
+        lost = len(set(run.results) - set(session.valid_results()))
+        if lost:
+            text += f" {lost} had been edited meanwhile: run them again."
+        self.ended.emit(text)
 
     def _fail(self, error: Any) -> None:
         self._end("failed")

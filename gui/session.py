@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,9 @@ from ilf.frame import RGBDFrame
 from ilf.parameters import BlockParameters, Parameters
 from ilf.pictures import block_colour
 
+LARGEST_LABEL = 65535
+"""Label maps are exported as 16-bit images."""
+
 
 @dataclass(frozen=True)
 class BlockInfo:
@@ -24,6 +26,28 @@ class BlockInfo:
     colour: tuple[int, int, int]
     visible: bool = True
     locked: bool = False
+
+
+@dataclass
+class BlockNotes:
+    """What is known of a label map beside its pixels; replaced as a whole when the map is.
+
+    Attributes
+    ----------
+    infos : dict
+        Block label -> BlockInfo. Kept for labels that are gone, so that undo brings names back.
+    parameters : dict
+        Block label -> parameters of its own, where they differ from those of all blocks.
+    extraction : BlockParameters or None
+        What the blocks were extracted with.
+    extracted : ndarray of int32 or None
+        What that extraction gave; None if the blocks do not come from it alone.
+    """
+
+    infos: dict[int, BlockInfo] = field(default_factory=dict)
+    parameters: dict[int, Parameters] = field(default_factory=dict)
+    extraction: BlockParameters | None = None
+    extracted: NDArray[np.int32] | None = None
 
 
 @dataclass(frozen=True)
@@ -45,37 +69,37 @@ class Session:
     Attributes
     ----------
     frame : RGBDFrame
+    origin : object
+        What it was opened from; sessions of the same origin are the same.
     labels : ndarray of int32, shape (H, W)
         The label map, which is the truth about blocks. Changed in place by `apply` and `set_labels` only.
-    infos : dict
-        Block label -> BlockInfo. Kept for labels that are gone, so that undo brings names back.
-    block_parameters : dict
-        Block label -> parameters of its own, where they differ from those of all blocks.
-    extraction : BlockParameters or None
-        What the blocks were extracted with; None before the first extraction.
+    notes : BlockNotes
+    selected : list of int
+        The chosen blocks; the first is the one that edits and curves are about.
     undo_stack : QUndoStack
     """
 
-    def __init__(self, frame: RGBDFrame, source: str) -> None:
+    def __init__(self, frame: RGBDFrame, origin: object, key: str) -> None:
         self.frame = frame
-        self.source = source
+        self.origin = origin
+        self.key = key
         self.labels: NDArray[np.int32] = np.zeros(frame.shape, np.int32)
-        self.infos: dict[int, BlockInfo] = {}
+        self.notes = BlockNotes()
+        self.selected: list[int] = []
+        self.undo_stack = QUndoStack()
         self._results: dict[int, BlockResult] = {}
         self._counts: dict[int, BlockCounts] | None = None
         self._valid: dict[int, BlockResult] | None = None
-        self.block_parameters: dict[int, Parameters] = {}
-        self.extraction: BlockParameters | None = None
-        self.extracted: NDArray[np.int32] | None = None
-        self.selected: list[int] = []
-        self.undo_stack = QUndoStack()
-        self.exported = True
+        self._edits = 0
+        self._runs = 0
+        self._saved_runs = 0
+        self.undo_stack.indexChanged.connect(self._note_edit)
 
     def take_blocks(self, labels: NDArray[np.int32], extraction: BlockParameters | None, edited: bool = False) -> None:
         """The blocks to begin with; `edited` if they are not what the extraction gives."""
         self.set_labels(labels)
-        self.extraction = extraction
-        self.extracted = None if edited or extraction is None else self.labels.copy()
+        self.notes.extraction = extraction
+        self.notes.extracted = None if edited or extraction is None else self.labels.copy()
 
     @property
     def name(self) -> str:
@@ -85,31 +109,42 @@ class Session:
     @property
     def edited(self) -> bool:
         """Whether the blocks differ from what the extraction gave."""
-        return self.extracted is None or not np.array_equal(self.extracted, self.labels)
+        return self.notes.extracted is None or not np.array_equal(self.notes.extracted, self.labels)
 
     @property
     def unsaved(self) -> bool:
         """Whether there are edits or results that have not been exported."""
-        return not (self.exported and self.undo_stack.isClean())
+        return not self.undo_stack.isClean() or self._runs != self._saved_runs
 
-    def note_saved(self) -> None:
-        """Everything has been exported."""
-        self.exported = True
-        self.undo_stack.setClean()
+    def saving(self) -> tuple[int, int]:
+        """Where edits and results stand, to be given to `note_saved` when they have been exported."""
+        return self._edits, self._runs
+
+    def note_saved(self, state: tuple[int, int]) -> None:
+        """What there was at `state` has been exported; what came later has not."""
+        edits, self._saved_runs = state
+        if edits == self._edits:
+            self.undo_stack.setClean()
+        else:
+            self.undo_stack.resetClean()
+
+    @property
+    def infos(self) -> dict[int, BlockInfo]:
+        """Block label -> BlockInfo."""
+        return self.notes.infos
 
     @property
     def locked(self) -> frozenset[int]:
         """Labels that edits must not touch."""
         return frozenset(label for label, info in self.infos.items() if info.locked)
 
-    @property
-    def export_folder(self) -> Path:
-        """Where an export goes unless the user says otherwise."""
-        return Path(self.source).parent / f"{self.name}-ilf"
-
     def next_label(self) -> int:
         """A number that no block has, nor had: names, locks and results of the past stay with their blocks."""
-        return max([int(self.labels.max()), *self.infos]) + 1
+        taken = {*np.unique(self.labels).tolist(), *self.infos}
+        following = max(taken, default=0) + 1
+        if following <= LARGEST_LABEL:
+            return following
+        return next(label for label in range(1, LARGEST_LABEL + 1) if label not in taken)
 
     def info(self, label: int) -> BlockInfo:
         """The block's info; a new block gets its name and colour by number."""
@@ -132,13 +167,13 @@ class Session:
     def add_results(self, results: list[BlockResult]) -> None:
         """Keep blocks' results; they are not exported yet."""
         self._results.update({result.block.label: result for result in results})
-        self.exported = False
+        self._runs += 1
         self._forget()
 
     def clear_results(self) -> None:
         """Forget all results."""
         self._results.clear()
-        self.exported = True
+        self._saved_runs = self._runs
         self._forget()
 
     def counts(self) -> dict[int, BlockCounts]:
@@ -159,7 +194,7 @@ class Session:
 
     def parameters_of(self, label: int, common: Parameters) -> Parameters:
         """Parameters that a run of this block would take."""
-        return self.block_parameters.get(label, common)
+        return self.notes.parameters.get(label, common)
 
     def valid_results(self) -> dict[int, BlockResult]:
         """Results whose block still has the very pixels that were run, in rising order of labels.
@@ -181,6 +216,9 @@ class Session:
             return False
         count = self.counts().get(label)
         return count is not None and count.pixels == np.count_nonzero(block.mask)
+
+    def _note_edit(self) -> None:
+        self._edits += 1
 
     def _forget(self) -> None:
         """What was worked out from labels and results no longer holds."""

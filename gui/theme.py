@@ -8,6 +8,7 @@ from PySide6.QtGui import QColor, QIcon, QPalette
 from PySide6.QtWidgets import QApplication
 
 THEMES = ("system", "light", "dark")
+_CHOICE = "ilf_theme"
 
 _LIGHT = {
     "window": "#f3f4f6",
@@ -49,10 +50,18 @@ def apply_theme(app: QApplication, name: str = "system") -> None:
     """Set the application's palette to "light", "dark" or whatever the system has."""
     if name not in THEMES:
         raise ValueError(f"theme must be one of {', '.join(THEMES)}, not {name!r}")
+    app.setProperty(_CHOICE, name)
     app.setStyle("Fusion")
     dark = name == "dark" or (name == "system" and _system_is_dark(app))
     app.setPalette(_palette(_DARK if dark else _LIGHT))
     app.setStyleSheet(_style_sheet(_DARK if dark else _LIGHT))
+
+
+def follow_system(app: QApplication) -> None:
+    """Change over when the system does, as long as "system" is the choice."""
+    app.styleHints().colorSchemeChanged.connect(
+        lambda _: apply_theme(app, "system") if app.property(_CHOICE) == "system" else None
+    )
 
 
 def is_dark(palette: QPalette) -> bool:

@@ -25,7 +25,8 @@ class Worker(QObject):
     """Drives one generator at a time, off the GUI's thread.
 
     What the generator yields comes in lists through `progressed`; its return value through `finished`; an
-    exception through `failed`. After `cancel` only `cancelled` comes. All signals are emitted in the GUI's thread.
+    exception through `failed`. After `cancel`, what was yielded before still comes, and then `cancelled`.
+    All signals are emitted in the GUI's thread.
     """
 
     progressed = Signal(list)
@@ -131,7 +132,7 @@ class Worker(QObject):
     def _drain(self) -> None:
         end = self._end  # looked at first: what is in the buffer by then belongs before the end
         batch = [self._items.popleft() for _ in range(len(self._items))]
-        if batch and self._command is not _Command.CANCEL:
+        if batch:
             self.progressed.emit(batch)
         if end is None:
             if self._waiting and not self._announced_pause and self.is_paused:

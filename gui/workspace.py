@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoGroup
 
 from gui.commands import EditInfo, EditLabels
-from gui.session import Session
+from gui.session import BlockNotes, Session
 from ilf.completion import BlockResult
 from ilf.ebs.edit import LabelPatch, patch_between
 from ilf.parameters import DEFAULT_PRESET, BlockParameters, Parameters, preset
@@ -22,7 +22,10 @@ class Workspace(QObject):
     Signals carry no data that could go stale: who listens reads the workspace.
     """
 
+    about_to_change = Signal()
+    """The present frame is about to be left, or its label map to be changed: strokes under way must end."""
     sessions_changed = Signal()
+    """Frames were opened or closed, or what the list says of them has changed."""
     session_changed = Signal()
     labels_changed = Signal(object)
     """The box (rows, columns) of the label map that changed, or None for all of it."""
@@ -51,10 +54,12 @@ class Workspace(QObject):
         """Whether a frame is open."""
         return self._session is not None
 
+    def session_of(self, key: str) -> Session | None:
+        """The open session of a file or folder, if there is one."""
+        return next((session for session in self.sessions if session.key == key), None)
+
     def add_session(self, session: Session) -> None:
-        """Open a frame and make it the present one; a frame from the same source is replaced."""
-        for old in [old for old in self.sessions if old.source == session.source]:
-            self._drop(old)
+        """Open a frame and make it the present one."""
         self.sessions.append(session)
         self.undo_group.addStack(session.undo_stack)
         self.sessions_changed.emit()
@@ -64,6 +69,7 @@ class Workspace(QObject):
         """Make a frame the present one."""
         if session is self._session:
             return
+        self.about_to_change.emit()
         self._session = session
         self.undo_group.setActiveStack(session.undo_stack if session else None)
         self.session_changed.emit()
@@ -71,31 +77,45 @@ class Workspace(QObject):
     def close_session(self, session: Session) -> None:
         """Close a frame; the one before it in the list becomes the present one."""
         position = self.sessions.index(session)
-        self._drop(session)
-        self.sessions_changed.emit()
+        self.sessions.remove(session)
         if session is self._session:
-            left = self.sessions[max(position - 1, 0)] if self.sessions else None
-            self.show_session(left)
+            self.show_session(self.sessions[max(position - 1, 0)] if self.sessions else None)
+        self.undo_group.removeStack(session.undo_stack)
+        session.undo_stack.clear()  # commands and session hold each other, and would never be freed
+        self.sessions_changed.emit()
 
     def set_extracted(self, session: Session, labels: NDArray[np.int32], used: BlockParameters) -> None:
         """Take the blocks of another extraction as one undoable step; locked blocks stay as they are."""
-        labels = _keep_locked(session.labels, labels, session.locked)
-        session.extraction = used
-        session.extracted = labels.copy() if not session.locked else None
-        self._replace(session, labels, "Extract blocks")
+        self.prepare_change(session)
+        kept = _keep_locked(session.labels, labels, session.locked)
+        self._replace(session, kept, "Extract blocks", used, None if session.locked else kept.copy())
 
     def replace_labels(self, labels: NDArray[np.int32], text: str) -> None:
         """Take another label map for the present frame as one undoable step; locked blocks stay."""
-        self._replace(self.session, _keep_locked(self.session.labels, labels, self.session.locked), text)
+        session = self.session
+        self.prepare_change(session)
+        self._replace(session, _keep_locked(session.labels, labels, session.locked), text, None, None)
 
-    def _replace(self, session: Session, labels: NDArray[np.int32], text: str) -> None:
+    def _replace(
+        self,
+        session: Session,
+        labels: NDArray[np.int32],
+        text: str,
+        extraction: BlockParameters | None,
+        extracted: NDArray[np.int32] | None,
+    ) -> None:
         patch = patch_between(session.labels, labels)
-        if patch is not None:
-            kept = {label: session.info(label) for label in session.locked}
-            session.block_parameters = {
-                label: values for label, values in session.block_parameters.items() if label in kept
-            }
-            session.undo_stack.push(EditLabels(self, session, patch, text, infos=kept))
+        if patch is None:
+            session.notes.extraction, session.notes.extracted = extraction, extracted
+            return
+        old, locked = session.notes, session.locked
+        notes = BlockNotes(
+            {label: info for label, info in old.infos.items() if label in locked},
+            {label: values for label, values in old.parameters.items() if label in locked},
+            extraction,
+            extracted,
+        )
+        session.undo_stack.push(EditLabels(self, session, patch, text, notes=notes))
 
     def edit_labels(self, patch: LabelPatch | None, text: str, done: bool = False) -> bool:
         """Change the label map as one undoable step; False if there is nothing to change."""
@@ -124,6 +144,8 @@ class Workspace(QObject):
         session.add_results(results)
         if session is self._session:
             self.results_changed.emit()
+        else:
+            self.sessions_changed.emit()
 
     def clear_results(self) -> None:
         """Forget all results of the present frame."""
@@ -135,10 +157,15 @@ class Workspace(QObject):
         if label is None:
             self.parameters = parameters
         elif parameters == self.parameters:
-            self.session.block_parameters.pop(label, None)
+            self.session.notes.parameters.pop(label, None)
         else:
-            self.session.block_parameters[label] = parameters
+            self.session.notes.parameters[label] = parameters
         self.parameters_changed.emit()
+
+    def prepare_change(self, session: Session) -> None:
+        """Called before the label map of a session changes."""
+        if session is self._session:
+            self.about_to_change.emit()
 
     def note_labels_changed(self, session: Session, patch: LabelPatch) -> None:
         """Called by commands after the label map has changed."""
@@ -155,10 +182,6 @@ class Workspace(QObject):
         """Called by commands after a name, colour or lock has changed."""
         if session is self._session:
             self.infos_changed.emit()
-
-    def _drop(self, session: Session) -> None:
-        self.sessions.remove(session)
-        self.undo_group.removeStack(session.undo_stack)
 
 
 def _keep_locked(present: NDArray[np.int32], labels: NDArray[np.int32], locked: frozenset[int]) -> NDArray[np.int32]:

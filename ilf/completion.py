@@ -28,7 +28,6 @@ class Status(StrEnum):
     ITERATION_LIMIT = "iteration limit"
     NOT_RECOVERABLE = "not recoverable"
     NOTHING_MISSING = "nothing missing"
-    CANCELLED = "cancelled"
 
 
 @dataclass(frozen=True)

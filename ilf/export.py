@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -102,6 +103,11 @@ class ExportOptions:
         if self.run_record:
             names.append(RECORD_FILE)
         return tuple(names)
+
+
+def output_folder_name(frame_name: str) -> str:
+    """Name of the folder that a frame's results go into unless someone says otherwise."""
+    return re.sub(r"[^\w.-]+", "_", frame_name) + "-ilf"
 
 
 @dataclass(frozen=True)

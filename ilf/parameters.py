@@ -80,7 +80,7 @@ class Parameters(ParameterSet):
     staged_start: float = declare(
         0.0, "Staged start", "First cut-off frequency of the staged schedule, in basebands (1 / longest length of "
         "the block); 0 lets only the mean through.", _SCHEDULE,
-        unit="basebands", minimum=0.0, maximum=50.0, step=0.5, source="section 3; value not given",
+        unit="basebands", minimum=0.0, maximum=50.0, step=0.5, source="not in the paper, which starts at 1",
     )  # fmt: skip
     stage_step: float = declare(
         0.5, "Stage step", "How much every stage of the staged schedule adds to the cut-off frequency.",
@@ -119,7 +119,8 @@ class Parameters(ParameterSet):
         unit="samples", minimum=0, maximum=50, source="released code",
     )  # fmt: skip
     precision: str = declare(
-        "float64", "Precision", "Of the iteration's arithmetic. float32 is faster; its depth differs by micrometres.",
+        "float64", "Precision", "Of the iteration's arithmetic. float32 is faster; its depth differs by tenths of a "
+        "millimetre.",
         _OUTPUT, choices=("float64", "float32"), source="not in the paper",
     )  # fmt: skip
     min_known_share: float = declare(

@@ -28,7 +28,6 @@ _STATES = {
     "iteration limit": ("ph.warning", "warning"),
     "not recoverable": ("ph.x-circle", "error"),
     "nothing missing": ("ph.minus-circle", "muted"),
-    "cancelled": ("ph.prohibit", "muted"),
 }
 
 
@@ -148,8 +147,7 @@ class BlockModel(QAbstractTableModel):
                 self.endInsertRows()
             # NaN in sigma_i is not equal to itself, its text is
             elif repr(self.rows[number]) != repr(row):
-                self.rows[number] = row
-                self._announce(number, number)
+                self._change(number, row)
 
     def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
         return 0 if parent.isValid() else len(self.rows)
@@ -201,6 +199,19 @@ class BlockModel(QAbstractTableModel):
             return False
         self.renamed.emit(row.label, name)
         return True
+
+    def _change(self, number: int, row: BlockRow) -> None:
+        """Announce just the columns that change: a name that is being typed must not be reset by the others."""
+        before, self.rows[number] = self.rows[number], row
+        for column in Column:
+            if repr(_sort_key(before, column)) != repr(_sort_key(row, column)) or column in (
+                Column.STATE,
+                Column.COLOUR,
+            ):
+                index = self.index(number, column)
+                self.dataChanged.emit(index, index)
+        if before.visible != row.visible:
+            self._announce(number, number)
 
     def _announce(self, first: int, last: int) -> None:
         self.dataChanged.emit(self.index(first, 0), self.index(last, len(Column) - 1))

@@ -29,7 +29,7 @@ class FilterPanel(QWidget):
         self.presets = QComboBox()
         for name in PRESETS:
             self.presets.addItem(name, name)
-        self._base = DEFAULT_PRESET
+        self._bases = {False: DEFAULT_PRESET, True: DEFAULT_PRESET}  # by for_chosen_block
         self.presets.setToolTip("paper: as the text describes it. released-code: as the authors' program does it.")
         self.presets.activated.connect(lambda _: self.edited.emit(PRESETS[self.presets.currentData()]))
         self._scope = QComboBox()
@@ -63,6 +63,11 @@ class FilterPanel(QWidget):
         """Whether the values are those of the chosen block."""
         return self._scope.currentIndex() == 1
 
+    def set_scope(self, chosen_block: bool) -> None:
+        """Show the values of the chosen block, or of all."""
+        self._scope.setCurrentIndex(int(chosen_block))
+        self.scope_changed.emit()
+
     def show_parameters(self, parameters: Parameters, block_name: str | None) -> None:
         """Show values; `block_name` is the chosen block's, None while none is chosen."""
         item = self._scope.model().item(1)
@@ -70,10 +75,12 @@ class FilterPanel(QWidget):
         item.setText(f"{block_name} only" if block_name else "Chosen block")
         if block_name is None:
             self._scope.setCurrentIndex(0)
-        self._base = next((name for name, values in PRESETS.items() if values == parameters), self._base)
-        changed = parameters != PRESETS[self._base]
+        scope = self.for_chosen_block
+        base = next((name for name, values in PRESETS.items() if values == parameters), self._bases[scope])
+        self._bases[scope] = base
+        changed = parameters != PRESETS[base]
         for position, name in enumerate(PRESETS):
-            self.presets.setItemText(position, f"{name} (changed)" if changed and name == self._base else name)
-        self.presets.setCurrentIndex(self.presets.findData(self._base))
-        self.form.set_base(PRESETS[self._base])
+            self.presets.setItemText(position, f"{name} (changed)" if changed and name == base else name)
+        self.presets.setCurrentIndex(self.presets.findData(base))
+        self.form.set_base(PRESETS[base])
         self.form.set_parameters(parameters)

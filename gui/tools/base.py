@@ -47,7 +47,6 @@ class Host(Protocol):
 class Tool(Protocol):
     """One way to use the left mouse button."""
 
-    text: str
     hint: str
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:

@@ -20,7 +20,6 @@ class BrushTool:
     """
 
     def __init__(self, erases: bool) -> None:
-        self.text = "Erase" if erases else "Paint"
         act = "take pixels from the block" if erases else "add pixels to the block"
         other = "add" if erases else "erase"
         self.hint = f"Drag: {act} | Alt+drag: {other} | [ and ]: brush size | Esc: give the stroke up"
@@ -33,15 +32,14 @@ class BrushTool:
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Paint while the button is down; show the brush otherwise."""
         host.show_preview(None if event.kind is PointerKind.LEAVE else self._outline(event, host))
-        if event.kind in (PointerKind.PRESS, PointerKind.DOUBLE):
-            return self._begin(event, host)
-        if self._before is None:
+        if event.kind is PointerKind.PRESS:
+            self._begin(event, host)
             return True
-        if event.kind is PointerKind.MOVE:
+        if self._before is not None and event.kind is PointerKind.MOVE:
             self._sweep((event.x, event.y), host)
         elif event.kind is PointerKind.RELEASE:
             self._end(host)
-        return True
+        return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a press like any other
 
     def cancel(self, host: Host) -> bool:
         """Put the stroke's pixels back."""
@@ -52,23 +50,22 @@ class BrushTool:
         host.show_labels(_everything(host.session.labels))
         return True
 
-    def _begin(self, event: PointerEvent, host: Host) -> bool:
+    def _begin(self, event: PointerEvent, host: Host) -> None:
         session = host.session
         chosen = session.selected
         self._label = chosen[0] if chosen else label_at(session, event.x, event.y)
         self._erasing = self._erases != event.alt
         if self._label == 0:
             host.say("Choose a block first, or start a new one with Blocks > New block.")
-            return True
+            return
         if self._label in session.locked:
             host.say(f"{session.info(self._label).name} is locked. Unlock it in the table of blocks.")
-            return True
+            return
         if chosen != [self._label]:
             host.select([self._label])
         self._before = session.labels.copy()
         self._last = (event.x, event.y)
         self._sweep(self._last, host)
-        return True
 
     def _sweep(self, point: tuple[float, float], host: Host) -> None:
         session = host.session

@@ -32,8 +32,6 @@ class PointerEvent:
         May lie outside the image.
     shift, ctrl, alt : bool
         Modifier keys held.
-    pixel_size : float
-        Image pixels per screen pixel, for hit tests with a tolerance on the screen.
     """
 
     kind: PointerKind
@@ -42,7 +40,6 @@ class PointerEvent:
     shift: bool = False
     ctrl: bool = False
     alt: bool = False
-    pixel_size: float = 1.0
 
 
 PointerHandler = Callable[[PointerEvent], "bool | None"]

@@ -9,7 +9,6 @@ from gui.tools.pointer import PointerEvent, PointerKind
 class SelectTool:
     """A click chooses the block under it, with Ctrl adds or removes it; dragging pans."""
 
-    text = "Select"
     hint = "Click: choose a block | Ctrl+click: add or remove | drag: pan | wheel: zoom"
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:

@@ -16,7 +16,6 @@ from ilf.ebs.edit import split
 class SplitTool:
     """Drag a line across a block, from outside to outside; Shift keeps it at multiples of 45 degrees."""
 
-    text = "Split"
     hint = "Drag a line right across a block to cut it in two | Shift: 45 degree steps | Esc: give up"
 
     def __init__(self) -> None:
@@ -24,7 +23,7 @@ class SplitTool:
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Draw the line while the button is down, cut at its release."""
-        if event.kind in (PointerKind.PRESS, PointerKind.DOUBLE):
+        if event.kind is PointerKind.PRESS:
             self._start = event.x, event.y
         elif self._start is not None and event.kind is PointerKind.MOVE:
             host.show_preview(line_path([self._start, _end_point(self._start, event)]))
@@ -32,7 +31,7 @@ class SplitTool:
             start, self._start = self._start, None
             host.show_preview(None)
             self._cut([start, _end_point(start, event)], host)
-        return True
+        return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a press like any other
 
     def cancel(self, host: Host) -> bool:
         """Drop the line."""

@@ -25,12 +25,10 @@ class HaloPath(QGraphicsItem):
     def path(self) -> QPainterPath:
         return self._path
 
-    def set_path(self, path: QPainterPath | None, colour: QColor | None = None) -> None:
-        """Draw another path, None for nothing, in another colour if one is given."""
+    def set_path(self, path: QPainterPath | None) -> None:
+        """Draw another path, None for nothing."""
         self.prepareGeometryChange()
         self._path = QPainterPath() if path is None else path
-        if colour is not None:
-            self._colour = QColor(colour)
         self.update()
 
     def set_pixel_size(self, pixel_size: float) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPoint, QSize, Qt, Signal
@@ -66,7 +68,7 @@ class LinkedViews(QWidget):
         self._difference: NDArray[np.float32] | None = None
         self._depth_map = "turbo"
         self._levels = (0.0, 1.0)
-        self._selected = 0
+        self._selected: tuple[int, ...] = ()
         self._layout_name = self._layout_before = "grid"
 
         self.cells = {name: ViewCell(title, unit, self._navigation.handle) for name, (title, unit) in _CELLS.items()}
@@ -77,7 +79,7 @@ class LinkedViews(QWidget):
 
         self._hint = _Hint()
         self._sheet = QWidget()
-        self._sheet.setAutoFillBackground(True)
+        self._sheet.setObjectName("sheet")
         self._grid = QGridLayout(self._sheet)
         self._grid.setContentsMargins(0, 0, 0, 0)
         self._grid.setSpacing(1)
@@ -140,7 +142,7 @@ class LinkedViews(QWidget):
 
     def _forget(self) -> None:
         self._overlay.clear()
-        self.set_selected(0)
+        self.set_selected(())
         self.set_preview(None)
         self.set_result(None)
 
@@ -190,15 +192,15 @@ class LinkedViews(QWidget):
         """Opacity of the blocks' fills, 0-1."""
         self._overlay.set_opacity(opacity)
 
-    def set_selected(self, label: int) -> None:
-        """Outline a block in all views; 0 for none."""
-        self._selected = label
+    def set_selected(self, labels: Iterable[int]) -> None:
+        """Outline these blocks in all views."""
+        self._selected = tuple(labels)
         self._draw_outline()
 
-    def set_preview(self, path: QPainterPath | None, colour: QColor | None = None) -> None:
+    def set_preview(self, path: QPainterPath | None) -> None:
         """Draw what a tool is about to do, in image coordinates, in all views; None removes it."""
         for view in self._views:
-            view.preview.set_path(path, colour)
+            view.preview.set_path(path)
 
     def set_pointer_handler(self, handler: PointerHandler | None) -> None:
         """Send pointer events of all views to a tool; None lets the left button pan."""
@@ -247,11 +249,6 @@ class LinkedViews(QWidget):
         """Show a box of the image with some room around it."""
         self._camera.show(columns.start, rows.start, columns.stop, rows.stop)
         self._show_camera()
-
-    @property
-    def layout_name(self) -> str:
-        """Name of the layout shown, one of `LAYOUTS`."""
-        return self._layout_name
 
     def set_layout(self, name: str) -> None:
         """Arrange the views: "grid", "row", or one alone by its name."""
@@ -330,7 +327,9 @@ class LinkedViews(QWidget):
 
     def _draw_outline(self) -> None:
         labels = self._overlay.labels
-        path = None if labels is None or not self._selected else block_outline(labels, self._selected)
+        path = QPainterPath()
+        for label in self._selected if labels is not None else ():
+            path.addPath(block_outline(labels, label))
         for view in self._views:
             view.outline.set_path(path)
 
@@ -349,9 +348,8 @@ class LinkedViews(QWidget):
             self.cells[name].strip.set_legend([(missing, "missing")])
         self.cells["difference"].strip.set_legend([(QBrush(filled), "filled"), (missing, "missing")])
         self.cells["difference"].bar.set_table(self._difference_table)
-        palette = QPalette(self._sheet.palette())
-        palette.setColor(QPalette.ColorRole.Window, colours.grid)
-        self._sheet.setPalette(palette)
+        # a style sheet, because the application's replaces palettes of single widgets
+        self._sheet.setStyleSheet(f"#sheet {{ background: {colours.grid.name()}; }}")
         self.set_depth_map(self._depth_map)
         self._draw_difference()
 

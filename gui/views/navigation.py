@@ -193,7 +193,6 @@ class Navigation(QObject):
                 shift=bool(modifiers & Qt.KeyboardModifier.ShiftModifier),
                 ctrl=bool(modifiers & Qt.KeyboardModifier.ControlModifier),
                 alt=bool(modifiers & Qt.KeyboardModifier.AltModifier),
-                pixel_size=1 / self._camera.scale,
             )
         )
 

@@ -30,7 +30,9 @@ def regions_between(boundaries: NDArray[np.bool_]) -> NDArray[np.int32]:
     return regions.astype(np.int32, copy=False)
 
 
-def contract(regions: NDArray[np.int32], strength: NDArray[np.float32]) -> NDArray[np.int32]:
+def contract(
+    regions: NDArray[np.int32], strength: NDArray[np.float32], inside: NDArray[np.bool_] | None = None
+) -> NDArray[np.int32]:
     """Let the regions grow into the dilated boundary until they meet where the edges are strongest.
 
     A watershed from the regions over the edge strength: every pixel ends in one region, so the result is
@@ -42,15 +44,17 @@ def contract(regions: NDArray[np.int32], strength: NDArray[np.float32]) -> NDArr
         Regions > 0 to grow, 0 elsewhere.
     strength : ndarray of float32, shape (H, W)
         Edge strength; edges that shall guide the contraction are at the top.
+    inside : ndarray of bool, shape (H, W), optional
+        Where regions may grow; everywhere if left out.
 
     Returns
     -------
     ndarray of int32, shape (H, W)
-        Regions that touch each other; all 0 where there was no region to start from.
+        Regions that touch each other, 0 outside; all 0 where there was no region to start from.
     """
     if not regions.any():
         return regions.copy()
-    return watershed(strength, regions).astype(np.int32, copy=False)
+    return watershed(strength, regions, mask=inside).astype(np.int32, copy=False)
 
 
 def outlines(labels: NDArray[np.int32]) -> NDArray[np.bool_]:

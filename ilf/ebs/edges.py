@@ -40,8 +40,7 @@ def colour_gradient(rgb: NDArray[np.uint8], sigma: float) -> tuple[NDArray[np.in
 
 def gradient_strength(dx: NDArray[np.int16], dy: NDArray[np.int16]) -> NDArray[np.float32]:
     """Gradient magnitude scaled to [0, 1] by its 99th percentile, float32 (H, W)."""
-    magnitude = np.hypot(dx.astype(np.float32), dy.astype(np.float32))
-    top = float(np.percentile(magnitude, 99))
+    magnitude, top = _magnitude(dx, dy)
     return np.clip(magnitude / top, 0.0, 1.0) if top > 0 else magnitude
 
 
@@ -61,8 +60,7 @@ def canny_edges(dx: NDArray[np.int16], dy: NDArray[np.int16], high: float, low_r
     -------
     ndarray of bool, shape (H, W)
     """
-    magnitude = np.hypot(dx.astype(np.float32), dy.astype(np.float32))
-    top = float(np.percentile(magnitude, 99))
+    magnitude, top = _magnitude(dx, dy)
     if top == 0:
         return np.zeros(dx.shape, bool)
     if high == 0:
@@ -108,3 +106,9 @@ def depth_edges(depth: NDArray[np.float32], jump: float, share: float) -> NDArra
 
 def _pick(values: NDArray[Any], channel: NDArray[np.intp]) -> NDArray[np.int16]:
     return np.take_along_axis(values, channel, axis=2)[..., 0]
+
+
+def _magnitude(dx: NDArray[np.int16], dy: NDArray[np.int16]) -> tuple[NDArray[np.float32], float]:
+    """Length of the gradient, and its 99th percentile."""
+    magnitude = np.hypot(dx.astype(np.float32), dy.astype(np.float32))
+    return magnitude, float(np.percentile(magnitude, 99))

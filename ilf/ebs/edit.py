@@ -36,13 +36,6 @@ class LabelPatch:
     before: Labels
     after: Labels
 
-    @property
-    def touched(self) -> set[int]:
-        """Blocks that lose or gain pixels."""
-        changed = self.before != self.after
-        both = np.concatenate([self.before[changed], self.after[changed]])
-        return {int(label) for label in np.unique(both)} - {0}
-
     def apply(self, labels: Labels) -> None:
         """Make the change, in place."""
         labels[self.box] = self.after

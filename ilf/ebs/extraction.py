@@ -56,9 +56,9 @@ def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extr
     strength = np.where(edges, np.float32(1.0), 0.9 * strength).astype(np.float32)
 
     dilated = dilate(edges, chosen.dilation)
-    margin = find_margin(frame.rgb) if chosen.margin < 0 else chosen.margin
-    inside = _inside(frame.shape, margin)
-    contracted = contract(regions_between(dilated | ~inside), strength)
+    margins = find_margins(frame.rgb) if chosen.margin < 0 else (chosen.margin,) * 4
+    inside = _inside(frame.shape, margins)
+    contracted = contract(regions_between(dilated | ~inside), strength, inside)
     blocks = grow_over_small(contracted, strength, inside, frame.known, chosen)
     return Extraction(strength, edges, dilated, contracted, blocks)
 
@@ -112,19 +112,22 @@ def grow_over_small(
     fit = (sizes >= max(smallest, 1)) & (with_depth >= parameters.min_known_share * sizes)
     fit[0] = False
     seeds = np.where(fit[regions] & inside, regions, 0).astype(np.int32)
-    grown = np.where(inside, contract(seeds, strength), 0)
+    grown = contract(seeds, strength, inside)
     order = np.argsort(-np.bincount(grown.ravel(), minlength=count)[1:], kind="stable") + 1
     numbers = np.zeros(count, np.int32)
     numbers[order] = np.arange(1, count)
     return numbers[grown]
 
 
-def find_margin(rgb: NDArray[np.uint8]) -> int:
-    """Width [px] of a uniform white border, as NYU's colour images have it; 0 where there is none."""
+def find_margins(rgb: NDArray[np.uint8]) -> tuple[int, int, int, int]:
+    """Widths [px] of a white border at top, bottom, left and right, as NYU's colour images have it.
+
+    All 0 unless there is white on all four sides: a bright wall is not a border.
+    """
     white = rgb.min(axis=2) >= 240
     limit = min(white.shape) // 8
-    sides = (white, white[::-1], white.T, white.T[::-1])
-    return max(_white_lines(side, limit) for side in sides)
+    top, bottom, left, right = (_white_lines(side, limit) for side in (white, white[::-1], white.T, white.T[::-1]))
+    return (top, bottom, left, right) if min(top, bottom, left, right) > 0 else (0, 0, 0, 0)
 
 
 def _white_lines(white: NDArray[np.bool_], limit: int) -> int:
@@ -134,7 +137,8 @@ def _white_lines(white: NDArray[np.bool_], limit: int) -> int:
     return int(darker[0]) if darker.size else 0
 
 
-def _inside(shape: tuple[int, int], margin: int) -> NDArray[np.bool_]:
+def _inside(shape: tuple[int, int], margins: tuple[int, ...]) -> NDArray[np.bool_]:
+    top, bottom, left, right = margins
     inside = np.zeros(shape, bool)
-    inside[margin : shape[0] - margin, margin : shape[1] - margin] = True
+    inside[top : shape[0] - bottom, left : shape[1] - right] = True
     return inside

@@ -5,7 +5,8 @@ With c the coefficients of P_i inside the band, M the mask of known pixels and b
     c_i = G_i W (b + c_(i-1) - DFT(M P_(i-1))),
 
 which is the paper's low-pass filtering of "raw where known, P_(i-1) elsewhere" on the padded grid. Two transforms of
-full size set a block up; an iteration needs two of the small grid alone.
+full size set a block up; an iteration needs two of the small grid alone. The paper's own loop, on the padded grid, is
+`tests/reference/full_grid.py`; tests hold this one to it.
 """
 
 from __future__ import annotations
@@ -75,7 +76,7 @@ class BlockIteration(Iterator[IterationRecord]):
             self._colour = colour_weight(frame.rgb[block.box], block.mask, grid, parameters.rgb_dilation)
         self._schedule: Schedule
         if parameters.schedule == "staged":
-            self._schedule = StagedSchedule(grid, principal_lengths(block.mask)[0], parameters)
+            self._schedule = StagedSchedule(grid, principal_lengths(block.mask), parameters)
         else:
             self._schedule = LinearSchedule(grid, (height, width), parameters)
 
@@ -164,12 +165,12 @@ class BlockIteration(Iterator[IterationRecord]):
             here = self._block * samples
             squares = float(np.sum(here * samples)) / weight
             squares += self._raw_squares - 2 * float(np.sum(raw * samples))
-            self._sum, self._least = float(np.sum(here)), -math.inf
+            self._sum, self._least = float(np.sum(here, dtype=np.float64)), -math.inf
         else:
             change = samples - self._samples
             here = self._block * change
             squares = float(np.einsum("yx,yx", here, change)) / weight
-            self._sum += float(np.sum(here))
+            self._sum += float(np.sum(here, dtype=np.float64))
             low, high = float(change.min()) / weight, float(change.max()) / weight
             self._least += (low + high) / 2 - _OVERSHOOT * (high - low) / 2
         return math.sqrt(max(squares, 0.0) / self._pixels)

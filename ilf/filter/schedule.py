@@ -31,14 +31,24 @@ class StagedSchedule:
 
     The cut-off frequency, equal in all directions of the image, starts at `staged_start` basebands (by default
     0: the mean alone, which lifts the defective area from 0 m), passes the baseband 1 / longest length and
-    1 / shortest length, and rises by `stage_step` basebands a stage to 1 / `shortest_wavelength`. The stages
-    divide the way evenly, so the last one ends exactly there.
+    1 / shortest length, and rises by `stage_step` basebands a stage to 1 / `shortest_wavelength`, or to
+    1 / shortest length where the block is narrower than that. The stages divide the way evenly, so the last one
+    ends exactly there.
+
+    Parameters
+    ----------
+    grid : tuple of int
+        Padded grid (H, W).
+    lengths : tuple of float
+        Longest and shortest length of the block [px].
+    parameters : Parameters
     """
 
-    def __init__(self, grid: tuple[int, int], longest: float, parameters: Parameters) -> None:
+    def __init__(self, grid: tuple[int, int], lengths: tuple[float, float], parameters: Parameters) -> None:
+        longest, shortest = lengths
         self._grid = grid
         self._first = parameters.staged_start / longest
-        self._last = max(1.0 / parameters.shortest_wavelength, self._first)
+        self._last = max(1.0 / parameters.shortest_wavelength, min(1.0 / shortest, 0.5), self._first)
         self._steps = math.ceil((self._last - self._first) * longest / parameters.stage_step)
         self.stage = 1
 

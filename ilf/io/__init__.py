@@ -6,7 +6,7 @@ File units, file names and file formats exist here only; everything else works i
 from .atomic import atomic_path
 from .cloud_files import CLOUD_SUFFIXES, load_open3d, write_cloud
 from .curve_files import write_curves
-from .depth_files import DEPTH_SUFFIXES, default_depth_units, median_depth, read_depth_values, write_depth
+from .depth_files import DEPTH_SUFFIXES, default_depth_units, read_depth_values, write_depth
 from .frames import FrameFiles, frame_folder, load_frame
 from .images import read_colour
 from .label_files import read_labels, write_labels
@@ -20,7 +20,6 @@ __all__ = [
     "frame_folder",
     "load_frame",
     "load_open3d",
-    "median_depth",
     "read_colour",
     "read_depth_values",
     "read_labels",

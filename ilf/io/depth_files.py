@@ -92,27 +92,6 @@ def depth_in_metres(values: NDArray[Any], depth_units: float | None = None) -> N
         return _with_missing((values.astype(np.float64) / units).astype(np.float32))
 
 
-def median_depth(values: NDArray[Any], depth_units: float | None = None) -> float:
-    """Median of the known depth [m] that a depth scale makes of a file; NaN if nothing is known.
-
-    Never complains about the scale: it is there to show what a scale would do while it is being chosen.
-    A scale that is not a positive number gives NaN too.
-
-    Parameters
-    ----------
-    values : ndarray
-        From `read_depth_values`.
-    depth_units : float, optional
-        File units per metre; None takes `default_depth_units`.
-    """
-    try:
-        metres = depth_in_metres(values, depth_units)
-    except ParameterError:
-        return math.nan
-    known = metres[np.isfinite(metres)]
-    return float(np.median(known)) if known.size else math.nan
-
-
 def write_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1000.0) -> list[str]:
     """Write depth atomically, in the format that the suffix names.
 

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+from pathlib import Path
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
+from gui.loader import FrameSource
 from gui.main_window import MainWindow
+from ilf import BlockParameters, RGBDFrame, preset
+
+from .conftest import open_frame, write_frame
 
 Point = tuple[float, float]
 
@@ -141,7 +149,7 @@ def test_locked_blocks_cannot_be_painted_over_deleted_or_split(editing: MainWind
     session = editing.workspace.session
     before = session.labels.copy()
     left, right = int(before[24, 5]), int(before[24, 50])
-    editing.presenter.set_lock(left, True)
+    editing.editor.set_lock(left, True)
     steps = session.undo_stack.count()
     editing.workspace.select([right])
     editing.actions_["tool_paint"].trigger()
@@ -184,7 +192,7 @@ def test_extracting_again_keeps_locked_blocks_and_is_undoable(editing: MainWindo
     _drag(editing, [(48, -1), (48, 49)])
     new = int(session.labels[10, 60])
     workspace.edit_info(new, "Rename block", name="Mine")
-    editing.presenter.set_lock(new, True)
+    editing.editor.set_lock(new, True)
     mask = session.labels == new
     edited = session.labels.copy()
     with qtbot.waitSignal(editing.loader.idle, timeout=20_000):
@@ -213,3 +221,109 @@ def test_readout_tells_block_and_depths(editing: MainWindow) -> None:
     assert "in missing" in editing.readout.text()
     editing.presenter.show_readout(None)
     assert editing.readout.text() == ""
+
+
+def test_two_quick_dabs_are_two_undoable_steps(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    before = session.labels.copy()
+    _click(editing, (50, 24))
+    editing.actions_["tool_paint"].trigger()
+    editing.editor.brush_radius = 2.0
+    viewport = editing.views.cells["colour"].view.viewport()
+    _click(editing, (10, 10))
+    QTest.mouseDClick(viewport, Qt.MouseButton.LeftButton, pos=_place(editing, (20, 20)))
+    QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, pos=_place(editing, (20, 20)))
+    assert session.undo_stack.count() == 2
+    editing.workspace.undo_group.undo()
+    editing.workspace.undo_group.undo()
+    assert np.array_equal(session.labels, before)
+
+
+def test_undo_in_the_middle_of_a_stroke_gives_the_stroke_up(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    before = session.labels.copy()
+    _click(editing, (50, 24))
+    editing.actions_["tool_paint"].trigger()
+    _drag(editing, [(10, 10), (14, 14)])
+    _drag(editing, [(20, 30), (24, 34)], release=False)
+    editing.workspace.undo_group.undo()
+    assert np.array_equal(session.labels, before)
+    viewport = editing.views.cells["colour"].view.viewport()
+    QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, pos=_place(editing, (24, 34)))
+    assert np.array_equal(session.labels, before)
+
+
+def test_a_frame_that_opens_in_the_middle_of_a_stroke_stays_as_it_is(
+    editing: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    first = editing.workspace.session
+    before = first.labels.copy()
+    folder = write_frame(tmp_path / "other", RGBDFrame(first.frame.rgb[:40], first.frame.depth[:40]))
+    _click(editing, (50, 24))
+    editing.actions_["tool_paint"].trigger()
+    _drag(editing, [(10, 10), (14, 14)], release=False)
+    open_frame(editing, qtbot, FrameSource(str(folder)))
+    second = editing.workspace.session
+    fresh = second.labels.copy()
+    editing.actions_["give_up"].trigger()
+    assert np.array_equal(first.labels, before)
+    assert np.array_equal(second.labels, fresh)
+
+
+def test_undoing_an_extraction_brings_names_parameters_and_origin_back(editing: MainWindow, qtbot: QtBot) -> None:
+    workspace, session = editing.workspace, editing.workspace.session
+    workspace.edit_info(1, "Rename block", name="Wall")
+    workspace.set_parameters(preset(max_iterations=3), 1)
+    used = session.notes.extraction
+    workspace.extraction_parameters = BlockParameters(min_size=48.0)
+    with qtbot.waitSignal(editing.loader.idle, timeout=20_000):
+        editing.actions_["extract"].trigger()
+    assert len(session.counts()) == 1
+    assert session.info(1).name == "Block 1"
+    assert session.parameters_of(1, workspace.parameters) == workspace.parameters
+    assert not session.edited
+    workspace.undo_group.undo()
+    assert session.info(1).name == "Wall"
+    assert session.parameters_of(1, workspace.parameters).max_iterations == 3
+    assert session.notes.extraction == used
+    assert not session.edited
+
+
+def test_undoing_a_rename_leaves_the_block_hidden(editing: MainWindow) -> None:
+    workspace = editing.workspace
+    workspace.edit_info(1, "Rename block", name="Wall")
+    workspace.set_visible(1, False)
+    workspace.undo_group.undo()
+    assert workspace.session.info(1).name == "Block 1"
+    assert not workspace.session.info(1).visible
+
+
+def test_commands_are_enabled_by_what_is_chosen(editing: MainWindow) -> None:
+    actions, workspace = editing.actions_, editing.workspace
+    names = ("run_selected", "merge_blocks", "delete_blocks", "zoom_block")
+    workspace.select([1])
+    assert [actions[name].isEnabled() for name in names] == [True, False, True, True]
+    workspace.select([1, 2])
+    assert [actions[name].isEnabled() for name in names] == [True, True, True, True]
+    editing.editor.set_lock(1, True)
+    assert [actions[name].isEnabled() for name in names] == [True, False, True, True]
+    actions["new_block"].trigger()
+    assert [actions[name].isEnabled() for name in names] == [False, False, False, False]
+    assert editing.blocks.selected() == workspace.session.selected, "a block to be painted has a row"
+
+
+def test_numbers_of_blocks_fit_the_export(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    session.labels[0, 0] = 65535
+    assert session.next_label() == 3
+
+
+def test_closed_sessions_are_freed(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    editing.actions_["select_all"].trigger()
+    editing.actions_["merge_blocks"].trigger()
+    watch = weakref.ref(session)
+    del session
+    editing.actions_["close_frame"].trigger()
+    gc.collect()
+    assert watch() is None

@@ -245,3 +245,122 @@ def test_curves_follow_the_running_block_until_the_chosen_one_has_its_own(
     assert all(count > 0 for _, count in shown)
     assert len(opened.curves.records) == workspace.session.valid_results()[second].outcome.iterations
     assert first in {label for label, _ in shown}
+
+
+def test_cancelling_keeps_the_blocks_that_are_done(opened: MainWindow, qtbot: QtBot) -> None:
+    session = opened.workspace.session
+    first, second = list(session.counts())[:2]
+    opened.workspace.set_parameters(ilf.preset("released-code", max_iterations=100_000), second)
+    done: list[str] = []
+    opened.runs.ended.connect(done.append)
+    opened.actions_["run"].trigger()
+    qtbot.waitUntil(lambda: second in opened.runs.live, timeout=WAIT_MS)
+    opened.actions_["cancel"].trigger()
+    qtbot.waitUntil(lambda: bool(done), timeout=WAIT_MS)
+    assert set(session.valid_results()) == {first}
+    assert "cancelled, 1 block" in done[0]
+
+
+def test_work_that_is_not_in_the_export_stays_unsaved(
+    opened: MainWindow, qtbot: QtBot, run_all: Run, tmp_path: Path
+) -> None:
+    session = opened.workspace.session
+    run_all(opened)
+    _export(opened, qtbot, tmp_path / "depth", ExportOptions(labels=False, run_record=False))
+    assert session.unsaved, "without blocks and record it cannot be had again"
+    with qtbot.waitSignal(opened.documents.exported, timeout=WAIT_MS):
+        opened.documents.export(tmp_path / "all", ExportOptions())
+        opened.actions_["select_all"].trigger()
+        opened.actions_["merge_blocks"].trigger()
+    assert session.unsaved, "merged after the export had begun"
+    _export(opened, qtbot, tmp_path / "all")
+    assert not session.unsaved
+
+
+def test_a_frame_that_runs_is_not_closed_silently(
+    opened: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened.workspace.set_parameters(ilf.preset("released-code", max_iterations=100_000))
+    opened.actions_["run"].trigger()
+    opened.documents.discard_silently = False
+    monkeypatch.setattr(QMessageBox, "question", lambda *_: QMessageBox.StandardButton.Cancel)
+    opened.actions_["close_frame"].trigger()
+    assert opened.workspace.has_session
+    opened.documents.discard_silently = True
+    with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
+        opened.actions_["cancel"].trigger()
+
+
+def test_opening_a_run_twice_keeps_the_work_in_it(
+    opened: MainWindow, qtbot: QtBot, run_all: Run, tmp_path: Path
+) -> None:
+    run_all(opened)
+    _export(opened, qtbot, tmp_path / "out")
+    with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
+        opened.loader.open_run(tmp_path / "out" / "run.json")
+    session = opened.workspace.session
+    opened.workspace.select([1, 2])
+    opened.actions_["merge_blocks"].trigger()
+    opened.loader.open_run(tmp_path / "out" / "run.json")
+    assert not opened.loader.busy
+    assert opened.workspace.session is session
+    assert session.unsaved
+
+
+def test_opening_with_other_units_reads_the_frame_again(opened: MainWindow, qtbot: QtBot, frame_folder: Path) -> None:
+    first = opened.workspace.session
+    with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
+        opened.documents.open_source(FrameSource(str(frame_folder), None, 2000.0))
+    second = opened.workspace.session
+    assert opened.workspace.sessions == [second]
+    assert np.nanmedian(second.frame.depth) == pytest.approx(np.nanmedian(first.frame.depth) / 2, rel=1e-3)
+
+
+def test_a_partial_run_comes_back_as_it_was(opened: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
+    opened.workspace.select([2])
+    with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
+        opened.actions_["run_selected"].trigger()
+    _export(opened, qtbot, tmp_path / "out")
+    opened.actions_["close_frame"].trigger()
+    with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
+        opened.loader.open_run(tmp_path / "out" / "run.json")
+    assert opened.workspace.session.selected == [2]
+
+
+def test_nothing_runs_while_blocks_are_extracted(opened: MainWindow, qtbot: QtBot) -> None:
+    with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
+        opened.actions_["extract"].trigger()
+        assert not opened.actions_["run"].isEnabled()
+        assert not opened.actions_["extract"].isEnabled()
+    assert opened.actions_["run"].isEnabled()
+
+
+def test_the_other_way_round_nothing_is_extracted_during_a_run(opened: MainWindow, qtbot: QtBot) -> None:
+    opened.workspace.set_parameters(ilf.preset("released-code", max_iterations=100_000))
+    opened.actions_["run"].trigger()
+    assert not opened.actions_["extract"].isEnabled()
+    assert not opened.actions_["load_blocks"].isEnabled()
+    with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
+        opened.actions_["cancel"].trigger()
+    assert opened.actions_["extract"].isEnabled()
+
+
+def test_docks_keep_their_sizes_when_the_window_is_hidden_and_shown(window: MainWindow, qtbot: QtBot) -> None:
+    left = window.blocks.width()
+    window.resizeDocks(window._sized_docks[:1], [left - 60], Qt.Orientation.Horizontal)
+    qtbot.waitUntil(lambda: window.blocks.width() < left - 30)
+    narrow = window.blocks.width()
+    window.hide()
+    window.show()
+    assert window.blocks.width() == narrow
+
+
+def test_preset_box_keeps_the_two_scopes_apart(opened: MainWindow) -> None:
+    workspace, panel = opened.workspace, opened.filter_panel
+    workspace.set_parameters(ilf.preset("paper", centred=True))
+    workspace.select([1])
+    workspace.set_parameters(ilf.preset("released-code"), 1)
+    panel.set_scope(chosen_block=True)
+    assert panel.presets.currentText() == "released-code"
+    panel.set_scope(chosen_block=False)
+    assert panel.presets.currentText() == "paper (changed)"

@@ -88,7 +88,6 @@ def test_a_press_names_the_pixel_that_is_painted_there(views, zoom):
         assert (math.floor(press.y), math.floor(press.x)) == (red // 5, green // 4)
         assert press.shift
         assert not press.ctrl
-        assert press.pixel_size == pytest.approx(1 / view.transform().m11())
 
 
 def test_a_drag_goes_to_the_handler_and_does_not_pan(views):
@@ -285,7 +284,7 @@ def test_a_region_update_gives_the_same_picture_as_a_new_map(views):
     changed = labels.copy()
     changed[20:30, 25:40] = 3
     changed[0:3, 0:4] = 2
-    views.set_selected(3)
+    views.set_selected([3])
     assert view_of(views).outline.path.isEmpty()
     views.update_blocks_region(slice(20, 30), slice(25, 40), changed[20:30, 25:40])
     views.update_blocks_region(slice(0, 3), slice(0, 4), changed[0:3, 0:4])
@@ -324,11 +323,11 @@ def test_an_outline_runs_along_pixel_edges_and_around_holes():
 def test_previews_show_in_every_view(views):
     path = QPainterPath()
     path.addRect(20, 20, 10, 10)
-    views.set_preview(path, Qt.GlobalColor.red)
+    views.set_preview(path)
     for name in ("colour", "depth-in"):
         view = view_of(views, name)
         row = [colour_at(view, place(view, 20, 25) + QPoint(shift, 0)) for shift in (-1, 0, 1)]
-        assert (255, 0, 0) in row
+        assert (255, 255, 255) in row
     views.set_preview(None)
     assert view_of(views).preview.boundingRect().isEmpty()
 

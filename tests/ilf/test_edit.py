@@ -27,7 +27,6 @@ def _applied(labels: np.ndarray, patch: LabelPatch | None) -> np.ndarray:
         patch.revert(back)
         assert np.array_equal(back, labels)
         assert not np.array_equal(after, labels), "a patch that changes nothing should be None"
-        assert patch.touched == (set(np.unique(labels[labels != after])) | set(np.unique(after[labels != after]))) - {0}
     return after
 
 

@@ -10,7 +10,7 @@ import ilf
 from ilf.ebs import extract
 from ilf.ebs.boundaries import contract, dilate, outlines, regions_between
 from ilf.ebs.edges import canny_edges, colour_gradient, depth_edges, gradient_strength
-from ilf.ebs.extraction import find_margin
+from ilf.ebs.extraction import find_margins
 from ilf.frame import RGBDFrame
 from ilf.parameters import BlockParameters
 
@@ -60,9 +60,10 @@ def test_blocks_are_numbered_from_the_largest_and_cover_the_frame(frame: RGBDFra
     assert (np.diff(sizes[1:]) <= 0).all()
 
 
-def test_blocks_are_watertight(frame: RGBDFrame) -> None:
+@pytest.mark.parametrize("margin", [0, 9, 25])
+def test_blocks_are_watertight(frame: RGBDFrame, margin: int) -> None:
     """Every block is one 4-connected piece, so there is no way from one into another but over a boundary."""
-    blocks = ilf.extract_blocks(frame)
+    blocks = ilf.extract_blocks(frame, BlockParameters(margin=margin))
     for number in range(1, blocks.max() + 1):
         assert components(blocks == number)[1] == 1
 
@@ -89,13 +90,16 @@ def test_margin_belongs_to_no_block(frame: RGBDFrame) -> None:
     assert blocks[7:-7, 7:-7].all()
 
 
-def test_white_border_is_found_and_a_white_room_is_not_one(frame: RGBDFrame) -> None:
+def test_white_border_is_found_and_bright_walls_are_not_one(frame: RGBDFrame) -> None:
     framed = frame.rgb.copy()
     framed[:6] = framed[-5:] = 255
     framed[:, :4] = framed[:, -8:] = 255
-    assert find_margin(framed) == 8
-    assert find_margin(frame.rgb) == 0
-    assert find_margin(np.full((100, 100, 3), 255, np.uint8)) == 0
+    assert find_margins(framed) == (6, 5, 4, 8)
+    assert find_margins(frame.rgb) == (0, 0, 0, 0)
+    assert find_margins(np.full((100, 100, 3), 255, np.uint8)) == (0, 0, 0, 0)
+    ceiling = frame.rgb.copy()
+    ceiling[:10] = 255
+    assert find_margins(ceiling) == (0, 0, 0, 0)
 
 
 def test_a_frame_without_any_edge_is_one_block() -> None:

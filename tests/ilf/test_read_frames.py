@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from ilf.errors import FormatError, IlfError, InputError, ParameterError
-from ilf.io import default_depth_units, frame_folder, load_frame, median_depth, read_colour, read_depth_values
+from ilf.io import frame_folder, load_frame, read_colour, read_depth_values
 
 H, W = 24, 32
 RNG = np.random.default_rng(7)
@@ -125,17 +125,6 @@ def test_relative_paths_become_absolute(save, colour, monkeypatch):
 def test_preset_is_scaled_to_the_frame(save, colour):
     frame = load_frame(colour, save("d.png", DEPTH_FILES["u16.png"][0]), intrinsics="nyu-kinect-v1")
     assert frame.intrinsics.fx == pytest.approx(518.8579 / 20)
-
-
-def test_median_depth_shows_what_a_scale_makes_of_a_file():
-    known = float(np.nanmedian(METRES))
-    assert median_depth(MILLIMETRES) == pytest.approx(known)
-    assert median_depth(METRES) == pytest.approx(known)
-    assert median_depth(MILLIMETRES, 1) == pytest.approx(1000 * known)
-    assert (default_depth_units(MILLIMETRES), default_depth_units(METRES)) == (1000, 1)
-    for scale in (0, -1, np.nan, np.inf):
-        assert np.isnan(median_depth(MILLIMETRES, scale))
-    assert np.isnan(median_depth(np.zeros((2, 2), np.uint16)))
 
 
 def test_float_depth_that_is_not_positive_and_finite_is_missing(save, colour):

@@ -58,7 +58,7 @@ class FullGridIteration(Iterator[IterationRecord]):
             self._weight = colour_weight(frame.rgb[block.box], block.mask, grid, parameters.rgb_dilation)
         self._schedule: Schedule
         if parameters.schedule == "staged":
-            self._schedule = StagedSchedule(grid, principal_lengths(block.mask)[0], parameters)
+            self._schedule = StagedSchedule(grid, principal_lengths(block.mask), parameters)
         else:
             self._schedule = LinearSchedule(grid, (height, width), parameters)
         self._wave_numbers = squared_wave_numbers(grid)
