@@ -26,7 +26,7 @@ from PySide6.QtWidgets import QMenu, QToolBar, QToolButton, QVBoxLayout, QWidget
 
 from .. import theme
 from .colour_maps import depth_table, robust_depth_levels, to_indices
-from .splat import Camera, splat
+from .splat import OrbitCamera, splat
 
 EMPTY_TEXT = "No cloud yet: run the completion, or give camera intrinsics"
 MOVING_POINTS = 400_000
@@ -217,7 +217,7 @@ class CloudCanvas(QWidget):
         self.setMinimumSize(160, 120)
         self.setCursor(Qt.CursorShape.OpenHandCursor)
         self.setStatusTip("Drag: orbit. Shift or right drag: pan. Wheel: zoom. Double-click: reset.")
-        self.camera = Camera()
+        self.camera = OrbitCamera()
         self.points: Points = np.empty((0, 3), np.float32)
         self.point_size: int | None = None
         self.shaded = True
@@ -263,7 +263,7 @@ class CloudCanvas(QWidget):
         """Show the whole cloud from "home", "front", "top" or "side"; it stays whole when the view is resized."""
         yaw, pitch = (math.radians(angle) for angle in _DIRECTIONS[direction])
         self._direction = direction
-        self.camera = Camera(yaw=yaw, pitch=pitch).fitted(self.points, self.width() / max(self.height(), 1))
+        self.camera = OrbitCamera(yaw=yaw, pitch=pitch).fitted(self.points, self.width() / max(self.height(), 1))
         self._redraw()
 
     def sizeHint(self) -> QSize:
@@ -361,7 +361,7 @@ class CloudCanvas(QWidget):
         metres = self.camera.distance / self.camera.focal(max(self.height(), 1))
         self._move(self.camera.pan(-dx * metres, -dy * metres))
 
-    def _move(self, camera: Camera) -> None:
+    def _move(self, camera: OrbitCamera) -> None:
         self.camera = camera
         self._direction = None
         self._moving = True

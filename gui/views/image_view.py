@@ -11,8 +11,8 @@ from PySide6.QtCore import QEvent, QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QResizeEvent, QTransform
 
 from ..theme import Colours
-from .camera import Camera
 from .items import HaloPath, Hatch
+from .view_transform import ViewTransform
 
 _CROSS_GAP = 9
 _WHITE = QColor("white")
@@ -97,12 +97,12 @@ class ImageView(pg.GraphicsView):
         self.hatch.set_brush(hatch)
         self.viewport().update()
 
-    def show_camera(self, camera: Camera) -> None:
-        """Look where the camera looks."""
-        scale, size, ratio = camera.scale, self.viewport().size(), self.devicePixelRatioF()
+    def show_transform(self, transform: ViewTransform) -> None:
+        """Show what the transform says."""
+        scale, size, ratio = transform.scale, self.viewport().size(), self.devicePixelRatioF()
         # whole device pixels: at 1:1 every image pixel then covers exactly one
-        dx = round((size.width() / 2 - camera.x * scale) * ratio) / ratio
-        dy = round((size.height() / 2 - camera.y * scale) * ratio) / ratio
+        dx = round((size.width() / 2 - transform.x * scale) * ratio) / ratio
+        dy = round((size.height() / 2 - transform.y * scale) * ratio) / ratio
         transform = QTransform(scale, 0, 0, scale, dx, dy)
         self.setTransform(transform)
         # the visible part as scene rectangle leaves nothing to scroll

@@ -1,4 +1,4 @@
-"""The window's centre: colour + blocks, depth in, depth out and difference under one camera and one cursor."""
+"""The window's centre: colour + blocks, depth in, depth out and difference under one transform and one cursor."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QStackedWidget, QVBoxLayout, 
 
 from .. import theme
 from ..tools.pointer import PointerHandler
-from .camera import Camera
 from .colour_maps import (
     depth_table,
     difference_table,
@@ -24,6 +23,7 @@ from .items import hatch_brush
 from .navigation import Navigation
 from .overlay import BlockOverlay, block_outline
 from .view_cell import ViewCell
+from .view_transform import ViewTransform
 
 _CELLS = {
     "colour": ("Colour + blocks", ""),
@@ -61,8 +61,8 @@ class LinkedViews(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._camera = Camera()
-        self._navigation = Navigation(self._camera, self)
+        self._transform = ViewTransform()
+        self._navigation = Navigation(self._transform, self)
         self._depth_in: NDArray[np.float32] | None = None
         self._depth_out: NDArray[np.float32] | None = None
         self._difference: NDArray[np.float32] | None = None
@@ -97,7 +97,7 @@ class LinkedViews(QWidget):
             self.cells[name].view.set_message(_NO_RESULT)
         self._navigation.cursorMoved.connect(self._move_cursor)
         self._navigation.contextMenuRequested.connect(self.contextMenuRequested)
-        self._navigation.cameraMoved.connect(self._show_camera)
+        self._navigation.transformChanged.connect(self._show_transform)
         self._navigation.cursorShapeChanged.connect(self._set_cursor_shape)
         self._arrange()
         self._take_theme()
@@ -123,7 +123,7 @@ class LinkedViews(QWidget):
             raise ValueError(f"colour {rgb.shape} and depth {depth_in.shape} do not show the same pixels")
         height, width = depth_in.shape
         self._depth_in = depth_in
-        self._camera.set_frame(width, height)
+        self._transform.set_frame(width, height)
         self._navigation.set_frame((width, height))
         for view in self._views:
             view.set_frame_size(width, height)
@@ -233,22 +233,22 @@ class LinkedViews(QWidget):
         self._draw_depth("depth-in", self._depth_in)
         self._draw_depth("depth-out", self._depth_out)
 
-    # camera and layout
+    # transform and layout
 
     def fit(self) -> None:
         """Show the whole frame."""
-        self._camera.fit()
-        self._show_camera()
+        self._transform.fit()
+        self._show_transform()
 
     def one_to_one(self) -> None:
         """Show one image pixel per device pixel around the present centre."""
-        self._camera.set_scale(1 / self.devicePixelRatioF())
-        self._show_camera()
+        self._transform.set_scale(1 / self.devicePixelRatioF())
+        self._show_transform()
 
     def zoom_to(self, rows: slice, columns: slice) -> None:
         """Show a box of the image with some room around it."""
-        self._camera.show(columns.start, rows.start, columns.stop, rows.stop)
-        self._show_camera()
+        self._transform.show(columns.start, rows.start, columns.stop, rows.stop)
+        self._show_transform()
 
     def set_layout(self, name: str) -> None:
         """Arrange the views: "grid", "row", or one alone by its name."""
@@ -285,12 +285,12 @@ class LinkedViews(QWidget):
     def _fit_to_room(self) -> None:
         sizes = [cell.view.viewport().size() for cell in self._shown()]
         room = QSize(min(size.width() for size in sizes), min(size.height() for size in sizes))
-        self._camera.set_view(room.width(), room.height())
-        self._show_camera()
+        self._transform.set_view(room.width(), room.height())
+        self._show_transform()
 
-    def _show_camera(self) -> None:
+    def _show_transform(self) -> None:
         for view in self._views:
-            view.show_camera(self._camera)
+            view.show_transform(self._transform)
 
     def _move_cursor(self, pixel: tuple[int, int] | None) -> None:
         for view in self._views:

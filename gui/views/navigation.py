@@ -9,8 +9,8 @@ from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, Qt, Signal
 from PySide6.QtGui import QContextMenuEvent, QKeyEvent, QMouseEvent, QWheelEvent
 
 from ..tools.pointer import PointerEvent, PointerHandler, PointerKind
-from .camera import Camera
 from .image_view import ImageView
+from .view_transform import ViewTransform
 
 ZOOM_STEP = 1.25
 """Factor per notch of the wheel or press of a key."""
@@ -35,7 +35,7 @@ class _Drag(Enum):
 
 
 class Navigation(QObject):
-    """Turns events of any of the views into camera moves, cursor moves and pointer events.
+    """Turns events of any of the views into transform moves, cursor moves and pointer events.
 
     Signals
     -------
@@ -43,20 +43,20 @@ class Navigation(QObject):
         Pixel (x, y) under the pointer, or None off the image; sent when it changes.
     contextMenuRequested(QPoint, float, float)
         Place on the screen and in the image.
-    cameraMoved()
-        The camera was panned or zoomed.
+    transformChanged()
+        The transform was panned or zoomed.
     cursorShapeChanged(Qt.CursorShape)
         The mouse cursor that the views should show.
     """
 
     cursorMoved = Signal(object)
     contextMenuRequested = Signal(QPoint, float, float)
-    cameraMoved = Signal()
+    transformChanged = Signal()
     cursorShapeChanged = Signal(object)
 
-    def __init__(self, camera: Camera, parent: QObject) -> None:
+    def __init__(self, transform: ViewTransform, parent: QObject) -> None:
         super().__init__(parent)
-        self._camera = camera
+        self._transform = transform
         self._frame: tuple[int, int] | None = None
         self._handler: PointerHandler | None = None
         self._drag = _Drag.NONE
@@ -139,8 +139,8 @@ class Navigation(QObject):
         # Alt turns the wheel sideways on some systems
         turn = event.angleDelta().y() or event.angleDelta().x()
         point = view.to_image(event.position())
-        self._camera.zoom(ZOOM_STEP ** (turn / 120), point.x(), point.y())
-        self.cameraMoved.emit()
+        self._transform.zoom(ZOOM_STEP ** (turn / 120), point.x(), point.y())
+        self.transformChanged.emit()
         self._set_pixel(self._pixel_at(view.to_image(event.position())))
         return True
 
@@ -166,14 +166,14 @@ class Navigation(QObject):
             self._pan(*_ARROWS[key])
             return True
         if key in _ZOOM_KEYS:
-            self._camera.zoom(_ZOOM_KEYS[key], self._camera.x, self._camera.y)
-            self.cameraMoved.emit()
+            self._transform.zoom(_ZOOM_KEYS[key], self._transform.x, self._transform.y)
+            self.transformChanged.emit()
             return True
         return False
 
     def _pan(self, dx: float, dy: float) -> None:
-        self._camera.pan(dx, dy)
-        self.cameraMoved.emit()
+        self._transform.pan(dx, dy)
+        self.transformChanged.emit()
 
     def _send(
         self,

@@ -24,7 +24,7 @@ _DISTANCES = (0.02, 1e4)
 
 
 @dataclass(frozen=True)
-class Camera:
+class OrbitCamera:
     """A camera that orbits a target. Axes as in the cloud: x right, y down, z forward.
 
     Parameters
@@ -45,18 +45,18 @@ class Camera:
     pitch: float = 0.0
     fov: float = math.radians(45)
 
-    def orbit(self, yaw: float, pitch: float) -> Camera:
+    def orbit(self, yaw: float, pitch: float) -> OrbitCamera:
         """Turned about the target by two angles [rad]; the pitch stops straight above and below."""
         turned = math.remainder(self.yaw + yaw, math.tau)
         return replace(self, yaw=turned, pitch=min(max(self.pitch + pitch, -math.pi / 2), math.pi / 2))
 
-    def pan(self, right: float, down: float) -> Camera:
+    def pan(self, right: float, down: float) -> OrbitCamera:
         """Moved with its target along the picture's axes [m]."""
         x_axis, y_axis, _ = self.rotation()
         x, y, z = (np.asarray(self.target) + right * x_axis + down * y_axis).tolist()
         return replace(self, target=(x, y, z))
 
-    def dolly(self, factor: float) -> Camera:
+    def dolly(self, factor: float) -> OrbitCamera:
         """Nearer (factor < 1) or farther (factor > 1), within 0.02 m to 10 km."""
         return replace(self, distance=min(max(self.distance * factor, _DISTANCES[0]), _DISTANCES[1]))
 
@@ -83,7 +83,7 @@ class Camera:
         """Focal length [px] in a picture of that height."""
         return 0.5 * height / math.tan(0.5 * self.fov)
 
-    def fitted(self, points: NDArray[np.float32], aspect: float) -> Camera:
+    def fitted(self, points: NDArray[np.float32], aspect: float) -> OrbitCamera:
         """Same direction, but aimed at the middle of a cloud and far enough away to see nearly all of it.
 
         Parameters
@@ -112,7 +112,7 @@ class Camera:
 def splat(
     points: NDArray[np.float32],
     colours: NDArray[np.uint8],
-    camera: Camera,
+    camera: OrbitCamera,
     width: int,
     height: int,
     background: tuple[int, int, int] = (0, 0, 0),
@@ -128,7 +128,7 @@ def splat(
         float32 (N, 3) [m], x right, y down, z forward. Points that are not finite are not drawn.
     colours : ndarray
         uint8 (N, 3), red first.
-    camera : Camera
+    camera : OrbitCamera
         Where to look from.
     width, height : int
         Size of the picture [px].
@@ -170,7 +170,7 @@ def splat(
 
 def _nearest(
     points: NDArray[np.float32],
-    camera: Camera,
+    camera: OrbitCamera,
     width: int,
     height: int,
     gain: float,
@@ -229,7 +229,7 @@ def _widen(keys: NDArray[np.uint64], forward: bool) -> None:
         np.minimum(axis[:-1], axis[1:], out=axis[1:] if forward else axis[:-1])
 
 
-def _size_gain(points: NDArray[np.float32], camera: Camera, height: int) -> float:
+def _size_gain(points: NDArray[np.float32], camera: OrbitCamera, height: int) -> float:
     """Size [px] of a point per ratio of its depth in the cloud to its depth in the view.
 
     A depth camera samples equal angles, so neighbours at depth z lie k z apart. k is found from the solid
@@ -251,7 +251,7 @@ def _size_gain(points: NDArray[np.float32], camera: Camera, height: int) -> floa
     return _OVERLAP * camera.focal(height) * math.sqrt(area / max(count, 1.0))
 
 
-def _size_range(points: NDArray[np.float32], camera: Camera, gain: float) -> tuple[int, int]:
+def _size_range(points: NDArray[np.float32], camera: OrbitCamera, gain: float) -> tuple[int, int]:
     """Smallest and largest automatic size [px] that the view needs."""
     sample = _sample(points)
     forward = camera.view_matrix()[2]

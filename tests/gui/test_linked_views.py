@@ -13,11 +13,11 @@ from PySide6.QtWidgets import QApplication
 
 from gui import theme
 from gui.tools.pointer import PointerEvent, PointerKind
-from gui.views.camera import Camera
 from gui.views.colour_bar import round_ticks, tick_text
 from gui.views.colour_maps import depth_table, robust_difference_level, to_indices
 from gui.views.linked_views import LinkedViews
 from gui.views.overlay import BlockOverlay, block_outline
+from gui.views.view_transform import ViewTransform
 
 HEIGHT, WIDTH = 48, 64
 LEFT = Qt.MouseButton.LeftButton
@@ -382,10 +382,10 @@ def test_ticks_are_round_and_inside():
     assert all(0.71 <= tick <= 4.02 for tick in round_ticks(0.71, 4.02, 5)[0])
 
 
-def test_a_camera_keeps_its_centre_in_the_frame():
-    camera = Camera()
-    camera.set_view(400, 300)
-    camera.set_frame(640, 480)
-    camera.pan(1e6, -1e6)
-    assert (camera.x, camera.y) == (0, 480)
-    assert not camera.fitted
+def test_a_transform_keeps_its_centre_in_the_frame():
+    transform = ViewTransform()
+    transform.set_view(400, 300)
+    transform.set_frame(640, 480)
+    transform.pan(1e6, -1e6)
+    assert (transform.x, transform.y) == (0, 480)
+    assert not transform.fitted

@@ -10,7 +10,7 @@ CLOSEST_PIXELS = 8
 """Furthest in: image pixels across the view."""
 
 
-class Camera:
+class ViewTransform:
     """Image point in the middle of the views and screen pixels per image pixel.
 
     Views may differ by some pixels in size; `set_view` takes the smallest, so a fitted frame is whole in each.
