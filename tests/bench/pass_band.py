@@ -1,6 +1,6 @@
 """How much faster the iteration in the pass band is than the same loop on the full grid, in one run.
 
-python tests/bench/compare.py [--iterations 1500]
+python tests/bench/pass_band.py [--iterations 1500]
 """
 
 from __future__ import annotations
