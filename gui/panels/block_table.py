@@ -17,7 +17,7 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QColor, QIcon, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPalette
+from PySide6.QtGui import QColor, QIcon, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPalette, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QColorDialog,
@@ -34,6 +34,7 @@ from gui.panels.block_model import ICON_COLUMNS, ICON_SIZE, SORT_ROLE, TOOL_ICON
 from gui.panels.hint import paint_hint
 
 _WIDTHS = {Column.MISSING: 64, Column.ITERATIONS: 44, Column.SIGMA: 60, Column.PIXELS: 62}
+_NAME_WIDTH = 76  # at least; below, the table scrolls sideways
 
 
 class BlockTable(QWidget):
@@ -186,12 +187,16 @@ class _BlockView(QTableView):
             if column in ICON_COLUMNS:
                 header.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
                 header.resizeSection(column, 28)
-            elif column == Column.NAME:
-                header.setSectionResizeMode(column, QHeaderView.ResizeMode.Stretch)
-            else:
+            elif column != Column.NAME:
                 header.resizeSection(column, _WIDTHS[column])
         header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
         self.setSortingEnabled(True)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        header = self.horizontalHeader()
+        others = header.length() - header.sectionSize(Column.NAME)
+        header.resizeSection(Column.NAME, max(_NAME_WIDTH, self.viewport().width() - others))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         if not self._use_tool(event):
