@@ -3,7 +3,7 @@
 from .frames import BenchFrame, find_frames, load_bench_frame
 from .methods import METHODS, Method, choose_methods
 from .patterns import PATTERNS, Task, make_task
-from .report import Summary, summarise, text_tables, write_csv, write_json
+from .results import Summary, summarise, write_csv, write_json
 from .runner import BenchResult, Plan, Row, Skipped, run_bench
 from .scoring import Score, score
 
@@ -26,7 +26,6 @@ __all__ = [
     "run_bench",
     "score",
     "summarise",
-    "text_tables",
     "write_csv",
     "write_json",
 ]

@@ -77,7 +77,9 @@ def load_bench_frame(folder: str | os.PathLike[str]) -> BenchFrame:
     root = Path(folder)
     meta = read_json(root / META_NAME)
     has_truth = isinstance(meta, dict) and _is_measured(meta.get("gt")) and (root / TRUTH_FILE).is_file()
-    if has_truth and (root / HOLE_FILE).is_file() and _image(root, "depth", DEPTH_FILE_SUFFIXES) is None:
+    if _image(root, "depth", DEPTH_FILE_SUFFIXES) is None:
+        if not (has_truth and (root / HOLE_FILE).is_file()):
+            raise InputError(f"There is neither raw depth nor a measured or exact {TRUTH_FILE} with a {HOLE_FILE}.")
         return _masked_truth(root, meta)
     frame = load_frame(root)
     truth = _read_truth(root, meta) if has_truth else None

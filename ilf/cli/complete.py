@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import re
 import sys
 import time
 from dataclasses import dataclass, replace
@@ -15,7 +14,16 @@ from numpy.typing import NDArray
 from ..completion import CompletionRun, ParameterChoice, compose
 from ..ebs import extract_blocks
 from ..errors import InputError
-from ..export import CLOUD_AXES, CLOUD_FILES, CLOUD_UNITS, DEPTH_FILES, ExportOptions, check_export, export
+from ..export import (
+    CLOUD_AXES,
+    CLOUD_FILES,
+    CLOUD_UNITS,
+    DEPTH_FILES,
+    ExportOptions,
+    check_export,
+    export,
+    output_folder_name,
+)
 from ..frame import RGBDFrame, doubtful_scale
 from ..io import frame_folder, read_labels
 from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters, preset
@@ -99,7 +107,7 @@ def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
     job = _recorded_job(arguments) if arguments.replay is not None else _new_job(arguments)
     frame, options = job.frame, job.options
-    folder = Path(arguments.out or re.sub(r"[^\w.-]+", "_", frame.name) + "-ilf")
+    folder = Path(arguments.out or output_folder_name(frame.name))
     check_export(folder, frame, options)
     started = time.perf_counter()
     steps = CompletionRun(frame, job.labels, job.parameters, job.only)

@@ -10,7 +10,9 @@ from tqdm import tqdm
 from ..completion import CompletionRun, Progress
 
 
-class _Bar(tqdm):
+class Bar(tqdm):
+    """tqdm without its monitor thread."""
+
     # otherwise the first bar starts a thread that outlives it
     monitor_interval = 0
 
@@ -26,7 +28,7 @@ class RunProgress:
     """
 
     def __init__(self, run: CompletionRun, *, shown: bool) -> None:
-        self._bar = _Bar(
+        self._bar = Bar(
             total=len(run.blocks),
             disable=not shown,
             miniters=0,

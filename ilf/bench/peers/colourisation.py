@@ -24,7 +24,7 @@ def colourisation(frame: RGBDFrame) -> NDArray[np.float64]:
     Each pixel is the mean of its 3x3 neighbours, weighted by likeness of grey level relative to the window's
     variance; known depth is a soft constraint of weight 1 (alpha).
     """
-    weights = _affinities(cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY) / 255.0)
+    weights = _affinities(cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY).astype(np.float64) / 255.0)
     known = frame.known.ravel()
     pixel = np.arange(known.size).reshape(frame.shape)
     around = _shifted(np.pad(pixel, 1, mode="edge"), frame.shape)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array, vstack
+from scipy.sparse import csr_array, diags_array, vstack
 
 from ...frame import RGBDFrame
 from .sparse import solve, stencil
@@ -15,6 +15,9 @@ from .sparse import solve, stencil
 # first differences' energy does, and changes nothing that can be seen elsewhere.
 _LEVELLING = 1e-8
 
+# of 0, 0.1, 1, 10 and 100 the one of least error over large areas of eight frames; among dense samples 0 is better
+_STIFFNESS = 10.0
+
 
 def laplace(frame: RGBDFrame) -> NDArray[np.float64]:
     """The harmonic surface: least squared first differences, known pixels as they are."""
@@ -22,17 +25,35 @@ def laplace(frame: RGBDFrame) -> NDArray[np.float64]:
 
 
 def thin_plate(frame: RGBDFrame) -> NDArray[np.float64]:
-    """The thin plate as a Gaussian Markov random field: least squared second differences, known pixels as they are."""
+    """The thin plate: least squared second differences, known pixels as they are."""
     depth = frame.depth.astype(np.float64)
     plane = _plane_through(depth)
-    bending = vstack([
-        stencil(frame.shape, {(0, 0): 1.0, (0, 1): -2.0, (0, 2): 1.0}),
-        stencil(frame.shape, {(0, 0): 1.0, (1, 0): -2.0, (2, 0): 1.0}),
-        math.sqrt(2) * stencil(frame.shape, {(0, 0): 1.0, (1, 1): 1.0, (1, 0): -1.0, (0, 1): -1.0}),
-        math.sqrt(_LEVELLING) * _first_differences(frame.shape),
-    ], format="csr")  # fmt: skip
-    surface = plane + _least_energy(depth - plane, bending)
+    surface = plane + _least_energy(depth - plane, _bending(frame.shape))
     return np.where(surface > 0, surface, np.nan)
+
+
+def soft_thin_plate(frame: RGBDFrame) -> NDArray[np.float64]:
+    """The thin plate as a Gaussian Markov random field: it smooths the known pixels instead of passing through them.
+
+    Noise at the rims of large holes then tilts it less. Minimises the squared misfit of the known pixels plus
+    `_STIFFNESS` times the squared second differences.
+    """
+    depth = frame.depth.astype(np.float64)
+    plane = _plane_through(depth)
+    bending = _bending(frame.shape)
+    known = diags_array(frame.known.ravel().astype(np.float64))
+    misfit = np.nan_to_num(depth - plane).ravel()
+    surface = plane + solve((_STIFFNESS * (bending.T @ bending) + known).tocsc(), misfit).reshape(frame.shape)
+    return np.where(surface > 0, surface, np.nan)
+
+
+def _bending(shape: tuple[int, int]) -> csr_array:
+    return vstack([
+        stencil(shape, {(0, 0): 1.0, (0, 1): -2.0, (0, 2): 1.0}),
+        stencil(shape, {(0, 0): 1.0, (1, 0): -2.0, (2, 0): 1.0}),
+        math.sqrt(2) * stencil(shape, {(0, 0): 1.0, (1, 1): 1.0, (1, 0): -1.0, (0, 1): -1.0}),
+        math.sqrt(_LEVELLING) * _first_differences(shape),
+    ], format="csr")  # fmt: skip
 
 
 def _first_differences(shape: tuple[int, int]) -> csr_array:

@@ -10,6 +10,8 @@ from ...frame import RGBDFrame
 
 _DIAMOND = np.array([[0, 0, 1, 0, 0], [0, 1, 1, 1, 0], [1, 1, 1, 1, 1], [0, 1, 1, 1, 0], [0, 0, 1, 0, 0]], np.uint8)
 _CLOSING, _SMALL_HOLES, _LARGE_HOLES = (np.ones((side, side), np.uint8) for side in (5, 7, 31))
+_BLUR = (5, 5)
+_TINY = np.finfo(np.float32).tiny
 
 
 def morphology(frame: RGBDFrame) -> NDArray[np.float32]:
@@ -25,8 +27,8 @@ def morphology(frame: RGBDFrame) -> NDArray[np.float32]:
     inverted = cv2.morphologyEx(inverted, cv2.MORPH_CLOSE, _CLOSING)
     for element in (_SMALL_HOLES, _LARGE_HOLES):
         inverted = np.where(inverted > 0, inverted, cv2.dilate(inverted, element))
-    filled = inverted > 0
-    inverted = np.where(filled, cv2.medianBlur(inverted, 5), inverted)
-    filled = inverted > 0
-    inverted = np.where(filled, cv2.GaussianBlur(inverted, (5, 5), 0), inverted)
-    return np.where(filled, beyond - inverted, np.float32(np.nan))
+    inverted = np.where(inverted > 0, cv2.medianBlur(inverted, 5), inverted)
+    # empty pixels take no part in the blur
+    filled = (inverted > 0).astype(np.float32)
+    blurred = cv2.GaussianBlur(inverted, _BLUR, 0) / np.maximum(cv2.GaussianBlur(filled, _BLUR, 0), _TINY)
+    return np.where(filled > 0, beyond - blurred, np.float32(np.nan))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ...frame import RGBDFrame
 
-_RADIUS = 5.0
+_RADIUS = 3.0
 _UNITS = 1000.0
 _DEEPEST = 65_535
 

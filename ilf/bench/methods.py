@@ -1,0 +1,106 @@
+"""The methods of the bench: all presets, candidates for one, and the peers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..completion import complete
+from ..ebs import extract
+from ..errors import ParameterError
+from ..frame import RGBDFrame
+from ..parameters import PRESETS, Parameters
+from .edge_aware import edge_aware_depth
+from .peers.colourisation import colourisation
+from .peers.energies import laplace, soft_thin_plate, thin_plate
+from .peers.interpolation import linear, nearest
+from .peers.morphology import morphology
+from .peers.opencv import navier_stokes, telea
+from .peers.polynomial import polynomial
+from .peers.smoothing import dct_smoothing
+
+Depth = NDArray[np.floating]
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to complete depth.
+
+    Attributes
+    ----------
+    name : str
+    run : callable
+        Takes a frame and its label map, returns depth [m] of shape (H, W), NaN where it does not fill.
+    needs_blocks : bool
+        False if the label map is not looked at.
+    """
+
+    name: str
+    run: Callable[[RGBDFrame, NDArray[np.int32]], Depth]
+    needs_blocks: bool
+
+
+def _preset(name: str, parameters: Parameters) -> Method:
+    return Method(name, lambda frame, labels: complete(frame, labels, parameters).depth, True)
+
+
+def _peer(name: str, run: Callable[[RGBDFrame], Depth]) -> Method:
+    return Method(name, lambda frame, _: run(frame), False)
+
+
+_PEERS = (
+    _peer("nearest", nearest),
+    _peer("linear", linear),
+    _peer("navier-stokes", navier_stokes),
+    _peer("telea", telea),
+    _peer("laplace", laplace),
+    _peer("colourisation", colourisation),
+    _peer("thin-plate", thin_plate),
+    _peer("soft-thin-plate", soft_thin_plate),
+    _peer("dct-smoothing", dct_smoothing),
+    Method("polynomial", polynomial, True),
+    _peer("morphology", morphology),
+)
+
+_CANDIDATES = (_peer("edge-aware", lambda frame: edge_aware_depth(frame.depth, extract(frame).strength)),)
+"""What may become a preset."""
+
+GROUPS = {
+    "presets": tuple(PRESETS),
+    "candidates": tuple(method.name for method in _CANDIDATES),
+    "peers": tuple(method.name for method in _PEERS),
+}
+"""Names that stand for several methods; "all" stands for all groups."""
+
+METHODS: dict[str, Method] = {
+    method.name: method
+    for method in (*(_preset(name, values) for name, values in PRESETS.items()), *_CANDIDATES, *_PEERS)
+}
+"""Name -> method, presets first, then candidates."""
+
+
+def choose_methods(names: str) -> list[str]:
+    """Names of the methods that a comma-separated list means, each once.
+
+    Parameters
+    ----------
+    names : str
+        Methods, "presets", "candidates", "peers", or "all".
+
+    Raises
+    ------
+    ParameterError
+        For an unknown name, or if there is none.
+    """
+    chosen: dict[str, None] = {}
+    for name in filter(None, (name.strip() for name in names.split(","))):
+        members = tuple(METHODS) if name == "all" else GROUPS.get(name, (name,))
+        if not METHODS.keys() >= set(members):
+            raise ParameterError(f"There is no method {name!r}. Known: {', '.join(['all', *GROUPS, *METHODS])}.")
+        chosen.update(dict.fromkeys(members))
+    if not chosen:
+        raise ParameterError(f"No method is named. Known: {', '.join(['all', *GROUPS, *METHODS])}.")
+    return list(chosen)

@@ -1,0 +1,116 @@
+"""The bench's results: summed up, and written as CSV and JSON."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+import json
+import os
+import statistics
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from .. import __version__
+from ..io.atomic import write_bytes
+from ..parameters import PRESETS, BlockParameters
+from ..run_record import PROGRAM, library_versions
+from .patterns import AREA_SEMI_AXES, AREAS_HIDDEN, RANDOM_KEPT
+from .runner import BenchResult, Row
+
+
+@dataclass(frozen=True)
+class Summary:
+    """One method under one pattern, over all frames: means of the frames' values, and the median of the seconds.
+
+    Errors in millimetres; `rel`, `delta_1` and `coverage` are shares; `failures` counts the frames that the method
+    failed on, which count as left open.
+    """
+
+    pattern: str
+    method: str
+    frames: int
+    failures: int
+    rmse_mm: float
+    mae_mm: float
+    median_mm: float
+    rel: float
+    delta_1: float
+    coverage: float
+    seconds: float
+    extraction_seconds: float | None
+
+
+def summarise(result: BenchResult) -> list[Summary]:
+    """One line per pattern and method, patterns in the order of the plan, the lowest RMSE first."""
+    lines = []
+    for pattern in result.plan.patterns:
+        of_pattern = [row for row in result.rows if row.pattern == pattern]
+        by_method = [[row for row in of_pattern if row.method == method] for method in result.plan.methods]
+        lines += sorted((_summary(rows) for rows in by_method if rows), key=lambda line: line.rmse_mm)
+    return lines
+
+
+def write_csv(path: str | os.PathLike[str], result: BenchResult) -> None:
+    """Write the table, all patterns in one, atomically; raises ExportError if that fails."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(field.name for field in dataclasses.fields(Summary))
+    writer.writerows(dataclasses.astuple(line) for line in summarise(result))
+    write_bytes(path, text.getvalue().encode())
+
+
+def write_json(path: str | os.PathLike[str], result: BenchResult) -> None:
+    """Write the table, the row of every frame, and all that they depend on, atomically.
+
+    Raises
+    ------
+    ExportError
+        If the file cannot be written.
+    """
+    content = {
+        "program": PROGRAM,
+        "version": __version__,
+        "versions": library_versions(),
+        "bench": {
+            "frames": list(dict.fromkeys(row.frame for row in result.rows)),
+            "patterns": list(result.plan.patterns),
+            "methods": list(result.plan.methods),
+            "seed": result.plan.seed,
+            "random_kept": RANDOM_KEPT,
+            "areas_hidden": AREAS_HIDDEN,
+            "area_semi_axes": list(AREA_SEMI_AXES),
+        },
+        "extraction": BlockParameters().to_dict(),
+        "presets": {name: values.to_dict() for name, values in PRESETS.items() if name in result.plan.methods},
+        "table": _records(summarise(result)),
+        "rows": _records(result.rows),
+        "skipped": _records(result.skipped),
+    }
+    write_bytes(path, (json.dumps(content, indent=1, allow_nan=False) + "\n").encode())
+
+
+def _summary(rows: Sequence[Row]) -> Summary:
+    def mean(value: Callable[[Row], float]) -> float:
+        return statistics.fmean(map(value, rows))
+
+    extraction = [row.extraction_seconds for row in rows if row.extraction_seconds is not None]
+    return Summary(
+        pattern=rows[0].pattern,
+        method=rows[0].method,
+        frames=len(rows),
+        failures=sum(bool(row.failure) for row in rows),
+        rmse_mm=1000 * mean(lambda row: row.rmse),
+        mae_mm=1000 * mean(lambda row: row.mae),
+        median_mm=1000 * mean(lambda row: row.median),
+        rel=mean(lambda row: row.rel),
+        delta_1=mean(lambda row: row.delta_1),
+        coverage=mean(lambda row: row.coverage),
+        seconds=statistics.median(row.seconds for row in rows),
+        extraction_seconds=statistics.median(extraction) if extraction else None,
+    )
+
+
+def _records(items: Sequence[Any]) -> list[dict[str, Any]]:
+    return [dataclasses.asdict(item) for item in items]
