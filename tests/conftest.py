@@ -10,10 +10,16 @@ from pathlib import Path
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
+import hypothesis
 import numpy as np
 import pytest
 
 from ilf.frame import CameraIntrinsics, RGBDFrame
+
+# no timed assertions; the same examples on every continuous run, new ones at home
+hypothesis.settings.register_profile("home", deadline=None)
+hypothesis.settings.register_profile("continuous", deadline=None, derandomize=True)
+hypothesis.settings.load_profile("continuous" if os.environ.get("CI") else "home")
 
 
 @pytest.fixture(autouse=True)
