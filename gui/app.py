@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gui.display import display_problem
+from gui.frame_source import FrameSource, sorted_out
 
 if TYPE_CHECKING:
-    from gui.loader import FrameSource
+    from gui.main_window import MainWindow
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -37,7 +38,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     QCoreApplication.setApplicationName("ilf-studio")
     app = QApplication.instance() or QApplication(sys.argv[:1])
     theme.apply_theme(app, options.theme or str(QSettings().value("theme", "system")))
-
     theme.follow_system(app)
 
     from gui.main_window import MainWindow
@@ -90,10 +90,7 @@ def _size(text: str) -> tuple[int, int]:
     return width, height
 
 
-def _open(window: object, options: argparse.Namespace) -> None:
-    from gui.main_window import MainWindow
-
-    assert isinstance(window, MainWindow)
+def _open(window: MainWindow, options: argparse.Namespace) -> None:
     if options.view == "cloud":
         window.centre.setCurrentWidget(window.cloud)
     if options.sample:
@@ -106,12 +103,8 @@ def _open(window: object, options: argparse.Namespace) -> None:
 
 def _inputs(options: argparse.Namespace) -> tuple[list[Path], list[FrameSource], list[Path]]:
     """Run records, frames, and a colour or depth file that has no partner."""
-    from gui.loader import FrameSource
-
     how = options.depth_units, options.intrinsics
-    folders = [path for path in options.frames if path.is_dir()]
-    records = [path for path in options.frames if path.suffix == ".json" and path not in folders]
-    files = [path for path in options.frames if path not in folders and path not in records]
+    folders, records, files = sorted_out(options.frames)
     sources = [FrameSource(str(path), None, *how) for path in folders]
     sources += [FrameSource(str(rgb), str(depth), *how) for rgb, depth in zip(files[::2], files[1::2], strict=False)]
     return records, sources, files[len(files) // 2 * 2 :]
@@ -144,11 +137,8 @@ def _without_display(options: argparse.Namespace, problem: str) -> int:
     return status
 
 
-def _install_exception_hook(window: object) -> None:
+def _install_exception_hook(window: MainWindow) -> None:
     """An unexpected error in a slot is shown and logged; the program goes on with what it has."""
-    from gui.main_window import MainWindow
-
-    assert isinstance(window, MainWindow)
 
     def hook(kind: type[BaseException], error: BaseException, trace: object) -> None:
         traceback.print_exception(kind, error, trace)

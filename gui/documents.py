@@ -15,7 +15,8 @@ import ilf
 from gui import theme
 from gui.dialogs.export import ExportDialog
 from gui.dialogs.open_frame import OpenFrameDialog
-from gui.loader import FrameLoader, FrameSource
+from gui.frame_source import FrameSource, sorted_out
+from gui.loader import FrameLoader
 from gui.runs import RunController
 from gui.session import Session
 from gui.worker import Worker
@@ -88,15 +89,13 @@ class Documents(QObject):
 
     def open_paths(self, paths: list[Path]) -> None:
         """Open what was dropped or named: frame folders at once, single files by the dialog, run.json as a run."""
-        folders = [path for path in paths if path.is_dir()]
-        runs = [path for path in paths if path.suffix == ".json"]
-        files = [str(path) for path in paths if path not in folders and path not in runs]
+        folders, records, files = sorted_out(paths)
         for folder in folders:
             self.open_source(FrameSource(str(folder)))
-        for run in runs:
-            self._loader.open_run(run)
+        for record in records:
+            self._loader.open_run(record)
         if files:
-            self._open_dialog(files[0], files[1] if len(files) > 1 else None)
+            self._open_dialog(str(files[0]), str(files[1]) if len(files) > 1 else None)
 
     def open_source(self, source: FrameSource) -> None:
         """Open a frame; ask first if it would replace the same frame, read in another way, and the work done there."""

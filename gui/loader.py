@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
+from gui.frame_source import FrameSource
 from gui.session import Session
 from gui.worker import Worker
 from gui.workspace import Workspace
@@ -20,24 +21,6 @@ from ilf.io import load_frame
 from ilf.parameters import BlockParameters, Parameters
 from ilf.replay import replay
 from ilf.run_record import read_run_record
-
-
-@dataclass(frozen=True)
-class FrameSource:
-    """What to open: a folder with meta.json, or a colour file with its depth file.
-
-    `depth_units` are file units per metre; `intrinsics` anything that `ilf.load_frame` takes.
-    """
-
-    rgb: str
-    depth: str | None = None
-    depth_units: float | None = None
-    intrinsics: object = None
-
-    @property
-    def key(self) -> str:
-        """Tells frames apart: the path of what holds the depth."""
-        return str(Path(self.depth or self.rgb).absolute())
 
 
 @dataclass(frozen=True, eq=False)

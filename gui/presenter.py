@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QMenu
 
 from gui.block_rows import block_rows, colour_table
 from gui.runs import RunState
+from gui.session import Session
 from gui.tools.base import label_at
 from ilf.blocks import Box
 from ilf.cloud import point_cloud
@@ -324,7 +325,7 @@ class Presenter(QObject):
         result = self._workspace.session.valid_results().get(label)
         return list(result.history) if result is not None else []
 
-    def _session(self) -> object:
+    def _session(self) -> Session | None:
         return self._workspace.session if self._workspace.has_session else None
 
     # state

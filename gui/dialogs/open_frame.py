@@ -27,8 +27,8 @@ from PySide6.QtWidgets import (
 
 from gui.dialogs.frame_files import colour_beside, depth_beside
 from gui.dialogs.widgets import Message, last_folder
+from gui.frame_source import FrameSource
 from gui.images import rgb_image
-from gui.loader import FrameSource
 from gui.views.colour_maps import depth_table, robust_depth_levels, to_indices
 from ilf.camera import INTRINSICS
 from ilf.errors import IlfError, InputError

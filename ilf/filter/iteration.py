@@ -143,9 +143,7 @@ class BlockIteration(Iterator[IterationRecord]):
         """Move to a larger small grid if the pass band has outgrown the present one."""
         needed = math.floor(radii[0] * (1 + 1e-9)), math.floor(radii[1] * (1 + 1e-9))
         old = self._band
-        if all(
-            need <= reach or reach == size // 2 for need, reach, size in zip(needed, old.reach, old.grid, strict=True)
-        ):
+        if old.holds(needed):
             return
         band = Band(old.grid, (_roomier(needed[0]), _roomier(needed[1])), self._dtype)
         self._use_band(band)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from gui.loader import FrameSource
+from gui.frame_source import FrameSource
 from gui.main_window import MainWindow
 from gui.runs import RunState
 from ilf.frame import RGBDFrame

@@ -13,7 +13,7 @@ from PySide6.QtGui import QDropEvent
 from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
-from gui.loader import FrameSource
+from gui.frame_source import FrameSource
 from gui.main_window import MainWindow
 from ilf.export import ExportOptions
 

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
 import ilf
-from gui.loader import FrameSource
+from gui.frame_source import FrameSource
 from gui.main_window import MainWindow
 from gui.runs import RunState
 from ilf.cli import main as command_line

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
 
 from gui import display
@@ -66,3 +71,24 @@ def test_without_display_the_sample_is_completed_by_the_command_line(
     assert "no display" in capsys.readouterr().err
     assert main([]) == 1
     assert "ilf complete" in capsys.readouterr().err
+
+
+def test_the_command_line_takes_over_without_importing_qt(tmp_path: Path) -> None:
+    """Where libraries that Qt needs are missing, importing it would fail before anything could be said."""
+    program = (
+        "import sys\n"
+        "sys.modules['PySide6'] = None\n"
+        "from gui import display\n"
+        "from gui.app import main\n"
+        "display._missing = lambda libraries: {'libEGL.so.1': 'libegl1'}\n"
+        "sys.platform = 'linux'\n"
+        f"sys.exit(main([{str(tmp_path)!r}]))\n"
+    )
+    root = Path(__file__).resolve().parents[2]
+    environment = os.environ | {"PYTHONPATH": str(root)}
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, env=environment, check=False)
+    assert run.returncode == 1
+    assert "apt install libegl1" in run.stderr
+    assert "Running this instead: ilf complete" in run.stderr
+    assert "meta.json" in run.stderr, "the empty folder is refused by the command line, in words"
+    assert "Traceback" not in run.stderr

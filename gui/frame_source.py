@@ -1,0 +1,33 @@
+"""What can be opened. Without Qt: where Qt cannot start, the command line takes over what was asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class FrameSource:
+    """What to open: a folder with meta.json, or a colour file with its depth file.
+
+    `depth_units` are file units per metre; `intrinsics` anything that `ilf.load_frame` takes.
+    """
+
+    rgb: str
+    depth: str | None = None
+    depth_units: float | None = None
+    intrinsics: object = None
+
+    @property
+    def key(self) -> str:
+        """Tells frames apart: the path of what holds the depth."""
+        return str(Path(self.depth or self.rgb).absolute())
+
+
+def sorted_out(paths: Iterable[Path]) -> tuple[list[Path], list[Path], list[Path]]:
+    """Frame folders, run records and image files among paths, each in the order given."""
+    chosen = list(paths)
+    folders = [path for path in chosen if path.is_dir()]
+    records = [path for path in chosen if path.suffix == ".json" and path not in folders]
+    return folders, records, [path for path in chosen if path not in folders and path not in records]
