@@ -49,8 +49,8 @@ def find_blocks(labels: NDArray[np.int32]) -> dict[int, Block]:
     """All blocks of a label map, by label in rising order."""
     from scipy.ndimage import find_objects
 
-    present, compact = np.unique(labels, return_inverse=True)
-    compact = compact.reshape(labels.shape)
+    present = np.unique(labels)
+    compact = np.searchsorted(present, labels)
     offset = 0 if present.size and present[0] == 0 else 1
     boxes = find_objects(compact + offset)
     return {

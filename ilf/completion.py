@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .blocks import Block, checked_labels, find_blocks
+from .ebs.strength import edge_strength
 from .errors import InputError
 from .filter.convergence import IterationRecord
+from .filter.edge_aware import EdgeAwareIteration
 from .filter.iteration import BlockIteration
 from .frame import RGBDFrame
 from .parameters import Parameters, preset
+from .threads import available_cores, one_by_one, side_by_side
 
 History = tuple[IterationRecord, ...]
 ParameterChoice = Parameters | Mapping[int, Parameters]
+Stepper = BlockIteration | EdgeAwareIteration
+"""What iterates on one block: a record per `next()`, and `surface` and `settled` at any time."""
 
 
 class Status(StrEnum):
@@ -96,12 +102,15 @@ class Completion:
     filled : ndarray of bool, shape (H, W)
         Pixels that had no depth and now have.
     results : dict
-        Block label -> BlockResult.
+        Block label -> BlockResult, in rising order of labels.
+    guessed : ndarray of bool, shape (H, W)
+        The filled pixels that no block vouches for: none, unless `ilf.dense.fill_rest` has been asked for them.
     """
 
     depth: NDArray[np.float32]
     filled: NDArray[np.bool_]
     results: dict[int, BlockResult]
+    guessed: NDArray[np.bool_]
 
     @property
     def history(self) -> dict[int, History]:
@@ -128,13 +137,17 @@ def compose(frame: RGBDFrame, results: Mapping[int, BlockResult]) -> Completion:
     depth = frame.depth.copy()
     for result in results.values():
         depth[result.block.box][result.block.mask] = result.depth
-    return Completion(depth, ~frame.known & np.isfinite(depth), dict(results))
+    filled = ~frame.known & np.isfinite(depth)
+    return Completion(depth, filled, dict(sorted(results.items())), np.zeros_like(filled))
 
 
 class CompletionRun(Iterator[Progress]):
-    """All blocks of a frame, one after the other, one iteration per `next()`.
+    """All blocks of a frame, one iteration per `next()`, several blocks at a time.
 
-    Whoever drives it decides about pace, pause and cancelling; `results` holds the blocks done so far.
+    Whoever drives it decides about pace, pause and cancelling: while nobody calls `next()`, no more is done than the
+    short slices of iterations that are under way. `results` holds the blocks whose end has been reported, which come
+    in any order; what they hold does not depend on the number of threads. A run that is left before its end must be
+    closed, by `close` or as a context manager.
 
     Parameters
     ----------
@@ -144,6 +157,9 @@ class CompletionRun(Iterator[Progress]):
     parameters : Parameters or mapping of label to Parameters
     only : iterable of int, optional
         Run just these blocks.
+    threads : int, optional
+        Blocks that run at the same time; as many as there are cores if left out. With 1 they run one after the other
+        in the caller's thread, each `next()` exactly one iteration.
 
     Raises
     ------
@@ -157,45 +173,51 @@ class CompletionRun(Iterator[Progress]):
         labels: NDArray[np.integer],
         parameters: ParameterChoice,
         only: set[int] | None = None,
+        threads: int | None = None,
     ) -> None:
         self._frame = frame
         blocks = find_blocks(checked_labels(labels, frame.shape))
         self.blocks = {label: block for label, block in blocks.items() if only is None or label in only}
         self.results: dict[int, BlockResult] = {}
         self._parameters = {label: _parameters_for(parameters, label) for label in self.blocks}
-        self._steps = self._run()
-        self._live: tuple[Block, BlockIteration] | None = None
+        self._live: dict[int, Stepper] = {}
+        tasks = {
+            label: _block_steps(frame, block, self._parameters[label], self._live)
+            for label, block in self.blocks.items()
+        }
+        width = min(available_cores() if threads is None else threads, len(tasks))
+        if width > 1:
+            largest_first = sorted(tasks, key=lambda label: self.blocks[label].mask.size, reverse=True)
+            self._steps = side_by_side([tasks[label] for label in largest_first], width)
+        else:
+            self._steps = one_by_one(tasks.values())
 
     def __next__(self) -> Progress:
-        return next(self._steps)
+        progress = next(self._steps)
+        if progress.result is not None:
+            self.results[progress.label] = progress.result
+        return progress
 
-    def preview(self) -> tuple[Block, NDArray[np.float32]] | None:
-        """The running block and what its depth [m] would be if it stopped now; None between blocks."""
-        if self._live is None:
-            return None
-        block, iteration = self._live
-        mode = self._parameters[block.label].mode
-        return block, _block_depth(self._frame, block, iteration.surface, mode)
+    def close(self) -> None:
+        """End the run where it is; no thread is left when this returns. Not from another thread than `next()`."""
+        self._steps.close()
+        self._live.clear()
 
-    def _run(self) -> Iterator[Progress]:
-        for label, block in self.blocks.items():
-            parameters = self._parameters[label]
-            outcome = _refusal(self._frame, block, parameters)
-            depth = self._frame.depth[block.box][block.mask]
-            history: list[IterationRecord] = []
-            if outcome is None:
-                iteration = BlockIteration(self._frame, block, parameters)
-                self._live = block, iteration
-                for record in iteration:
-                    history.append(record)
-                    yield Progress(label, record=record)
-                self._live = None
-                completed = _block_depth(self._frame, block, iteration.surface, parameters.mode)
-                outcome = _outcome(block, depth, completed, history, iteration.settled)
-                depth = completed
-            result = BlockResult(block, depth, outcome, tuple(history), parameters)
-            self.results[label] = result
-            yield Progress(label, result=result)
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def preview(self) -> list[tuple[Block, NDArray[np.float32]]]:
+        """The running blocks and what their depth [m] would be if they stopped now. From any thread."""
+        return [
+            (
+                self.blocks[label],
+                _block_depth(self._frame, self.blocks[label], iteration.surface, self._parameters[label].mode),
+            )
+            for label, iteration in list(self._live.items())
+        ]
 
 
 def complete(
@@ -204,6 +226,7 @@ def complete(
     parameters: ParameterChoice | None = None,
     *,
     on_progress: Callable[[Progress], None] | None = None,
+    threads: int | None = None,
 ) -> Completion:
     """Complete the depth of all blocks of a frame by iterative low-pass filtering (section 3).
 
@@ -216,6 +239,8 @@ def complete(
         Preset "paper" if left out.
     on_progress : callable, optional
         Called with every `Progress`; raise `Cancelled` in it to stop.
+    threads : int, optional
+        Blocks that run at the same time; as many as there are cores if left out. The result is the same.
 
     Returns
     -------
@@ -227,16 +252,14 @@ def complete(
     InputError
         If the label map does not fit the frame.
     """
-    run = CompletionRun(frame, blocks, preset() if parameters is None else parameters)
-    for progress in run:
-        if on_progress is not None:
-            on_progress(progress)
+    with CompletionRun(frame, blocks, preset() if parameters is None else parameters, threads=threads) as run:
+        for progress in run:
+            if on_progress is not None:
+                on_progress(progress)
     return compose(frame, run.results)
 
 
-def iterate(
-    frame: RGBDFrame, blocks: NDArray[np.integer], label: int, parameters: Parameters | None = None
-) -> BlockIteration:
+def iterate(frame: RGBDFrame, blocks: NDArray[np.integer], label: int, parameters: Parameters | None = None) -> Stepper:
     """The stepper of one block: iterate over it for one record per iteration.
 
     `surface` of the returned object is P_i at the block's pixels at any time.
@@ -252,7 +275,33 @@ def iterate(
     block = found[label]
     if not np.isfinite(frame.depth[block.box][block.mask]).any():
         raise InputError(f"Block {label} has no known depth, so there is nothing to iterate on.")
-    return BlockIteration(frame, block, preset() if parameters is None else parameters)
+    return _stepper(frame, block, preset() if parameters is None else parameters)
+
+
+def _stepper(frame: RGBDFrame, block: Block, parameters: Parameters) -> Stepper:
+    if parameters.filter == "edge-aware":
+        return EdgeAwareIteration(frame, block, parameters, edge_strength(frame))
+    return BlockIteration(frame, block, parameters)
+
+
+def _block_steps(
+    frame: RGBDFrame, block: Block, parameters: Parameters, live: dict[int, Stepper]
+) -> Generator[Progress, None, None]:
+    """All steps of one block; while they go on, its stepper stands in `live`."""
+    outcome = _refusal(frame, block, parameters)
+    depth = frame.depth[block.box][block.mask]
+    history: list[IterationRecord] = []
+    if outcome is None:
+        iteration = _stepper(frame, block, parameters)
+        live[block.label] = iteration
+        for record in iteration:
+            history.append(record)
+            yield Progress(block.label, record=record)
+        del live[block.label]
+        completed = _block_depth(frame, block, iteration.surface, parameters.mode)
+        outcome = _outcome(block, depth, completed, history, iteration.settled)
+        depth = completed
+    yield Progress(block.label, result=BlockResult(block, depth, outcome, tuple(history), parameters))
 
 
 def _parameters_for(parameters: ParameterChoice, label: int) -> Parameters:

@@ -44,6 +44,10 @@ class Declaration:
         What the minimum means where it is not a quantity ("auto").
     source : str
         Where it comes from: an equation or section of the paper, or the released code.
+    scale : str
+        "linear", or "log" for a number whose size is felt by its ratio, as a slider should move it.
+    when : tuple of str
+        (name, value) of another parameter that must hold for this one to have any effect; empty for always.
     """
 
     name: str
@@ -58,6 +62,8 @@ class Declaration:
     choices: tuple[str, ...] = ()
     special: str = ""
     source: str = ""
+    scale: str = "linear"
+    when: tuple[str, ...] = ()
 
     @property
     def kind(self) -> type:
@@ -116,6 +122,17 @@ class ParameterSet:
             default, label, text, group, details = item.metadata["declaration"]
             found[item.name] = Declaration(item.name, default, label, text, group, **details)
         return found
+
+    def matters(self, name: str) -> bool:
+        """Whether a parameter has any effect with the other values as they are."""
+        known = self.declarations()
+        condition = known[name].when
+        while condition:
+            other, value = condition
+            if getattr(self, other) != value:
+                return False
+            condition = known[other].when
+        return True
 
     def replace(self, **changes: object) -> Self:
         """A copy with other values.

@@ -9,6 +9,8 @@ from .errors import ParameterError
 
 _EDGES, _AREAS = "Edges", "Blocks"
 _OUTPUT, _SCHEDULE, _STOP, _COLOUR, _DATA = "Output", "Pass band", "Stopping", "Colour", "Data"
+_SMOOTH, _SOFT = "Smoothness", "Edges"
+_IDEAL, _EDGE_AWARE = ("filter", "ideal"), ("filter", "edge-aware")
 
 
 @dataclass(frozen=True)
@@ -68,35 +70,83 @@ class Parameters(ParameterSet):
         "fill", "Mode", "fill: only missing pixels change. fill+denoise: the whole block takes the filtered depth.",
         _OUTPUT, choices=("fill", "fill+denoise"), source="section 3; released code fills",
     )  # fmt: skip
+    filter: str = declare(
+        "ideal", "Low-pass filter", "ideal: everything up to a cut-off radius passes, nothing beyond, and the radius "
+        "grows. edge-aware: what varies slowly passes, except at edges.", _OUTPUT, choices=("ideal", "edge-aware"),
+        source="ideal: section 3; edge-aware: not in the paper",
+    )  # fmt: skip
+    smoothness: float = declare(
+        1.0, "Smoothness", "How stiff the surface is: factor on the weights of slope and bending.", _SMOOTH,
+        unit="x", minimum=0.001, maximum=1e6, step=0.1, source="not in the paper", scale="log", when=_EDGE_AWARE,
+    )  # fmt: skip
+    slope_weight: float = declare(
+        0.02, "Weight of slope", "Of squared differences between neighbours, a known pixel having weight 1. It keeps "
+        "large holes near the depth around them.", _SMOOTH, minimum=0.0, maximum=1e6, step=0.01,
+        source="not in the paper", scale="log", when=_EDGE_AWARE,
+    )  # fmt: skip
+    bending_weight: float = declare(
+        0.1, "Weight of bending", "Of squared second differences. It carries slopes on into holes.", _SMOOTH,
+        minimum=0.0, maximum=1e6, step=0.1, source="not in the paper", scale="log", when=_EDGE_AWARE,
+    )  # fmt: skip
+    trend: bool = declare(
+        True, "Follow the block's shape", "Take off the quadric surface that most of the block's known depth lies on, "
+        "where there is one, and filter what is left.", _SMOOTH, source="not in the paper", when=_EDGE_AWARE,
+    )  # fmt: skip
+    noise: float = declare(
+        0.0, "Noise", "Standard deviation of the known depth. 'auto' estimates it in every block; the noisier, the "
+        "less known pixels are followed one by one.", _SMOOTH, unit="m", minimum=0.0, maximum=1.0, step=0.001,
+        special="auto", source="not in the paper", when=_EDGE_AWARE,
+    )  # fmt: skip
+    jump_share: float = declare(
+        0.005, "Jump, share of depth", "Bending above which the surface lets go, so that depth jumps and flying "
+        "pixels do not pull at what is around them; 0 switches it off.", _SMOOTH, minimum=0.0, maximum=1.0,
+        step=0.001, source="not in the paper", when=_EDGE_AWARE,
+    )  # fmt: skip
+    edge_scale: float = declare(
+        0.15, "Edge strength that cuts", "Edge strength at which smoothness falls to 37 %; a smaller value makes faint "
+        "edges count.", _SOFT, minimum=0.01, maximum=10.0, step=0.01, source="not in the paper", scale="log",
+        when=_EDGE_AWARE,
+    )  # fmt: skip
+    boundary_strength: float = declare(
+        0.3, "Strength of boundaries", "Edge strength that the block's own boundary has at least.", _SOFT,
+        minimum=0.0, maximum=10.0, step=0.05, source="not in the paper", when=_EDGE_AWARE,
+    )  # fmt: skip
+    trust_distance: float = declare(
+        6.0, "Edges count in full from", "Distance to known depth from which on edges count in full; nearer, in "
+        "proportion: among dense samples the depth itself says where the jumps are.", _SOFT,
+        unit="px", minimum=0.1, maximum=100.0, step=0.5, source="not in the paper", when=_EDGE_AWARE,
+    )  # fmt: skip
     centred: bool = declare(
         False, "Subtract mean depth", "Filter the deviation from the mean known depth, so the hole need not be "
-        "lifted from 0 m.", _OUTPUT, source="not in the paper",
+        "lifted from 0 m.", _OUTPUT, source="not in the paper", when=_IDEAL,
     )  # fmt: skip
     schedule: str = declare(
         "staged", "Schedule", "staged: enlarge the pass band whenever the iteration is steady. "
         "linear: enlarge it a little at every iteration.", _SCHEDULE,
-        choices=("staged", "linear"), source="staged: text; linear: released code",
+        choices=("staged", "linear"), source="staged: text; linear: released code", when=_IDEAL,
     )  # fmt: skip
     staged_start: float = declare(
         0.0, "Staged start", "First cut-off frequency of the staged schedule, in basebands (1 / longest length of "
         "the block); 0 lets only the mean through.", _SCHEDULE,
         unit="basebands", minimum=0.0, maximum=50.0, step=0.5, source="not in the paper, which starts at 1",
+        when=("schedule", "staged"),
     )  # fmt: skip
     stage_step: float = declare(
         0.5, "Stage step", "How much every stage of the staged schedule adds to the cut-off frequency.",
         _SCHEDULE, unit="basebands", minimum=0.05, maximum=50.0, step=0.1, source="section 3; value not given",
+        when=("schedule", "staged"),
     )  # fmt: skip
     linear_start: float = declare(
         0.5, "Linear start", "First radius of the linear schedule, in cycles per side of the block.", _SCHEDULE,
-        unit="cycles", minimum=0.0, maximum=50.0, step=0.1, source="released code",
+        unit="cycles", minimum=0.0, maximum=50.0, step=0.1, source="released code", when=("schedule", "linear"),
     )  # fmt: skip
     shortest_wavelength: float = declare(
         15.0, "Shortest wavelength", "Where the pass band stops growing: the shortest wave it lets through.",
-        _SCHEDULE, unit="px", minimum=2.0, maximum=2000.0, source="released code",
+        _SCHEDULE, unit="px", minimum=2.0, maximum=2000.0, source="released code", when=_IDEAL,
     )  # fmt: skip
     padding: float = declare(
         2.0, "Padding", "Side of the zero-padded grid, in sides of the block's bounding box.", _SCHEDULE,
-        unit="x", minimum=1.0, maximum=4.0, step=0.25, source="section 3",
+        unit="x", minimum=1.0, maximum=4.0, step=0.25, source="section 3", when=_IDEAL,
     )  # fmt: skip
     s_criteria: float = declare(
         0.005, "S_criteria", "The iteration is steady when sigma_i falls below this.", _STOP,
@@ -104,24 +154,30 @@ class Parameters(ParameterSet):
     )  # fmt: skip
     stop_when_steady: bool = declare(
         True, "Stop when steady", "Stop as soon as the iteration is steady and the pass band has reached its last "
-        "radius; otherwise always run all iterations.", _STOP, source="Eq. (1); released code: off",
+        "radius; otherwise always run all iterations.", _STOP, source="Eq. (1); released code: off", when=_IDEAL,
     )  # fmt: skip
     max_iterations: int = declare(
         1500, "Iterations, at most", "Upper limit of the iteration count; the linear schedule reaches its last "
         "radius there.", _STOP, minimum=1, maximum=100_000, step=100, source="section 3",
     )  # fmt: skip
+    hold_out: float = declare(
+        0.0, "Hold-out share", "Share of the known pixels that the iteration does not see, to judge it by: noise comes "
+        "in as the filter lets more through, and sigma_i does not tell. The minimum of the hold-out curve says where "
+        "to stop.", _STOP, minimum=0.0, maximum=0.5, step=0.01, source="not in the paper",
+    )  # fmt: skip
     rgb_iterations: int = declare(
         150, "Colour-weighted iterations", "For so many iterations the block's colour spectrum weights the filter; "
         "0 switches it off.", _COLOUR, minimum=0, maximum=100_000, step=10, source="section 3: at most 150",
+        when=_IDEAL,
     )  # fmt: skip
     rgb_dilation: int = declare(
         3, "Spectrum dilation", "Radius of the disk that dilates the colour spectrum.", _COLOUR,
-        unit="samples", minimum=0, maximum=50, source="released code",
+        unit="samples", minimum=0, maximum=50, source="released code", when=_IDEAL,
     )  # fmt: skip
     precision: str = declare(
         "float64", "Precision", "Of the iteration's arithmetic. float32 is faster; its depth differs by tenths of a "
         "millimetre.",
-        _OUTPUT, choices=("float64", "float32"), source="not in the paper",
+        _OUTPUT, choices=("float64", "float32"), source="not in the paper", when=_IDEAL,
     )  # fmt: skip
     min_known_share: float = declare(
         0.02, "Known share, at least", "A block with a smaller share of known depth is reported as not recoverable "
@@ -134,12 +190,13 @@ class Parameters(ParameterSet):
 
 
 PRESETS: dict[str, Parameters] = {
+    "best": Parameters(filter="edge-aware", centred=True, s_criteria=0.0005),
     "paper": Parameters(),
     "released-code": Parameters(schedule="linear", stop_when_steady=False, rgb_iterations=99),
 }
-"""Name -> parameters. `paper` follows the text, `released-code` the authors' MATLAB program."""
+"""Name -> parameters: `best` follows measurements, `paper` the text, `released-code` the authors' MATLAB program."""
 
-DEFAULT_PRESET = "paper"
+DEFAULT_PRESET = "best"
 
 
 def preset(name: str = DEFAULT_PRESET, **changes: object) -> Parameters:
@@ -148,7 +205,8 @@ def preset(name: str = DEFAULT_PRESET, **changes: object) -> Parameters:
     Parameters
     ----------
     name : str
-        "paper" (staged schedule, stop when steady) or "released-code" (linear schedule, always 1500 iterations).
+        "best" (edge-aware filter), "paper" (staged schedule, stop when steady) or "released-code" (linear schedule,
+        always 1500 iterations).
     **changes
         Any parameter by name.
 

@@ -1,4 +1,4 @@
-"""The methods of the bench: all presets, candidates for one, and the peers."""
+"""The methods of the bench: all presets and the peers."""
 
 from __future__ import annotations
 
@@ -9,11 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..completion import complete
-from ..ebs import extract
 from ..errors import ParameterError
 from ..frame import RGBDFrame
 from ..parameters import PRESETS, Parameters
-from .edge_aware import edge_aware_depth
 from .peers.colourisation import colourisation
 from .peers.energies import laplace, soft_thin_plate, thin_plate
 from .peers.interpolation import linear, nearest
@@ -65,21 +63,17 @@ _PEERS = (
     _peer("morphology", morphology),
 )
 
-_CANDIDATES = (_peer("edge-aware", lambda frame: edge_aware_depth(frame.depth, extract(frame).strength)),)
-"""What may become a preset."""
-
 GROUPS = {
     "presets": tuple(PRESETS),
-    "candidates": tuple(method.name for method in _CANDIDATES),
     "peers": tuple(method.name for method in _PEERS),
 }
 """Names that stand for several methods; "all" stands for all groups."""
 
 METHODS: dict[str, Method] = {
     method.name: method
-    for method in (*(_preset(name, values) for name, values in PRESETS.items()), *_CANDIDATES, *_PEERS)
+    for method in (*(_preset(name, values) for name, values in PRESETS.items()), *_PEERS)
 }
-"""Name -> method, presets first, then candidates."""
+"""Name -> method, presets first."""
 
 
 def choose_methods(names: str) -> list[str]:
@@ -88,7 +82,7 @@ def choose_methods(names: str) -> list[str]:
     Parameters
     ----------
     names : str
-        Methods, "presets", "candidates", "peers", or "all".
+        Methods, "presets", "peers", or "all".
 
     Raises
     ------

@@ -73,6 +73,7 @@ def add_parameters(
     *,
     prefix: str = "",
     presets: Mapping[str, ParameterSet] | None = None,
+    default: str | None = None,
 ) -> None:
     """Add a flag for every parameter of a set, group by group, each with its help, unit, range and default.
 
@@ -86,8 +87,11 @@ def add_parameters(
         Put before the name of every flag.
     presets : mapping, optional
         Named sets; where their values differ from the default, the help says so.
+    default : str, optional
+        The preset whose values are the defaults; the declared ones are if it is left out.
     """
     groups: dict[str, Any] = {}
+    base = kind() if presets is None or default is None else presets[default]
     for name, declaration in kind.declarations().items():
         if declaration.group not in groups:
             groups[declaration.group] = parser.add_argument_group(f"{title}: {declaration.group.lower()}")
@@ -100,7 +104,7 @@ def add_parameters(
             declaration.flag.replace("--", f"--{prefix}", 1),
             dest=_destination(kind, name),
             default=argparse.SUPPRESS,
-            help=_help(declaration, presets or {}).replace("%", "%%"),
+            help=_help(declaration, presets or {}, base).replace("%", "%%"),
             **how,
         )
 
@@ -139,14 +143,15 @@ def _metavar(declaration: Declaration) -> str:
     return "TEXT" if declaration.kind is str else "N"
 
 
-def _help(declaration: Declaration, presets: Mapping[str, ParameterSet]) -> str:
+def _help(declaration: Declaration, presets: Mapping[str, ParameterSet], base: ParameterSet) -> str:
     facts = [declaration.unit] if declaration.unit else []
     if declaration.minimum is not None and declaration.maximum is not None:
         facts.append(f"{declaration.minimum:g} to {declaration.maximum:g}")
-    facts.append(f"default {_shown(declaration, declaration.default)}")
+    usual = getattr(base, declaration.name)
+    facts.append(f"default {_shown(declaration, usual)}")
     for preset, values in presets.items():
         value = getattr(values, declaration.name)
-        if value != declaration.default:
+        if value != usual:
             facts.append(f"in {preset} {_shown(declaration, value)}")
     return f"{declaration.help} [{'; '.join(facts)}]"
 

@@ -18,7 +18,7 @@ class Bar(tqdm):
 
 
 class RunProgress:
-    """A bar on stderr: blocks done, and the iteration of the one that runs.
+    """A bar on stderr: blocks done, and the last iteration of a block that runs.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..frame import RGBDFrame
 from ..parameters import BlockParameters
 from .boundaries import contract, dilate, regions_between
-from .edges import canny_edges, colour_gradient, depth_edges, gradient_strength
+from .strength import find_edges
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,14 +47,7 @@ def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extr
     parameters : BlockParameters, optional
     """
     chosen = parameters or BlockParameters()
-    dx, dy = colour_gradient(frame.rgb, chosen.canny_sigma)
-    edges = canny_edges(dx, dy, chosen.canny_high, chosen.canny_low_ratio)
-    if chosen.use_depth:
-        edges |= depth_edges(frame.depth, chosen.depth_jump, chosen.depth_jump_share)
-    strength = gradient_strength(dx, dy)
-    # A line of full strength is all that guides the contraction; what lies beside it must stay below.
-    strength = np.where(edges, np.float32(1.0), 0.9 * strength).astype(np.float32)
-
+    strength, edges = find_edges(frame, chosen)
     dilated = dilate(edges, chosen.dilation)
     margins = find_margins(frame.rgb) if chosen.margin < 0 else (chosen.margin,) * 4
     inside = _inside(frame.shape, margins)

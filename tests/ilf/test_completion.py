@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
+import threading
+
 import numpy as np
 import pytest
 
 import ilf
+from ilf.blocks import Block
 from ilf.completion import CompletionRun, Progress, Status, complete, compose
 from ilf.errors import Cancelled, InputError
+from ilf.filter.iteration import BlockIteration
 from ilf.frame import RGBDFrame
 
 
@@ -132,24 +137,105 @@ def test_running_some_blocks_composes_to_the_same_as_all(small_frame: RGBDFrame,
 
 
 def test_preview_is_the_depth_so_far(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
-    run = CompletionRun(small_frame, small_labels, ilf.preset(max_iterations=4))
-    assert run.preview() is None
-    next(run)
-    preview = run.preview()
-    assert preview is not None
-    block, depth = preview
-    assert block.label == 1
-    known = np.isfinite(small_frame.depth[block.box][block.mask])
-    assert np.array_equal(depth[known], small_frame.depth[block.box][block.mask][known])
+    with CompletionRun(small_frame, small_labels, ilf.preset(max_iterations=4), threads=1) as run:
+        assert run.preview() == []
+        next(run)
+        ((block, depth),) = run.preview()
+        assert block.label == 1
+        known = np.isfinite(small_frame.depth[block.box][block.mask])
+        assert np.array_equal(depth[known], small_frame.depth[block.box][block.mask][known])
+    assert run.preview() == []
 
 
-def test_cancelling_by_exception(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+@pytest.mark.parametrize("threads", [1, 2, 5])
+def test_cancelling_by_exception(small_frame: RGBDFrame, small_labels: np.ndarray, threads: int) -> None:
     def stop(progress: Progress) -> None:
         if progress.record is not None and progress.record.i == 3:
             raise Cancelled("enough")
 
     with pytest.raises(Cancelled):
-        complete(small_frame, small_labels, on_progress=stop)
+        complete(small_frame, small_labels, on_progress=stop, threads=threads)
+
+
+@pytest.fixture
+def patchwork(small_frame: RGBDFrame) -> tuple[RGBDFrame, np.ndarray]:
+    """Twelve blocks of different sizes, one of them without depth, one with all of it."""
+    rows = np.searchsorted([9, 25], np.arange(48), side="right")
+    columns = np.searchsorted([7, 20, 44], np.arange(64), side="right")
+    depth = small_frame.depth.copy()
+    depth[:9, :7] = np.nan
+    depth[25:, 44:] = np.where(np.indices((23, 20)).sum(axis=0) % 3 == 0, np.nan, 2.0)
+    labels = 1 + 4 * rows[:, None] + columns[None, :]
+    return RGBDFrame(small_frame.rgb, depth), labels.astype(np.int32)
+
+
+@pytest.mark.parametrize("threads", [2, 3, 20])
+@pytest.mark.parametrize("tiny", [0.0, 1.0], ids=["free", "in turn"])
+def test_results_do_not_depend_on_the_number_of_threads(
+    patchwork: tuple[RGBDFrame, np.ndarray], monkeypatch: pytest.MonkeyPatch, threads: int, tiny: float
+) -> None:
+    monkeypatch.setattr("ilf.threads.SLICE_S", 0.0005)
+    monkeypatch.setattr("ilf.threads.TINY_STEP_S", tiny)
+    frame, labels = patchwork
+    parameters = ilf.preset(max_iterations=60, mode="fill+denoise")
+    alone = complete(frame, labels, parameters, threads=1)
+    seen: dict[int, list[int]] = {}
+
+    def note(progress: Progress) -> None:
+        if progress.record is not None:
+            seen.setdefault(progress.label, []).append(progress.record.i)
+
+    together = complete(frame, labels, parameters, on_progress=note, threads=threads)
+    assert together.depth.tobytes() == alone.depth.tobytes()
+    assert list(together.results) == list(alone.results)
+    assert repr(list(together.outcomes.values())) == repr(list(alone.outcomes.values()))
+    for label, history in alone.history.items():
+        assert [dataclasses.replace(r, seconds=0.0) for r in together.history[label]] == [
+            dataclasses.replace(r, seconds=0.0) for r in history
+        ]
+        assert seen.get(label, []) == [r.i for r in history]
+
+
+def test_one_thread_steps_through_the_blocks_in_order_and_no_faster_than_asked(
+    small_frame: RGBDFrame, small_labels: np.ndarray
+) -> None:
+    with CompletionRun(small_frame, small_labels, ilf.preset(max_iterations=2), threads=1) as run:
+        before = threading.active_count()
+        steps = [(p.label, p.record and p.record.i) for p in run]
+        assert threading.active_count() == before
+    assert steps == [(1, 1), (1, 2), (1, None), (2, 1), (2, 2), (2, None)]
+
+
+def test_a_run_that_is_closed_or_left_has_no_threads(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+    def own() -> list[str]:
+        return [thread.name for thread in threading.enumerate() if thread.name.startswith("ilf")]
+
+    endless = ilf.preset("released-code", max_iterations=100_000)
+    run = CompletionRun(small_frame, small_labels, endless, threads=2)
+    assert not own(), "nothing begins before the first next()"
+    next(run)
+    assert own()
+    run.close()
+    assert not own()
+    with pytest.raises(StopIteration):
+        next(run)
+    run = CompletionRun(small_frame, small_labels, endless, threads=2)
+    next(run)
+    del run
+    assert not own()
+
+
+def test_an_error_in_a_thread_comes_out_at_next(
+    small_frame: RGBDFrame, small_labels: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(frame: RGBDFrame, block: Block, parameters: ilf.Parameters) -> BlockIteration:
+        if block.label == 2:
+            raise MemoryError("no room for block 2")
+        return BlockIteration(frame, block, parameters)
+
+    monkeypatch.setattr("ilf.completion._stepper", broken)
+    with pytest.raises(MemoryError, match="block 2"):
+        complete(small_frame, small_labels, ilf.preset("released-code", max_iterations=100_000), threads=2)
 
 
 def test_depth_that_is_not_positive_is_no_depth() -> None:
@@ -158,7 +244,7 @@ def test_depth_that_is_not_positive_is_no_depth() -> None:
     depth[:, :15] = 0.15
     depth[5:25, 10:15] = np.nan
     frame = RGBDFrame(np.zeros((30, 30, 3), np.uint8), depth)
-    parameters = ilf.preset(shortest_wavelength=6.0, rgb_iterations=0)
+    parameters = ilf.preset("paper", shortest_wavelength=6.0, rgb_iterations=0)
     result = ilf.complete(frame, np.ones((30, 30), np.int32), parameters)
     outcome = result.outcomes[1]
     left = int(np.isnan(result.depth).sum())

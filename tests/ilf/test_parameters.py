@@ -45,7 +45,7 @@ def test_presets_are_the_papers_and_the_released_codes() -> None:
     assert released.rgb_iterations == 99  # i < 100
     assert not paper.centred
     assert not released.centred
-    assert ilf.preset() == PRESETS["paper"]
+    assert ilf.preset() == PRESETS["best"]
 
 
 def test_changes_by_name() -> None:

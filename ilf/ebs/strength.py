@@ -1,0 +1,50 @@
+"""Edge strength of a frame: from colour and depth, for blocks and for the filter alike."""
+
+from __future__ import annotations
+
+from threading import Lock
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..frame import RGBDFrame
+from ..parameters import BlockParameters
+from .edges import canny_edges, colour_gradient, depth_edges, gradient_strength
+
+_known: WeakKeyDictionary[RGBDFrame, NDArray[np.float32]] = WeakKeyDictionary()
+_lock = Lock()
+
+
+def find_edges(frame: RGBDFrame, parameters: BlockParameters) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Edge strength, and the edges themselves.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    parameters : BlockParameters
+
+    Returns
+    -------
+    strength : ndarray of float32, shape (H, W)
+        In [0, 1]; edges stand at 1 and all else below.
+    edges : ndarray of bool, shape (H, W)
+        Canny edges of the colour, and depth jumps where they are asked for.
+    """
+    dx, dy = colour_gradient(frame.rgb, parameters.canny_sigma)
+    edges = canny_edges(dx, dy, parameters.canny_high, parameters.canny_low_ratio)
+    if parameters.use_depth:
+        edges |= depth_edges(frame.depth, parameters.depth_jump, parameters.depth_jump_share)
+    strength = gradient_strength(dx, dy)
+    # A line of full strength is all that guides the contraction of blocks; what lies beside it must stay below.
+    return np.where(edges, np.float32(1.0), 0.9 * strength).astype(np.float32), edges
+
+
+def edge_strength(frame: RGBDFrame) -> NDArray[np.float32]:
+    """Edge strength of a frame in [0, 1], float32 (H, W); found once and kept as long as the frame is."""
+    with _lock:
+        if frame not in _known:
+            strength, _ = find_edges(frame, BlockParameters())
+            strength.flags.writeable = False
+            _known[frame] = strength
+        return _known[frame]

@@ -1,0 +1,171 @@
+"""The shape that a block's known depth follows on the whole, and how noisy that depth is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array, diags_array, eye_array, kron
+from scipy.sparse.linalg import splu
+
+_ROUNDS = 4
+"""Rounds of reweighting, in which what does not lie on the quadric loses its pull."""
+
+_NEAR_SHARE = 0.02
+"""A cell lies on the quadric if its mean is off by less than this share of its depth, or three deviations of noise."""
+
+_REACH = 0.5
+"""How far beyond the range of the known depth the surface may go, in widths of that range."""
+
+_LEAST_SHARE = 0.8
+"""A block follows a quadric if so much of its known depth lies on it."""
+
+_CELLS = 800
+"""The shape is found on a grid of about so many cells."""
+
+_STIFFNESS = 1e9
+"""Weight of squared third differences [per pixel] in the sheet that the quadric is refined by: no quadric has any."""
+
+_MIXED = 30
+"""Weight of mixed third differences, in that of the others: a profile goes on as it is across a wide hole."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trend:
+    """The surface that a block's known depth lies on.
+
+    Attributes
+    ----------
+    surface : ndarray of float32, shape (h, w)
+        Depth [m] everywhere on the region it was asked for.
+    spread : float
+        Deviation of the known depth from it [m] that noise does not explain.
+    """
+
+    surface: NDArray[np.float32]
+    spread: float
+
+
+def noise_of(depth: NDArray[np.float32], mask: NDArray[np.bool_]) -> float:
+    """Standard deviation of the known depth's noise [m], from the median of second differences along rows and columns.
+
+    Parameters
+    ----------
+    depth : ndarray of float32, shape (h, w)
+        Depth [m], NaN = missing.
+    mask : ndarray of bool, shape (h, w)
+        The pixels that count. 0.0 is returned if hardly any three in a row do.
+    """
+    inside = np.where(mask, depth, np.float32(np.nan))
+    seconds = [a[:, :-2] - 2 * a[:, 1:-1] + a[:, 2:] for a in (inside, inside.T)]
+    found = np.concatenate([values[np.isfinite(values)] for values in seconds])
+    if found.size < 20:
+        return 0.0
+    # of independent noise, a second difference has 1 + 4 + 1 times the variance
+    return float(np.median(np.abs(found))) / 0.6745 / math.sqrt(6.0)
+
+
+def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) -> Trend | None:
+    """The quadric that the block's known depth lies on, refined by a stiff sheet where it bends otherwise.
+
+    Parameters
+    ----------
+    depth : ndarray of float32, shape (h, w)
+        Depth [m], NaN = missing, on the region to find the surface on.
+    mask : ndarray of bool, shape (h, w)
+        The block's pixels; only their depth counts.
+    noise : float
+        Standard deviation of the depth's noise [m].
+
+    Returns
+    -------
+    Trend or None
+        None if too little of the depth lies on one quadric.
+    """
+    known = mask & np.isfinite(depth)
+    height, width = depth.shape
+    cell = max(1, math.ceil(math.sqrt(height * width / _CELLS)))
+    counts = _cells(known.astype(np.float64), cell)
+    totals = _cells(np.where(known, depth, 0.0), cell)
+    held = counts > 0
+    if np.count_nonzero(held) < 3 * len(_POWERS):
+        return None
+    values, weights = totals[held] / counts[held], counts[held]
+    near = np.maximum(_NEAR_SHARE * values, 3 * noise / np.sqrt(weights))
+    rows, columns = (np.linspace(-1, 1, size) for size in counts.shape)
+    basis = np.stack([(rows**a)[:, None] * (columns**b)[None, :] for a, b in _POWERS], axis=2)
+    trust = np.ones(values.size)
+    for _ in range(_ROUNDS):
+        root = np.sqrt(weights * trust)
+        coefficients, *_rest = np.linalg.lstsq(basis[held] * root[:, None], values * root, rcond=None)
+        off = np.abs(values - basis[held] @ coefficients)
+        trust = 1 / (1 + (off / near) ** 2)
+    lies_on_it = off < near
+    if weights[lies_on_it].sum() < _LEAST_SHARE * weights.sum():
+        return None
+
+    # off the quadric, a cell's mean may stand for its middle wherever in the cell the known pixels are
+    surface = _quadric(coefficients, (height, width), cell)
+    rest = np.where(known, depth - surface, 0.0)
+    rests = _cells(rest, cell)
+    trusted = counts.copy()
+    trusted[held] = np.where(lies_on_it, weights, 0.0)
+    sheet = _sheet(trusted, rests, cell)
+    size = counts.shape[1] * cell, counts.shape[0] * cell
+    surface += cv2.resize(sheet, size, interpolation=cv2.INTER_CUBIC)[:height, :width]
+    low, high = float(values[lies_on_it].min()), float(values[lies_on_it].max())
+    reach = _REACH * (high - low)
+    surface = np.clip(surface, low - reach, high + reach)
+    return Trend(surface.astype(np.float32), _spread(rests, counts, sheet, noise))
+
+
+_POWERS = tuple((a, b) for a in range(3) for b in range(3 - a))
+
+
+def _quadric(coefficients: NDArray[np.floating], shape: tuple[int, int], cell: int) -> NDArray[np.float64]:
+    """The quadric at every pixel; -1 and 1 are the middles of the first and the last cell."""
+    y, x = ((np.arange(size) - (cell - 1) / 2) / (cell * max(-(-size // cell) - 1, 1) / 2) - 1 for size in shape)
+    terms = zip(coefficients, _POWERS, strict=True)
+    return np.sum([value * (y**a)[:, None] * (x**b)[None, :] for value, (a, b) in terms], axis=0)
+
+
+def _sheet(counts: NDArray[np.float64], totals: NDArray[np.float64], cell: int) -> NDArray[np.float64]:
+    """A stiff sheet through cells' samples; `totals` of cells without a count are not looked at."""
+    matrix = (_third_differences(counts.shape) * (_STIFFNESS / cell**4) + diags_array(counts.ravel() + 1e-6)).tocsc()
+    factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    return factors.solve(np.where(counts > 0, totals, 0.0).ravel()).reshape(counts.shape)
+
+
+def _spread(
+    totals: NDArray[np.float64], counts: NDArray[np.float64], surface: NDArray[np.float64], noise: float
+) -> float:
+    """Deviation [m] of cells' means from a surface, less what their pixels' noise explains."""
+    held = counts > 0
+    squares = (totals[held] / counts[held] - surface[held]) ** 2 - noise**2 / counts[held]
+    return math.sqrt(max(float(np.average(squares, weights=counts[held])), 0.0))
+
+
+def _cells(values: NDArray[np.float64], cell: int) -> NDArray[np.float64]:
+    """Sums over cells of cell x cell pixels."""
+    padded = np.pad(values, [(0, -size % cell) for size in values.shape])
+    return padded.reshape(padded.shape[0] // cell, cell, padded.shape[1] // cell, cell).sum(axis=(1, 3))
+
+
+def _third_differences(shape: tuple[int, int]) -> csr_array:
+    """Operator of the sum of squared third differences, the mixed ones weighted most: f(x) + g(y) is smooth."""
+    height, width = shape
+    total = csr_array((height * width, height * width))
+    for order, times in enumerate((1, _MIXED, _MIXED, 1)):
+        along = kron(_difference(height, order), _difference(width, 3 - order))
+        total = total + times * (along.T @ along)
+    return csr_array(total)
+
+
+def _difference(size: int, order: int) -> csr_array:
+    result = csr_array(eye_array(size))
+    for _ in range(order):
+        result = csr_array(result[1:] - result[:-1])
+    return result
