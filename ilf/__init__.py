@@ -1,6 +1,8 @@
 """ILF Studio's library: complete the missing depth in RGB-D frames by iterative low-pass filtering."""
 
 from .completion import Completion, complete, iterate
+from .confidence import expected_error
+from .dense import fill_rest
 from .ebs import extract_blocks
 from .errors import IlfError
 from .frame import CameraIntrinsics, RGBDFrame
@@ -17,7 +19,9 @@ __all__ = [
     "Parameters",
     "RGBDFrame",
     "complete",
+    "expected_error",
     "extract_blocks",
+    "fill_rest",
     "iterate",
     "load_frame",
     "preset",

@@ -18,16 +18,21 @@ from numpy.typing import NDArray
 
 from .cloud import AXES, point_cloud
 from .completion import Completion
+from .confidence import expected_error
+from .dense import fill_rest
 from .errors import ExportError, InputError, ParameterError
 from .frame import RGBDFrame
-from .io import write_cloud, write_curves, write_depth, write_labels
+from .io import write_cloud, write_curves, write_depth, write_expected_error, write_labels, write_mask
 from .io.atomic import write_bytes
 from .io.cloud_files import UNITS_PER_METRE
 
-LABELS_FILE, CURVES_FILE, RECORD_FILE = "blocks.png", "curves.csv", "run.json"
+LABELS_FILE, CURVES_FILE, RECORD_FILE, GUESSED_FILE = "blocks.png", "curves.csv", "run.json", "guessed.png"
 
 DEPTH_FILES = {"png": "depth.png", "tiff": "depth.tiff", "npy": "depth.npy"}
 """Depth format -> file name. PNG is 16 bit in `depth_units`; TIFF and NPY are float32 metres."""
+
+ERROR_FILES = {"png": "expected_error.png", "tiff": "expected_error.tiff", "npy": "expected_error.npy"}
+"""Depth format -> file name of the expected error, in the same units."""
 
 CLOUD_FILES = {
     "ply": "cloud.ply",
@@ -52,6 +57,10 @@ class ExportOptions:
         Files of the completed depth: any of "png" (uint16), "tiff" and "npy" (float32 metres).
     depth_units : float
         Units per metre of the 16-bit PNG: 1000 for millimetres.
+    expected_error : bool
+        Beside every depth file, one of the same format and units with the expected error of the filled pixels.
+    dense : bool
+        Guess the depth that is missing after the run (`ilf.dense.fill_rest`), and write a mask of what is guessed.
     labels, curves : bool
         The label map as PNG; sigma_i and the L1 norm of every iteration as CSV.
     cloud : str or None
@@ -71,6 +80,8 @@ class ExportOptions:
 
     depth_formats: tuple[str, ...] = ("png", "npy")
     depth_units: float = 1000.0
+    expected_error: bool = True
+    dense: bool = False
     labels: bool = True
     curves: bool = True
     cloud: str | None = "ply"
@@ -94,6 +105,10 @@ class ExportOptions:
     def filenames(self) -> tuple[str, ...]:
         """Names of the files that the export writes into its folder."""
         names = [DEPTH_FILES[depth_format] for depth_format in self.depth_formats]
+        if self.expected_error:
+            names += [ERROR_FILES[depth_format] for depth_format in self.depth_formats]
+        if self.dense:
+            names.append(GUESSED_FILE)
         if self.labels:
             names.append(LABELS_FILE)
         if self.curves:
@@ -219,10 +234,21 @@ def _write_all(
 ) -> list[str]:
     """Write the results, without the run's record; returns warnings."""
     warnings: list[str] = []
+    if options.dense:
+        completion = fill_rest(frame, completion)
+        write_mask(folder / GUESSED_FILE, completion.guessed)
+        count = np.count_nonzero(completion.guessed)
+        warnings.append(f"{count} pixels of the depth are guesses, which no block vouches for: see {GUESSED_FILE}.")
     for depth_format in options.depth_formats:
         name = DEPTH_FILES[depth_format]
         found = write_depth(folder / name, completion.depth, options.depth_units)
         warnings += [f"{name}: {warning}" for warning in found]
+    if options.expected_error and options.depth_formats:
+        error = expected_error(frame, completion)
+        for depth_format in options.depth_formats:
+            name = ERROR_FILES[depth_format]
+            found = write_expected_error(folder / name, error, options.depth_units)
+            warnings += [f"{name}: {warning}" for warning in found]
     if options.labels:
         write_labels(folder / LABELS_FILE, labels)
     if options.curves:

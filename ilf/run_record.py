@@ -307,6 +307,9 @@ def _parsed_options(options: _Section) -> ExportOptions:
     return ExportOptions(
         depth_formats=tuple(options.items("depth_formats", str)),
         depth_units=options.get("depth_units", float),
+        # records of before there were these two do not name them, and neither was written
+        expected_error="expected_error" in options.values and options.get("expected_error", bool),
+        dense="dense" in options.values and options.get("dense", bool),
         labels=options.get("labels", bool),
         curves=options.get("curves", bool),
         cloud=options.get("cloud", str, type(None)),

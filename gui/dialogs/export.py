@@ -53,7 +53,8 @@ class ExportDialog(QDialog):
     has_intrinsics : bool
         Whether a point cloud can be made.
     has_result : bool
-        Whether any block has been run; without it there are no curves, and the depth is as it was read.
+        Whether any block has been run; without it there are no curves and no expected error, and the depth is as it
+        was read.
     folder : str
         Where the files go unless the user says otherwise.
     """
@@ -75,6 +76,16 @@ class ExportDialog(QDialog):
         self.png_units.addItems(_PNG_UNITS)
         self.png_units.setToolTip("PNG values per metre")
         self.png_note = Message(lines=2)
+        self.expected_error = QCheckBox("Expected error as well (expected_error.*)")
+        self.expected_error.setToolTip(
+            "Beside every depth file, the expected error of the filled pixels in the same format and units: about 68 % "
+            "of the true errors lie within it"
+        )
+        self.dense = QCheckBox("Guess what is still missing (guessed.png)")
+        self.dense.setToolTip(
+            "For programs that need depth at every pixel: what no block could complete is guessed from the depth "
+            "around it. The mask shows which pixels nothing vouches for"
+        )
         self.cloud = QCheckBox("Write the point cloud")
         self.cloud_format, self.axes, self.cloud_unit = QComboBox(), QComboBox(), QComboBox()
         self.cloud_format.addItems(list(_CLOUD_FORMATS))
@@ -110,6 +121,8 @@ class ExportDialog(QDialog):
         return ExportOptions(
             depth_formats=tuple(name for name, box in boxes.items() if box.isChecked()),
             depth_units=self._units(),
+            expected_error=self.expected_error.isChecked() and self._has_result,
+            dense=self.dense.isChecked(),
             labels=self.labels.isChecked(),
             curves=self.curves.isChecked() and self._has_result,
             cloud=_CLOUD_FORMATS[self.cloud_format.currentText()] if self._makes_cloud() else None,
@@ -122,6 +135,7 @@ class ExportDialog(QDialog):
         """Remember the choices. What this frame made impossible stays as it was chosen for another."""
         choices = asdict(self.options())
         choices["curves"] = self.curves.isChecked()
+        choices["expected_error"] = self.expected_error.isChecked()
         choices["cloud"] = _CLOUD_FORMATS[self.cloud_format.currentText()] if self.cloud.isChecked() else None
         QSettings().setValue(_OPTIONS_KEY, json.dumps(choices))
         super().accept()
@@ -141,6 +155,8 @@ class ExportDialog(QDialog):
         depth.addWidget(self.png_note)
         depth.addWidget(self.depth_tiff)
         depth.addWidget(self.depth_npy)
+        depth.addWidget(self.expected_error)
+        depth.addWidget(self.dense)
         depth.addStretch(1)
 
         cloud_box, cloud = group("Point cloud")
@@ -190,7 +206,7 @@ class ExportDialog(QDialog):
         self.png_units.editTextChanged.connect(self._refresh)
         self.cloud_format.currentTextChanged.connect(self._refresh)
         checks = (self.depth_png, self.depth_tiff, self.depth_npy, self.cloud)
-        for box in (*checks, self.labels, self.curves, self.run_record):
+        for box in (*checks, self.expected_error, self.dense, self.labels, self.curves, self.run_record):
             box.toggled.connect(self._refresh)
 
     def _browse(self) -> None:
@@ -216,6 +232,8 @@ class ExportDialog(QDialog):
         units = f"{options.depth_units:g}"
         known = [text for text in _PNG_UNITS if text.partition(" ")[0] == units]
         self.png_units.setCurrentText(known[0] if known else units)
+        self.expected_error.setChecked(options.expected_error)
+        self.dense.setChecked(options.dense)
         self.cloud.setChecked(options.cloud is not None)
         _show(self.cloud_format, _CLOUD_FORMATS, options.cloud or "ply")
         _show(self.axes, _AXES, options.axes)
@@ -229,6 +247,8 @@ class ExportDialog(QDialog):
         self.png_units.setEnabled(self.depth_png.isChecked())
         self.cloud.setEnabled(self._has_intrinsics)
         self.curves.setEnabled(self._has_result)
+        depth_files = (self.depth_png, self.depth_tiff, self.depth_npy)
+        self.expected_error.setEnabled(self._has_result and any(box.isChecked() for box in depth_files))
         for field in (self.cloud_format, self.axes, self.cloud_unit):
             field.setEnabled(self._makes_cloud())
         try:

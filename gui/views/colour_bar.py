@@ -24,6 +24,7 @@ class ColourBar(QWidget):
         super().__init__(parent)
         self._unit = unit
         self._levels: tuple[float, float] | None = None
+        self._logarithmic = False
         self._gradient = QImage()
         self._colours: Colours | None = None
         font = self.font()
@@ -44,10 +45,13 @@ class ColourBar(QWidget):
         self._gradient = QImage(column.data, 1, len(column), 4, QImage.Format.Format_RGBA8888).copy()
         self.update()
 
-    def set_levels(self, levels: tuple[float, float] | None) -> None:
-        """Values at the lower and upper end, in the bar's unit; None draws nothing."""
-        if levels != self._levels:
-            self._levels = levels
+    def set_levels(self, levels: tuple[float, float] | None, logarithmic: bool = False) -> None:
+        """Values at the lower and upper end, in the bar's unit; None draws nothing.
+
+        On a logarithmic bar equal ratios are equally long; its levels must be positive.
+        """
+        if (levels, logarithmic) != (self._levels, self._logarithmic):
+            self._levels, self._logarithmic = levels, logarithmic
             self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -66,15 +70,33 @@ class ColourBar(QWidget):
         painter.drawText(_PAD, _PAD + self.fontMetrics().ascent(), self._unit)
         painter.drawImage(bar, self._gradient)
         painter.drawRect(bar.adjusted(0, 0, -1, -1))
-        low, high = self._levels
-        ticks, step = round_ticks(low, high, max(bar.height() // (3 * line), 2))
-        for tick in ticks:
-            y = bar.bottom() - round((tick - low) / (high - low) * (bar.height() - 1))
+        most = max(bar.height() // (3 * line), 2)
+        for text, share in (log_ticks if self._logarithmic else linear_ticks)(*self._levels, most):
+            y = bar.bottom() - round(share * (bar.height() - 1))
             painter.setPen(self._colours.muted)
             painter.drawLine(bar.right() + 1, y, bar.right() + _TICK, y)
             painter.setPen(self._colours.text)
             where = QRect(bar.right() + _TICK + 3, y - line, self.width(), 2 * line)
-            painter.drawText(where, Qt.AlignmentFlag.AlignVCenter, tick_text(tick, step))
+            painter.drawText(where, Qt.AlignmentFlag.AlignVCenter, text)
+
+
+def linear_ticks(low: float, high: float, most: int) -> list[tuple[str, float]]:
+    """Texts of ticks at round numbers, and how far up the bar (0-1) they are."""
+    ticks, step = round_ticks(low, high, most)
+    return [(tick_text(tick, step), (tick - low) / (high - low)) for tick in ticks]
+
+
+def log_ticks(low: float, high: float, most: int) -> list[tuple[str, float]]:
+    """The same for a logarithmic bar: ticks at 1, 2 and 5 times powers of ten, or at powers alone if those are many."""
+    decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    slack = 1 + 1e-6
+    for factors in ((1, 2, 5), (1, 3), (1,)):
+        ticks = [factor * 10.0**decade for decade in decades for factor in factors]
+        ticks = [tick for tick in ticks if low / slack <= tick <= high * slack]
+        if len(ticks) <= most:
+            break
+    length = math.log(high / low)
+    return [(tick_text(tick, min(tick, 1.0)), math.log(tick / low) / length) for tick in ticks]
 
 
 def round_ticks(low: float, high: float, most: int) -> tuple[list[float], float]:

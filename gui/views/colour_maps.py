@@ -17,6 +17,7 @@ DEPTH_MAPS = {
 }
 """Colour maps offered for depth: our name -> pyqtgraph's."""
 
+_ERROR_MAP = "inferno"
 _SAMPLES = 50_000
 _SMALLEST_DIFFERENCE = 1.0
 
@@ -39,6 +40,11 @@ def difference_table(dark: bool) -> NDArray[np.uint8]:
     return _table("CET-D4" if dark else "CET-D1")
 
 
+def error_table() -> NDArray[np.uint8]:
+    """Lookup table of expected errors, from small and dark to large and bright."""
+    return _table(_ERROR_MAP)
+
+
 def to_indices(values: NDArray[np.floating], low: float, high: float) -> NDArray[np.uint8]:
     """Indices 1-255 for values from low to high (beyond: the ends), 0 for NaN (missing)."""
     scaled = (values - np.float32(low)) * np.float32(254 / (high - low))
@@ -57,6 +63,16 @@ def robust_depth_levels(depth: NDArray[np.floating]) -> tuple[float, float]:
     return (low, high) if high - low > 1e-3 else (low - 0.05, high + 0.05)
 
 
+def robust_error_levels(error: NDArray[np.floating]) -> tuple[float, float]:
+    """Levels [mm] of a logarithmic scale: 1st and 99th percentile, widened to 1, 2 or 5 times a power of ten."""
+    known = _sample(error)
+    if known.size == 0:
+        return 1.0, 10.0
+    low, high = (float(level) for level in np.percentile(known, (1, 99)))
+    low, high = 1 / _round_up(1 / low), _round_up(high)
+    return low, max(high, 10 * low)
+
+
 def robust_difference_level(difference: NDArray[np.floating]) -> float:
     """Symmetric level [mm]: 99th percentile of the magnitudes, rounded up to 1, 2 or 5 times a power of ten.
 
@@ -66,8 +82,13 @@ def robust_difference_level(difference: NDArray[np.floating]) -> float:
     level = float(np.percentile(np.abs(known), 99)) if known.size else 0.0
     if level <= _SMALLEST_DIFFERENCE:
         return _SMALLEST_DIFFERENCE
-    power = 10.0 ** math.floor(math.log10(level))
-    return next(step * power for step in (1, 2, 5, 10) if step * power >= level * (1 - 1e-6))
+    return _round_up(level)
+
+
+def _round_up(value: float) -> float:
+    """The next 1, 2 or 5 times a power of ten. Its inverse, of an inverse, is the one before."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(step * power for step in (1, 2, 5, 10) if step * power >= value * (1 - 1e-6))
 
 
 def _table(name: str) -> NDArray[np.uint8]:

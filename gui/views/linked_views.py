@@ -1,4 +1,4 @@
-"""The window's centre: colour + blocks, depth in, depth out and difference under one transform and one cursor."""
+"""The window's centre: colour + blocks, depth in, depth out, difference and expected error, all linked."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ from ..tools.pointer import PointerHandler
 from .colour_maps import (
     depth_table,
     difference_table,
+    error_table,
     robust_depth_levels,
     robust_difference_level,
+    robust_error_levels,
     to_indices,
 )
 from .items import hatch_brush
@@ -30,8 +32,15 @@ _CELLS = {
     "depth-in": ("Depth in", "m"),
     "depth-out": ("Depth out", "m"),
     "difference": ("Difference", "mm"),
+    "expected-error": ("Expected error", "mm"),
 }
-_GRIDS = {"grid": ((0, 0), (0, 1), (1, 0), (1, 1)), "row": ((0, 0), (0, 1), (0, 2), (0, 3))}
+_SQUARE, _LINE = ((0, 0), (0, 1), (1, 0), (1, 1)), ((0, 0), (0, 1), (0, 2), (0, 3))
+_FIRST_THREE = ("colour", "depth-in", "depth-out")
+_GRIDS = {
+    "grid": dict(zip((*_FIRST_THREE, "expected-error"), _SQUARE, strict=True)),
+    "grid-difference": dict(zip((*_FIRST_THREE, "difference"), _SQUARE, strict=True)),
+    "row": dict(zip((*_FIRST_THREE, "expected-error"), _LINE, strict=True)),
+}
 LAYOUTS = (*_GRIDS, *_CELLS)
 """Names that `LinkedViews.set_layout` takes."""
 
@@ -40,7 +49,7 @@ _NO_RESULT = "No result yet"
 
 
 class LinkedViews(QWidget):
-    """Four views of one frame with one pan, one zoom and one crosshair.
+    """Five views of one frame, up to four at a time, with one pan, one zoom and one crosshair.
 
     The left button goes to the pointer handler first and pans if that does not want it; the middle button and
     space + left pan; the wheel zooms at the cursor; arrows, plus and minus do the same by keyboard.
@@ -66,6 +75,7 @@ class LinkedViews(QWidget):
         self._depth_in: NDArray[np.float32] | None = None
         self._depth_out: NDArray[np.float32] | None = None
         self._difference: NDArray[np.float32] | None = None
+        self._error: NDArray[np.float32] | None = None
         self._depth_map = "turbo"
         self._levels = (0.0, 1.0)
         self._selected: tuple[int, ...] = ()
@@ -76,6 +86,7 @@ class LinkedViews(QWidget):
         self._overlay = BlockOverlay()
         self.cells["colour"].view.place(self._overlay.item, 1)
         self._filled = self.cells["difference"].view.add_layer(-0.5)
+        self._measured = self.cells["expected-error"].view.add_layer(-0.5)
 
         self._hint = _Hint()
         self._sheet = QWidget()
@@ -91,9 +102,11 @@ class LinkedViews(QWidget):
         layout.addWidget(self._pages)
 
         for name, cell in self.cells.items():
+            # before it is made visible: without a parent it would be a window
+            cell.setParent(self._sheet)
             cell.strip.doubleClicked.connect(lambda name=name: self._toggle_single(name))
             cell.view.resized.connect(self._fit_to_room)
-        for name in ("depth-out", "difference"):
+        for name in ("depth-out", "difference", "expected-error"):
             self.cells[name].view.set_message(_NO_RESULT)
         self._navigation.cursorMoved.connect(self._move_cursor)
         self._navigation.contextMenuRequested.connect(self.contextMenuRequested)
@@ -145,6 +158,7 @@ class LinkedViews(QWidget):
         self.set_selected(())
         self.set_preview(None)
         self.set_result(None)
+        self.set_expected_error(None)
 
     def set_result(self, depth_out: NDArray[np.float32] | None) -> None:
         """Show completed depth [m], float32 (H, W), NaN where not recovered, and its difference; None for none.
@@ -160,6 +174,24 @@ class LinkedViews(QWidget):
         self._difference = None if depth_out is None else (depth_out - self._depth_in) * np.float32(1000)
         self._draw_depth("depth-out", depth_out)
         self._draw_difference()
+
+    def set_expected_error(self, error: NDArray[np.float32] | None) -> None:
+        """Show the expected error [m] of filled pixels, float32 (H, W), NaN elsewhere; None for none.
+
+        Raises
+        ------
+        ValueError
+            If there is no frame or the shape is not its shape.
+        """
+        if error is not None and (self._depth_in is None or error.shape != self._depth_in.shape):
+            raise ValueError(f"an expected error of shape {error.shape} does not belong to the frame shown")
+        self._error = None if error is None else error * np.float32(1000)
+        self._draw_error()
+
+    @property
+    def shows_expected_error(self) -> bool:
+        """Whether the view of the expected error is to be seen."""
+        return self.cells["expected-error"].isVisible()
 
     # blocks, selection, preview
 
@@ -266,11 +298,11 @@ class LinkedViews(QWidget):
         self.set_layout(self._layout_before if self._layout_name == name else name)
 
     def _shown(self) -> list[ViewCell]:
-        return list(self.cells.values()) if self._layout_name in _GRIDS else [self.cells[self._layout_name]]
+        return [self.cells[name] for name in _GRIDS.get(self._layout_name, (self._layout_name,))]
 
     def _arrange(self) -> None:
         shown = self._shown()
-        places = _GRIDS.get(self._layout_name, ((0, 0),))
+        places = tuple(_GRIDS.get(self._layout_name, {self._layout_name: (0, 0)}).values())
         for cell in self.cells.values():
             self._grid.removeWidget(cell)
             cell.setVisible(cell in shown)
@@ -325,6 +357,19 @@ class LinkedViews(QWidget):
         cell.view.set_picture(to_indices(self._difference, -level, level), self._difference_table)
         cell.bar.set_levels((-level, level))
 
+    def _draw_error(self) -> None:
+        cell = self.cells["expected-error"]
+        if self._error is None:
+            self._measured.clear()
+            cell.view.set_picture(None)
+            cell.bar.set_levels(None)
+            return
+        low, high = robust_error_levels(self._error)
+        measured = np.isfinite(self._depth_in)
+        self._measured.setImage(measured.view(np.uint8), autoLevels=False, lut=self._measured_table)
+        cell.view.set_picture(to_indices(np.log(self._error), np.log(low), np.log(high)), self._error_table)
+        cell.bar.set_levels((low, high), logarithmic=True)
+
     def _draw_outline(self) -> None:
         labels = self._overlay.labels
         path = QPainterPath()
@@ -338,8 +383,9 @@ class LinkedViews(QWidget):
         dark = theme.is_dark(self.palette())
         missing = hatch_brush(_mix(colours.background, colours.text, 0.12), _mix(colours.background, colours.text, 0.3))
         filled = _mix(colours.background, colours.good, 0.55)
-        self._filled_table = np.zeros((256, 4), np.uint8)
-        self._filled_table[1] = filled.getRgb()
+        measured = _mix(colours.background, colours.text, 0.2 if dark else 0.14)
+        self._filled_table, self._measured_table = (_mark_table(colour) for colour in (filled, measured))
+        self._error_table = error_table()
         self._difference_table = difference_table(dark)
         self._hint.set_colours(colours)
         for cell in self.cells.values():
@@ -347,11 +393,14 @@ class LinkedViews(QWidget):
         for name in ("depth-in", "depth-out"):
             self.cells[name].strip.set_legend([(missing, "missing")])
         self.cells["difference"].strip.set_legend([(QBrush(filled), "filled"), (missing, "missing")])
+        self.cells["expected-error"].strip.set_legend([(QBrush(measured), "measured"), (missing, "missing")])
         self.cells["difference"].bar.set_table(self._difference_table)
+        self.cells["expected-error"].bar.set_table(self._error_table)
         # a style sheet, because the application's replaces palettes of single widgets
         self._sheet.setStyleSheet(f"#sheet {{ background: {colours.grid.name()}; }}")
         self.set_depth_map(self._depth_map)
         self._draw_difference()
+        self._draw_error()
 
     def changeEvent(self, event: QEvent) -> None:
         if event.type() == QEvent.Type.PaletteChange:
@@ -379,6 +428,13 @@ class _Hint(QWidget):
         palette.setColor(QPalette.ColorRole.WindowText, colours.muted)
         self._text.setPalette(palette)
         self._picture.setPixmap(theme.icon("ph.image", palette).pixmap(QSize(48, 48)))
+
+
+def _mark_table(colour: QColor) -> NDArray[np.uint8]:
+    """Table that shows 1 in a colour and 0 not at all."""
+    table = np.zeros((256, 4), np.uint8)
+    table[1] = colour.getRgb()
+    return table
 
 
 def _mix(first: QColor, second: QColor, share: float) -> QColor:

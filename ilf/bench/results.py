@@ -24,8 +24,8 @@ from .runner import BenchResult, Row
 class Summary:
     """One method under one pattern, over all frames: means of the frames' values, and the median of the seconds.
 
-    Errors in millimetres; `rel`, `delta_1` and `coverage` are shares; `failures` counts the frames that the method
-    failed on, which count as left open.
+    Errors in millimetres; `rel`, `delta_1`, `coverage` and `within` are shares; `failures` counts the frames that the
+    method failed on, which count as left open. `within` is the mean over the frames where the method filled anything.
     """
 
     pattern: str
@@ -38,6 +38,7 @@ class Summary:
     rel: float
     delta_1: float
     coverage: float
+    within: float | None
     seconds: float
     extraction_seconds: float | None
 
@@ -95,6 +96,7 @@ def _summary(rows: Sequence[Row]) -> Summary:
     def mean(value: Callable[[Row], float]) -> float:
         return statistics.fmean(map(value, rows))
 
+    within = [row.within for row in rows if row.within is not None]
     extraction = [row.extraction_seconds for row in rows if row.extraction_seconds is not None]
     return Summary(
         pattern=rows[0].pattern,
@@ -107,6 +109,7 @@ def _summary(rows: Sequence[Row]) -> Summary:
         rel=mean(lambda row: row.rel),
         delta_1=mean(lambda row: row.delta_1),
         coverage=mean(lambda row: row.coverage),
+        within=statistics.fmean(within) if within else None,
         seconds=statistics.median(row.seconds for row in rows),
         extraction_seconds=statistics.median(extraction) if extraction else None,
     )

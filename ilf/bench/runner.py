@@ -11,8 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
+from ..confidence import DEFAULT_MODEL
 from ..ebs import extract_blocks
 from ..errors import IlfError
+from ..parameters import PRESETS
 from .frames import load_bench_frame
 from .methods import METHODS
 from .patterns import Task, make_task
@@ -45,6 +47,8 @@ class Row:
         Share with depth within a factor of 1.25 of the truth.
     coverage : float
         Share that the method filled itself.
+    within : float or None
+        Share of that whose error is at most the expected error; None if the method filled nothing.
     seconds : float
     extraction_seconds : float or None
         Time that the extraction of the blocks took before; None for methods without blocks.
@@ -62,6 +66,7 @@ class Row:
     rel: float
     delta_1: float
     coverage: float
+    within: float | None
     seconds: float
     extraction_seconds: float | None
     failure: str = ""
@@ -158,7 +163,7 @@ def _run_method(name: str, task: Task, labels: np.ndarray, extraction_seconds: f
         # failing counts as filling nothing
         depth, failure = task.frame.depth, str(error) or type(error).__name__
     seconds = time.perf_counter() - started
-    scored = score(depth, task)
+    scored = score(depth, task, PRESETS[name].filter if name in PRESETS else DEFAULT_MODEL)
     errors = scored.errors
     return Row(
         pattern=pattern,
@@ -171,6 +176,7 @@ def _run_method(name: str, task: Task, labels: np.ndarray, extraction_seconds: f
         rel=errors.rel,
         delta_1=errors.delta[0],
         coverage=scored.coverage,
+        within=scored.within,
         seconds=seconds,
         extraction_seconds=extraction_seconds if method.needs_blocks else None,
         failure=failure,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..confidence import DEFAULT_MODEL, depth_error
 from ..metrics import ErrorMeasures, fill_rate, measure_errors
 from .patterns import Task
 from .peers.interpolation import nearest
@@ -14,17 +15,40 @@ from .peers.interpolation import nearest
 
 @dataclass(frozen=True)
 class Score:
-    """Errors over all scored pixels, and the share of them (0-1) that the method filled itself."""
+    """How good completed depth is.
+
+    Attributes
+    ----------
+    errors : ErrorMeasures
+        Over all scored pixels.
+    coverage : float
+        Share of them (0-1) that the method filled itself.
+    within : float or None
+        Share of those that it filled whose error is at most the expected error; None if it filled none.
+    """
 
     errors: ErrorMeasures
     coverage: float
+    within: float | None
 
 
-def score(depth: NDArray[np.floating], task: Task) -> Score:
+def score(depth: NDArray[np.floating], task: Task, error_model: str = DEFAULT_MODEL) -> Score:
     """Score completed depth [m], shape (H, W), NaN = not filled.
 
     What the method left open counts with the nearest depth that it was given, so refusing pixels does not help.
+    `error_model`, one of `ilf.confidence.MODELS`, says how the expected error is worked out.
     """
     covered = np.isfinite(depth) & (depth > 0)
     dense = np.where(covered, depth, nearest(task.frame))
-    return Score(measure_errors(dense, task.truth, task.scored), fill_rate(depth, task.scored))
+    return Score(
+        measure_errors(dense, task.truth, task.scored),
+        fill_rate(depth, task.scored),
+        _within(depth, task, task.scored & covered, error_model),
+    )
+
+
+def _within(depth: NDArray[np.floating], task: Task, judged: NDArray[np.bool_], error_model: str) -> float | None:
+    if not judged.any():
+        return None
+    expected = depth_error(task.frame, depth, error_model)[judged]
+    return float(np.mean(np.abs(depth[judged] - task.truth[judged]) <= expected))

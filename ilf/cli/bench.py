@@ -36,6 +36,7 @@ _COLUMNS = (
     _Column("Rel", lambda line: line.rel, ".4f"),
     _Column("delta<1.25", lambda line: line.delta_1, ".2%", max),
     _Column("coverage", lambda line: line.coverage, ".2%", max),
+    _Column("within", lambda line: line.within, ".2%", None),
     _Column("seconds", lambda line: line.seconds, ".3f"),
     _Column("extraction [s]", lambda line: line.extraction_seconds, ".3f", None),
 )

@@ -89,6 +89,16 @@ def add_command(commands: Commands) -> None:
         "--depth-formats", metavar="LIST", help=f"depth files, any of {','.join(DEPTH_FILES)} (default: png,npy)"
     )
     output.add_argument("--png-units", type=float, metavar="N", help="units per metre of depth.png (default: 1000)")
+    output.add_argument(
+        "--no-expected-error",
+        action="store_true",
+        help="write no expected_error files beside the depth files, in the same formats and units",
+    )
+    output.add_argument(
+        "--dense",
+        action="store_true",
+        help="guess the depth that is still missing after the run, and write guessed.png, which shows where",
+    )
     output.add_argument("--cloud-format", choices=tuple(CLOUD_FILES), help="format of the point cloud (default: ply)")
     output.add_argument("--axes", choices=CLOUD_AXES, help="axes of the point cloud (default: camera: x right, y down)")
     output.add_argument("--cloud-unit", choices=CLOUD_UNITS, help="unit of the point cloud (default: m)")
@@ -99,7 +109,7 @@ def add_command(commands: Commands) -> None:
         help="progress bar on stderr (default: if that is a terminal)",
     )
     output.add_argument("--quiet", action="store_true", help="print nothing but warnings and errors")
-    add_parameters(parser, Parameters, "filter", presets=PRESETS)
+    add_parameters(parser, Parameters, "filter", presets=PRESETS, default=DEFAULT_PRESET)
     add_block_parameters(parser)
 
 
@@ -110,9 +120,11 @@ def run(arguments: argparse.Namespace) -> None:
     folder = Path(arguments.out or output_folder_name(frame.name))
     check_export(folder, frame, options)
     started = time.perf_counter()
-    steps = CompletionRun(frame, job.labels, job.parameters, job.only)
     wanted = not arguments.quiet and (sys.stderr.isatty() if arguments.progress is None else arguments.progress)
-    with RunProgress(steps, shown=wanted) as progress:
+    with (
+        CompletionRun(frame, job.labels, job.parameters, job.only) as steps,
+        RunProgress(steps, shown=wanted) as progress,
+    ):
         for step in steps:
             progress.update(step)
     completion = compose(frame, steps.results)
@@ -161,6 +173,7 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
         if getattr(arguments, name) is not None
     ]
     also += _cloud_flags(arguments) + ["--no-cloud"] * arguments.no_cloud
+    also += ["--no-expected-error"] * arguments.no_expected_error + ["--dense"] * arguments.dense
     for kind, prefix in ((Parameters, ""), (BlockParameters, BLOCK_PREFIX)):
         also += [f"--{prefix}{name.replace('_', '-')}" for name in given_parameters(arguments, kind)]
     if also:
@@ -191,6 +204,8 @@ def _options(arguments: argparse.Namespace) -> ExportOptions:
     return ExportOptions(
         depth_formats=defaults.depth_formats if formats is None else tuple(filter(None, formats.split(","))),
         depth_units=defaults.depth_units if arguments.png_units is None else arguments.png_units,
+        expected_error=not arguments.no_expected_error,
+        dense=arguments.dense,
         cloud=None if arguments.no_cloud else arguments.cloud_format or defaults.cloud,
         axes=arguments.axes or defaults.axes,
         cloud_unit=arguments.cloud_unit or defaults.cloud_unit,

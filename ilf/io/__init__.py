@@ -6,10 +6,10 @@ File units, file names and file formats exist here only; everything else works i
 from .atomic import atomic_path
 from .cloud_files import CLOUD_SUFFIXES, load_open3d, write_cloud
 from .curve_files import write_curves
-from .depth_files import DEPTH_SUFFIXES, default_depth_units, read_depth_values, write_depth
+from .depth_files import DEPTH_SUFFIXES, default_depth_units, read_depth_values, write_depth, write_expected_error
 from .frames import FrameFiles, frame_folder, load_frame
 from .images import read_colour
-from .label_files import read_labels, write_labels
+from .label_files import read_labels, write_labels, write_mask
 
 __all__ = [
     "CLOUD_SUFFIXES",
@@ -26,5 +26,7 @@ __all__ = [
     "write_cloud",
     "write_curves",
     "write_depth",
+    "write_expected_error",
     "write_labels",
+    "write_mask",
 ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -13,13 +14,14 @@ from .atomic import write_bytes
 if TYPE_CHECKING:
     from ..filter.convergence import IterationRecord
 
-CURVE_COLUMNS = ("label", "i", "stage", "r_y", "r_x", "sigma_i_m", "l1_m", "weighted")
+CURVE_COLUMNS = ("label", "i", "stage", "r_y", "r_x", "sigma_i_m", "l1_m", "residual_m", "held_out_m", "weighted")
 
 
 def write_curves(path: str | os.PathLike[str], history: Mapping[int, Sequence[IterationRecord]]) -> None:
     """Write the record of every iteration, block after block, atomically.
 
-    Floats keep every digit, and seconds are left out: the same run gives the same file.
+    Floats keep every digit, and seconds are left out: the same run gives the same file. Where nothing is held out, the
+    cell of the hold-out error is empty.
 
     Parameters
     ----------
@@ -37,6 +39,8 @@ def write_curves(path: str | os.PathLike[str], history: Mapping[int, Sequence[It
     writer.writerow(CURVE_COLUMNS)
     for label in sorted(history):
         for record in history[label]:
-            numbers = (*record.radii, record.sigma_i, record.l1)
-            writer.writerow((label, record.i, record.stage, *(repr(float(x)) for x in numbers), int(record.weighted)))
+            numbers = (*record.radii, record.sigma_i, record.l1, record.residual)
+            held_out = "" if math.isnan(record.held_out) else repr(float(record.held_out))
+            texts = (*(repr(float(x)) for x in numbers), held_out)
+            writer.writerow((label, record.i, record.stage, *texts, int(record.weighted)))
     write_bytes(path, text.getvalue().encode())

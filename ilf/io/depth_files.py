@@ -135,6 +135,34 @@ def write_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1
     return []
 
 
+def write_expected_error(path: str | os.PathLike[str], error: ArrayLike, units: float = 1000.0) -> list[str]:
+    """Write expected errors atomically, as `write_depth` writes depth.
+
+    Parameters
+    ----------
+    path : path-like
+        As for `write_depth`. In a PNG the smallest error is one unit, because 0 means that nothing was filled.
+    error : array_like
+        Expected error [m], (H, W), NaN where nothing was filled.
+    units : float
+        File units per metre, for .png only.
+
+    Returns
+    -------
+    list of str
+        Warnings, as from `write_depth`.
+
+    Raises
+    ------
+    ExportError, ParameterError
+        As `write_depth` does.
+    """
+    values = np.asarray(error, np.float32)
+    if Path(path).suffix.lower() == ".png":
+        values = np.maximum(values, np.float32(1 / checked_units(units)))
+    return write_depth(path, values, units)
+
+
 def checked_units(units: object) -> float:
     """File units per metre as float; raises ParameterError unless positive and finite."""
     if isinstance(units, bool) or not isinstance(units, int | float | np.integer | np.floating):
@@ -164,7 +192,7 @@ def _as_uint16(metres: NDArray[np.float32], units: float) -> tuple[NDArray[np.ui
         deepest = float(np.nanmax(metres))
         largest = _UINT16_MAX / deepest if deepest > _UINT16_MAX else _UINT16_MAX // deepest
         warnings.append(
-            f"{np.count_nonzero(too_far)} pixels are deeper than {_UINT16_MAX / units:.4g} m, the most that "
+            f"{np.count_nonzero(too_far)} pixels are beyond {_UINT16_MAX / units:.4g} m, the most that "
             f"16 bits hold at {units:g} units per metre, and were clipped. At most {largest:.6g} units per "
             f"metre would fit {deepest:.4g} m; or write TIFF or NPY."
         )

@@ -13,6 +13,11 @@ from .atomic import write_bytes
 from .images import encode_image, read_image
 
 
+def write_mask(path: str | os.PathLike[str], mask: NDArray[np.bool_]) -> None:
+    """Write a mask (H, W) as 8-bit PNG, 255 where it is True; raises ExportError if the file cannot be written."""
+    write_bytes(path, encode_image(".png", np.where(mask, 255, 0).astype(np.uint8)))
+
+
 def write_labels(path: str | os.PathLike[str], labels: ArrayLike) -> None:
     """Write a label map atomically.
 

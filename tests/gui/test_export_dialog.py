@@ -48,9 +48,23 @@ def test_without_intrinsics_no_cloud_now_but_the_choice_stays(make):
     assert make().options().cloud == "ply"
 
 
+def test_the_expected_error_goes_with_the_depth_files(make):
+    dialog = make()
+    assert "expected_error.png" in dialog.message.text()
+    dialog.expected_error.setChecked(False)
+    assert "expected_error" not in dialog.message.text()
+    dialog.accept()
+    assert not make().options().expected_error
+    for box in (dialog.depth_png, dialog.depth_npy):
+        box.setChecked(False)
+    assert not dialog.expected_error.isEnabled()
+
+
 def test_without_result_no_curves_and_a_word_about_it(make):
     dialog = make(has_result=False)
     assert not dialog.options().curves
+    assert not dialog.options().expected_error
+    assert not dialog.expected_error.isEnabled()
     assert "No block has been run" in dialog.message.text()
 
 
@@ -104,7 +118,7 @@ def test_settings_of_another_version_do_no_harm(make):
 
 def test_options_are_checked_and_name_their_files():
     assert ExportOptions(cloud="xyzrgb", labels=False).filenames() == (
-        "depth.png", "depth.npy", "curves.csv", "cloud.xyzrgb", "run.json",
+        "depth.png", "depth.npy", "expected_error.png", "expected_error.npy", "curves.csv", "cloud.xyzrgb", "run.json",
     )  # fmt: skip
     for wrong in ({"cloud": "obj"}, {"axes": "up"}, {"cloud_unit": "km"}, {"depth_units": 0.0}):
         with pytest.raises(ParameterError):

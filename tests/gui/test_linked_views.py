@@ -13,8 +13,14 @@ from PySide6.QtWidgets import QApplication
 
 from gui import theme
 from gui.tools.pointer import PointerEvent, PointerKind
-from gui.views.colour_bar import round_ticks, tick_text
-from gui.views.colour_maps import depth_table, robust_difference_level, to_indices
+from gui.views.colour_bar import log_ticks, round_ticks, tick_text
+from gui.views.colour_maps import (
+    depth_table,
+    error_table,
+    robust_difference_level,
+    robust_error_levels,
+    to_indices,
+)
 from gui.views.linked_views import LinkedViews
 from gui.views.overlay import BlockOverlay, block_outline
 from gui.views.view_transform import ViewTransform
@@ -221,6 +227,7 @@ def test_difference_is_in_millimetres_and_marks_filled_apart_from_missing(views)
     result[:, 40:] = 1.996
     result[10:15, 10:20] = np.nan
     views.set_result(result)
+    views.set_layout("grid-difference")
     view, table = view_of(views, "difference"), views.cells["difference"].bar
     assert table._levels == (-5.0, 5.0)
     above, below, zero, filled, missing = (
@@ -235,6 +242,37 @@ def test_difference_is_in_millimetres_and_marks_filled_apart_from_missing(views)
         views.set_result(result[1:])
     views.set_result(None)
     assert view.image.image is None
+
+
+def test_the_expected_error_is_logarithmic_in_millimetres_and_tells_measured_from_missing(views):
+    error = np.full((HEIGHT, WIDTH), np.nan, np.float32)
+    error[10:20, 10:15] = 0.01
+    error[10:15, 15:20] = np.repeat(np.float32([[0.001], [0.01], [0.01], [0.1], [0.1]]), 5, axis=1)
+    views.set_expected_error(error)
+    view, bar = view_of(views, "expected-error"), views.cells["expected-error"].bar
+    assert (bar._levels, bar._logarithmic) == ((1.0, 100.0), True)
+    small, middle, large = (colour_at(view, place(view, 17, y)) for y in (10.5, 12, 14))
+    assert sum(small) < sum(middle) < sum(large)
+    assert middle == tuple(error_table()[128, :3])
+    measured, missing = colour_at(view, place(view, 40, 40)), colour_at(view, place(view, 17, 18))
+    assert max(measured) - min(measured) < 16
+    assert measured != missing
+    with pytest.raises(ValueError, match="does not belong"):
+        views.set_expected_error(error[1:])
+    views.set_expected_error(None)
+    assert view.image.image is None
+    assert bar._levels is None
+
+
+def test_levels_of_the_expected_error_are_round_and_never_equal():
+    assert robust_error_levels(np.full((4, 4), np.nan, np.float32)) == (1.0, 10.0)
+    assert robust_error_levels(np.float32([3.0, 3.0])) == pytest.approx((2.0, 20.0))
+    assert robust_error_levels(np.float32([0.7, 5.0, 430.0])) == pytest.approx((0.5, 500.0))
+
+
+def test_logarithmic_ticks_are_as_many_as_there_is_room_for():
+    assert log_ticks(1.0, 100.0, 3) == [("1", 0.0), ("10", 0.5), ("100", 1.0)]
+    assert [text for text, _ in log_ticks(0.2, 20.0, 8)] == ["0.2", "0.5", "1", "2", "5", "10", "20"]
 
 
 def test_depth_colours_follow_levels_and_map(views):
@@ -336,13 +374,17 @@ def test_layouts_and_the_double_click_on_a_title(views, qtbot):
     shown = []
     views.layoutChanged.connect(shown.append)
     views.set_layout("row")
-    strip = views.cells["difference"].strip
+    assert views.shows_expected_error
+    assert not views.cells["difference"].isVisible()
+    strip = views.cells["depth-out"].strip
     QTest.mouseDClick(strip, LEFT)
-    assert [name for name, cell in views.cells.items() if cell.isVisible()] == ["difference"]
-    qtbot.waitUntil(lambda: view_of(views, "difference").viewport().width() > 700)
+    assert [name for name, cell in views.cells.items() if cell.isVisible()] == ["depth-out"]
+    assert not views.shows_expected_error
+    qtbot.waitUntil(lambda: view_of(views, "depth-out").viewport().width() > 700)
     QTest.mouseDClick(strip, LEFT)
-    assert shown == ["row", "difference", "row"]
-    assert all(cell.isVisible() for cell in views.cells.values())
+    assert shown == ["row", "depth-out", "row"]
+    views.set_layout("grid-difference")
+    assert [name for name, cell in views.cells.items() if not cell.isVisible()] == ["expected-error"]
     with pytest.raises(ValueError, match="grid"):
         views.set_layout("both")
 

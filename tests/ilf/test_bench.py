@@ -25,6 +25,7 @@ from ilf.bench import (
 from ilf.bench.methods import GROUPS
 from ilf.cli import main
 from ilf.completion import complete
+from ilf.confidence import depth_error
 from ilf.errors import InputError, ParameterError
 from ilf.parameters import PRESETS
 
@@ -224,7 +225,7 @@ def test_new_presets_are_methods_and_groups_are_taken_apart():
     assert choose_methods("peers,linear") == list(GROUPS["peers"])
     assert choose_methods("all") == list(METHODS)
     for wrong in ("linear,cubic", " , "):
-        with pytest.raises(ParameterError, match="Known: all, presets, candidates, peers"):
+        with pytest.raises(ParameterError, match="Known: all, presets, peers"):
             choose_methods(wrong)
 
 
@@ -234,13 +235,18 @@ def test_new_presets_are_methods_and_groups_are_taken_apart():
 def test_uncovered_pixels_count_with_the_nearest_known_depth():
     task = make_task(BenchFrame(frame_of(PLANE), None), "areas")
     left_open = score(task.frame.depth, task)
-    assert left_open.coverage == 0.0
+    assert (left_open.coverage, left_open.within) == (0.0, None)
     assert left_open.errors == score(METHODS["nearest"].run(task.frame, LABELS), task).errors
     assert left_open.errors.rmse > 0
     half = np.where(COLUMNS < 30, PLANE, 0.0)
     assert score(half, task).coverage == pytest.approx((task.scored & (COLUMNS < 30)).sum() / task.scored.sum())
     perfect = score(PLANE, task)
-    assert perfect.coverage == 1.0
+    assert (perfect.coverage, perfect.within) == (1.0, 1.0)
+    off = np.where(COLUMNS < 30, PLANE + 0.01, np.nan)
+    assert score(off, task).within == pytest.approx(
+        np.mean(depth_error(task.frame, off)[task.scored & (COLUMNS < 30)] >= 0.01), abs=1e-6
+    )
+    assert 0 < score(off, task).within < 1
     assert perfect.errors.rmse == pytest.approx(0, abs=1e-6)
 
 
@@ -302,6 +308,8 @@ def test_command_end_to_end(two_frames, tmp_path, capsys):
         (line["pattern"], line["method"]) for line in content["table"]
     ]
     assert float(lines[0]["rmse_mm"]) == content["table"][0]["rmse_mm"]
+    assert float(lines[0]["within"]) == content["table"][0]["within"]
+    assert all("within" in tables[0][1] and row["within"] is not None for row in content["rows"])
 
 
 def test_jobs_change_nothing_but_the_seconds(two_frames, tmp_path, capsys):

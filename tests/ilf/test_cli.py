@@ -22,7 +22,8 @@ from .small_frames import CAMERA, write_small_frame
 
 ROOT = Path(__file__).parents[2]
 QUICK = ["--max-iterations", "25", "--rgb-iterations", "5"]
-RESULTS = {"depth.png", "depth.npy", "blocks.png", "curves.csv", "cloud.ply", "run.json"}
+ERRORS = {"expected_error.png", "expected_error.npy"}
+RESULTS = {"depth.png", "depth.npy", "blocks.png", "curves.csv", "cloud.ply", "run.json"} | ERRORS
 
 
 @pytest.fixture
@@ -70,7 +71,10 @@ def test_complete_writes_everything_and_says_what(files, capsys):
     assert [line.split()[0] for line in lines[1:3]] == ["1", "2"]
     assert "2 blocks cover 100.0% of the frame" in captured.out
     assert "485 of 485 missing pixels recovered (100.0%)" in captured.out
-    assert lines[-1] == "Written to out: depth.png, depth.npy, blocks.png, curves.csv, cloud.ply, run.json"
+    assert lines[-1] == (
+        "Written to out: depth.png, depth.npy, expected_error.png, expected_error.npy, blocks.png, curves.csv, "
+        "cloud.ply, run.json"
+    )
 
 
 def test_command_line_and_library_give_the_same_depth(files):
@@ -121,6 +125,16 @@ def test_without_intrinsics_there_is_no_cloud_and_that_is_said(files, capsys):
     assert not Path("new").exists()
 
 
+def test_without_the_expected_error_the_replay_has_none_either(files, capsys):
+    arguments = ["complete", *files, "--no-cloud", "--no-expected-error", "--out", "out", "--quiet", *QUICK]
+    assert main(arguments) == 0
+    assert set(contents("out")) == RESULTS - {"cloud.ply"} - ERRORS
+    assert main(["complete", "--replay", "out/run.json", "--out", "again", "--quiet"]) == 0
+    assert contents("again") == contents("out")
+    again = ("complete", "--replay", "out/run.json", "--no-expected-error")
+    assert "--no-expected-error" in fails(capsys, *again, status=2)
+
+
 def test_replay_that_comes_out_differently_is_said(files, capsys):
     main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK])
     record = json.loads(Path("out/run.json").read_text())
@@ -152,7 +166,7 @@ def test_help_shows_range_unit_default_and_preset(capsys, monkeypatch):
         main(["complete", "--help"])
     assert stopped.value.code == 0
     text = capsys.readouterr().out
-    assert "[m; 0 to 1; default 0.005]" in text
+    assert "[m; 0 to 1; default 0.0005; in paper 0.005; in released-code 0.005]" in text
     assert "[default staged; in released-code linear]" in text
     assert "% of frame" in text
 

@@ -9,9 +9,11 @@ import pytest
 
 import ilf
 from ilf import export as module
+from ilf.completion import compose
+from ilf.confidence import expected_error
 from ilf.errors import ExportError, InputError, ParameterError
 from ilf.export import ExportOptions, check_export, export
-from ilf.io import read_depth_values, read_labels
+from ilf.io import read_colour, read_depth_values, read_labels
 from ilf.run_record import make_run_record
 
 from .small_frames import CAMERA, QUICK, write_small_frame
@@ -55,7 +57,7 @@ def test_all_chosen_files_are_written_and_hold_the_result(run, tmp_path):
 
 def test_only_chosen_files_are_written_and_others_left_alone(run, tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
-    options = ExportOptions(("npy",), labels=False, curves=False, cloud=None, run_record=False)
+    options = ExportOptions(("npy",), expected_error=False, labels=False, curves=False, cloud=None, run_record=False)
     export(tmp_path, *run, options)
     assert {path.name for path in tmp_path.iterdir()} == {"in", "notes.txt", "depth.npy"}
 
@@ -65,6 +67,37 @@ def test_lost_depth_is_warned_about_by_file(run, tmp_path):
     (warning,) = export(tmp_path / "out", *run, options).warnings
     assert warning.startswith("depth.png: ")
     assert "clipped" in warning
+
+
+def test_dense_depth_has_no_gap_and_a_mask_of_what_is_guessed(run, tmp_path):
+    frame, labels, _ = run
+    partial = compose(frame, {})
+    options = replace(ALL, dense=True, run_record=False)
+    report = export(tmp_path, frame, labels, partial, options)
+    depth, guessed = np.load(tmp_path / "depth.npy"), read_colour(tmp_path / "guessed.png")[..., 0] == 255
+    assert frame.missing_share > 0
+    np.testing.assert_array_equal(guessed, ~frame.known)
+    assert np.isfinite(depth).all()
+    np.testing.assert_array_equal(depth[frame.known], frame.depth[frame.known])
+    assert np.nanmin(frame.depth) <= depth.min()
+    assert depth.max() <= np.nanmax(frame.depth)
+    assert f"{guessed.sum()} pixels" in report.warnings[0]
+
+
+def test_expected_errors_come_in_the_formats_and_units_of_the_depth(run, tmp_path):
+    frame, _, completion = run
+    options = replace(ALL, depth_units=200.0, run_record=False)
+    assert export(tmp_path, *run, options).warnings == ()
+    expected = expected_error(frame, completion)
+    np.testing.assert_array_equal(np.load(tmp_path / "expected_error.npy"), expected)
+    np.testing.assert_array_equal(read_depth_values(tmp_path / "expected_error.tiff"), expected)
+    stored = read_depth_values(tmp_path / "expected_error.png")
+    np.testing.assert_array_equal(stored > 0, completion.filled)
+    assert np.nanmin(expected) < 0.0025
+    wanted = np.maximum(expected[completion.filled], 1 / 200)
+    np.testing.assert_allclose(stored[completion.filled] / 200, wanted, atol=0.0025001)
+    no_files = ExportOptions((), labels=False, curves=False, cloud=None).filenames()
+    assert no_files == ("run.json",)
 
 
 def test_edited_blocks_without_label_map_are_warned_about(run, tmp_path):
@@ -93,9 +126,9 @@ def test_failing_writer_leaves_the_folder_as_it_was(run, tmp_path, monkeypatch):
     assert not (tmp_path / "new").exists()
 
 
-@pytest.mark.parametrize("failing", range(1, 12))
+@pytest.mark.parametrize("failing", range(1, 18))
 def test_failing_move_takes_the_earlier_ones_back(run, tmp_path, monkeypatch, failing):
-    """Five files go aside and six go in: whichever move fails, the folder is as before."""
+    """Eight files go aside and nine go in: whichever move fails, the folder is as before."""
     frame, labels, completion = run
     out = tmp_path / "out"
     options = replace(ALL, run_record=False)

@@ -34,12 +34,19 @@ CLOUD = PointCloud(RNG.uniform(-3, 3, (200, 3)).astype(np.float32), RNG.integers
 HISTORY = {
     2: (
         SimpleNamespace(
-            i=1, stage=1, radii=(1 / 3, np.float64(0.1)), sigma_i=math.nan, l1=1e-17, weighted=True, seconds=0.5
+            i=1, stage=1, radii=(1 / 3, np.float64(0.1)), sigma_i=math.nan, l1=1e-17, residual=0.02,
+            held_out=math.nan, weighted=True, seconds=0.5,
         ),
     ),
     1: (
-        SimpleNamespace(i=1, stage=1, radii=(2.0, 1.5), sigma_i=0.1 + 0.2, l1=7.25, weighted=False, seconds=1.0),
-        SimpleNamespace(i=2, stage=2, radii=(2.5, 2.0), sigma_i=np.float64(1e-3), l1=7.5, weighted=False, seconds=2.0),
+        SimpleNamespace(
+            i=1, stage=1, radii=(2.0, 1.5), sigma_i=0.1 + 0.2, l1=7.25, residual=1 / 7, held_out=np.float64(1 / 9),
+            weighted=False, seconds=1.0,
+        ),
+        SimpleNamespace(
+            i=2, stage=2, radii=(2.5, 2.0), sigma_i=np.float64(1e-3), l1=7.5, residual=0.1, held_out=0.2,
+            weighted=False, seconds=2.0,
+        ),
     ),
 }  # fmt: skip
 
@@ -152,7 +159,7 @@ def test_clipping_is_told_with_the_largest_scale_that_fits(tmp_path):
     assert warnings[0].startswith("2 pixels")
     assert " 936 units per metre" in warnings[0]
     assert warnings[1].startswith("1 pixels are nearer than half a unit")
-    assert not any("deeper" in text for text in write_depth(tmp_path / "d.png", depth, 936))
+    assert not any("beyond" in text for text in write_depth(tmp_path / "d.png", depth, 936))
 
 
 def test_missing_in_any_form_is_written_as_missing(tmp_path):
@@ -214,7 +221,7 @@ def test_a_picture_is_no_label_map(tmp_path):
 def test_curves_keep_every_digit_and_no_time(tmp_path):
     write_curves(tmp_path / "c.csv", HISTORY)
     text = (tmp_path / "c.csv").read_bytes().decode()
-    assert text.splitlines()[0] == "label,i,stage,r_y,r_x,sigma_i_m,l1_m,weighted"
+    assert text.splitlines()[0] == "label,i,stage,r_y,r_x,sigma_i_m,l1_m,residual_m,held_out_m,weighted"
     assert "\r" not in text
     rows = list(csv.DictReader(io.StringIO(text)))
     assert [(row["label"], row["i"], row["weighted"]) for row in rows] == [
@@ -225,6 +232,8 @@ def test_curves_keep_every_digit_and_no_time(tmp_path):
     assert float(rows[0]["sigma_i_m"]) == 0.1 + 0.2
     assert float(rows[2]["r_y"]) == 1 / 3
     assert math.isnan(float(rows[2]["sigma_i_m"]))
+    assert (float(rows[0]["residual_m"]), float(rows[0]["held_out_m"])) == (1 / 7, 1 / 9)
+    assert (rows[2]["residual_m"], rows[2]["held_out_m"]) == ("0.02", "")
 
 
 # --- clouds
