@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,18 +24,20 @@ def block_rows(session: Session, runs: RunController, common: Parameters) -> lis
     rows = []
     for label, count in counts.items():
         info = session.info(label)
-        running = own_run and runs.block == label and label not in results
-        records = runs.live.get(label, []) if own_run and runs.block == label else []
+        anew = own_run and runs.resolving == label
+        records = runs.live[label] if own_run and label in runs.running and not anew else []
         result = results.get(label)
         if records:
             state, detail = "running", ""
             iterations, sigma = len(records), records[-1].sigma_i
-        elif label in queued or running:
+        elif label in queued:
             state, detail, iterations, sigma = "queued", "", 0, math.nan
         elif result is not None:
             outcome = result.outcome
-            state, iterations, sigma = str(outcome.status), outcome.iterations, outcome.sigma_i
-            detail = _detail(result, session.parameters_of(label, common))
+            outdated = not anew and not _same_effect(result.parameters, session.parameters_of(label, common))
+            state = "values changed" if outdated else str(outcome.status)
+            iterations, sigma = outcome.iterations, outcome.sigma_i
+            detail = _detail(result, outdated)
         else:
             state, detail, iterations, sigma = "ready", "", 0, math.nan
         rows.append(
@@ -65,13 +68,20 @@ def colour_table(session: Session) -> NDArray[np.uint8]:
     return table
 
 
-def _detail(result: BlockResult, present: Parameters) -> str:
+@lru_cache
+def _same_effect(one: Parameters, other: Parameters) -> bool:
+    """Whether two sets differ at most in values that do not matter."""
+    return one == other or all(
+        getattr(one, name) == getattr(other, name) for name in one.declarations() if one.matters(name)
+    )
+
+
+def _detail(result: BlockResult, outdated: bool) -> str:
     outcome = result.outcome
-    lines = [outcome.message] if outcome.message else []
+    lines = [f"The result, {outcome.status}, is of other values than are set now."] if outdated else []
+    lines += [outcome.message] if outcome.message else []
     if outcome.iterations:
         lines.append(
             f"{outcome.iterations} iterations in {outcome.stages} pass bands, {outcome.recovered} pixels filled."
         )
-    if result.parameters != present:
-        lines.append("Run with other parameters than are set now.")
     return "\n".join(lines)

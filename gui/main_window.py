@@ -23,6 +23,7 @@ from gui import theme
 from gui.actions import Actions
 from gui.documents import Documents
 from gui.editor import Editor
+from gui.expected_errors import ExpectedErrors
 from gui.loader import FrameLoader
 from gui.panels.block_table import BlockTable
 from gui.panels.extraction_panel import ExtractionPanel
@@ -30,7 +31,7 @@ from gui.panels.filter_panel import FilterPanel
 from gui.panels.frame_list import FrameList
 from gui.panels.log import LogPanel
 from gui.presenter import Presenter
-from gui.runs import RunController, RunState
+from gui.runs import RunController
 from gui.views.cloud_view import CloudView
 from gui.views.colour_maps import DEPTH_MAPS
 from gui.views.curves import CurvesPanel
@@ -39,11 +40,13 @@ from gui.workspace import Workspace
 
 _LAYOUT_TEXTS = {
     "grid": "Four views",
+    "grid-difference": "Four, difference",
     "row": "Side by side",
     "colour": "Colour + blocks",
     "depth-in": "Depth in",
     "depth-out": "Depth out",
     "difference": "Difference",
+    "expected-error": "Expected error",
 }
 _OPACITY = 45
 DEFAULT_SIZE = (1440, 900)
@@ -65,6 +68,7 @@ class MainWindow(QMainWindow):
         self.workspace = Workspace(self)
         self.loader = FrameLoader(self.workspace, self)
         self.runs = RunController(self.workspace, self)
+        self.errors = ExpectedErrors(self)
         self.actions_ = Actions(self)
 
         self.views = LinkedViews()
@@ -73,7 +77,7 @@ class MainWindow(QMainWindow):
         self.log = LogPanel()
         self.frames = FrameList()
         self.blocks = BlockTable()
-        run_actions = [self.actions_[name] for name in ("run", "run_selected", "pause", "step", "cancel")]
+        run_actions = [self.actions_[name] for name in ("run", "run_selected", "pause", "step", "cancel", "live")]
         self.filter_panel = FilterPanel(run_actions)
         self.extraction_panel = ExtractionPanel(self.actions_["extract"])
         self.editor = Editor(self.workspace, self.views, self)
@@ -156,7 +160,7 @@ class MainWindow(QMainWindow):
             "&Edit": "undo redo | select_all delete_blocks merge_blocks lock_blocks new_block | tool_select "
             "tool_paint tool_erase tool_split | brush_smaller brush_larger give_up",
             "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks | zoom_block select_all",
-            "&Run": "run run_selected | pause step cancel | clear_results",
+            "&Run": "run run_selected | pause step cancel | live | clear_results",
         }
         for title, names in entries.items():
             self._fill(self.menuBar().addMenu(title), names)
@@ -255,6 +259,8 @@ class MainWindow(QMainWindow):
         for name, handler in handlers.items():
             self.actions_[name].triggered.connect(lambda _=False, handler=handler: handler())
         self.actions_["pause"].triggered.connect(self._pause)
+        self.actions_["live"].setChecked(QSettings().value("live", True, type=bool))
+        self.actions_["live"].toggled.connect(lambda checked: QSettings().setValue("live", checked))
         for name in editor.tools:
             self.actions_[f"tool_{name}"].triggered.connect(lambda _=False, name=name: editor.set_tool(name))
 
@@ -271,7 +277,11 @@ class MainWindow(QMainWindow):
         runs.previewed.connect(presenter.show_preview)
         runs.ended.connect(documents.tell)
         runs.ended.connect(lambda _: presenter.show_curves())
+        runs.resolved.connect(lambda text: self.statusBar().showMessage(text, 4000))
         runs.failed.connect(lambda error: documents.report("The run stopped", error))
+        runs.state_changed.connect(presenter.show_expected_error)
+        self.errors.found.connect(presenter.take_expected_error)
+        self.errors.failed.connect(lambda error: documents.report("Expected error", error))
         self.loader.busy_changed.connect(presenter.show_loading)
         self.loader.failed.connect(documents.report)
         self.loader.message.connect(documents.tell)
@@ -282,9 +292,11 @@ class MainWindow(QMainWindow):
         self.opacity.valueChanged.connect(lambda value: self.views.set_overlay_opacity(value / 100))
         self.layouts.activated.connect(lambda _: self.views.set_layout(self.layouts.currentData()))
         self.views.layoutChanged.connect(lambda name: self.layouts.setCurrentIndex(LAYOUTS.index(name)))
+        self.views.layoutChanged.connect(lambda _: presenter.show_expected_error())
         self.views.cursorMoved.connect(presenter.show_readout)
         self.views.contextMenuRequested.connect(presenter.show_context_menu)
         self.centre.currentChanged.connect(lambda _: presenter.show_cloud())
+        self.centre.currentChanged.connect(lambda _: presenter.show_expected_error())
         self.frames.activated.connect(documents.show_frame)
         self.frames.removeRequested.connect(documents.remove_frame)
         self.blocks.selectionChanged.connect(workspace.select)
@@ -305,9 +317,9 @@ class MainWindow(QMainWindow):
 
     def _step(self) -> None:
         """One iteration: of the run under way, or of a new one over the chosen blocks, or all."""
-        if self.runs.state is RunState.IDLE:
+        if self.runs.free:
             chosen = set(self.workspace.session.selected) & set(self.workspace.session.counts())
-            self.runs.start(chosen or None, paused=True)
+            self.runs.start(chosen or None, stepwise=True)
         else:
             self.runs.step()
 
@@ -342,6 +354,7 @@ class MainWindow(QMainWindow):
             event.ignore()
             return
         self.runs.shutdown()
+        self.errors.shutdown()
         self.loader.shutdown()
         self.documents.shutdown()
         if self._remembers:

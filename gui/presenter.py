@@ -12,10 +12,10 @@ from PySide6.QtCore import QObject, QPoint
 from PySide6.QtWidgets import QMenu
 
 from gui.block_rows import block_rows, colour_table
-from gui.runs import RunState
+from gui.runs import Previews, RunState
 from gui.session import Session
 from gui.tools.base import label_at
-from ilf.blocks import Box
+from ilf.blocks import Block, Box
 from ilf.cloud import point_cloud
 from ilf.completion import Completion
 from ilf.filter.convergence import IterationRecord
@@ -54,6 +54,9 @@ class Presenter(QObject):
         self._workspace = window.workspace
         self._completion: Completion | None = None
         self._cloud_of = ""
+        self._error: NDArray[np.float32] | None = None
+        self._error_of: Completion | None = None
+        self._previews: dict[int, tuple[Block, NDArray[np.float32]]] = {}
         self._shown_depth: NDArray[np.float32] | None = None
         self._table: NDArray[np.uint8] | None = None
         self._cloud_stale = True
@@ -200,6 +203,13 @@ class Presenter(QObject):
         """Values set in the form go to all blocks or to the chosen one."""
         label = self._chosen() if self._window.filter_panel.for_chosen_block else 0
         self._workspace.set_parameters(parameters, label or None)
+        self.resolve()
+
+    def resolve(self) -> None:
+        """Solve the chosen block anew with its present values, where that is wanted."""
+        label = self._chosen()
+        if label and self._window.actions_["live"].isChecked() and label in self._workspace.session.counts():
+            self._window.runs.resolve(label)
 
     def _chosen(self) -> int:
         chosen = self._workspace.session.selected if self._workspace.has_session else []
@@ -212,32 +222,57 @@ class Presenter(QObject):
         window = self._window
         self._completion = self._workspace.session.completion() if self._workspace.has_session else None
         if self._workspace.has_session:
-            self._show_depth(self._completion.depth if self._completion else None)
+            self._show_present_depth()
             self._show_frame_details()
         window.actions_.enable(self._completion is not None, "clear_results")
+        self.show_expected_error()
         self._cloud_stale = True
         self.show_cloud()
         self.show_curves()
         self._show_rows()
 
-    def show_preview(self) -> None:
-        """The running block's depth as it stands, over what is done already."""
+    def show_preview(self, previews: Previews) -> None:
+        """The running blocks' depth as it stands; none at the end of a run."""
+        self._previews |= {block.label: (block, depth) for block, depth in previews}
+        if self._workspace.has_session:
+            self._show_present_depth()
+
+    def _show_present_depth(self) -> None:
+        """What is done already, and over it the last that is known of the blocks that run."""
         runs = self._window.runs
-        if not self._workspace.has_session or runs.session is not self._workspace.session:
-            return
-        preview = runs.preview()
-        if preview is None:
-            self._show_depth(self._completion.depth if self._completion else None)
-            return
-        box, mask, depth = preview
-        base = self._completion.depth if self._completion else self._workspace.session.frame.depth
-        shown = base.copy()
-        shown[box][mask] = depth
+        running = set(runs.running) if runs.session is self._workspace.session else set()
+        self._previews = {label: preview for label, preview in self._previews.items() if label in running}
+        shown = self._completion.depth if self._completion else None
+        if self._previews:
+            shown = (self._workspace.session.frame.depth if shown is None else shown).copy()
+            for block, depth in self._previews.values():
+                shown[block.box][block.mask] = depth
         self._show_depth(shown)
 
     def _show_depth(self, depth: NDArray[np.float32] | None) -> None:
         self._shown_depth = depth
         self._window.views.set_result(depth)
+        self.show_readout(self._cursor)
+
+    def show_expected_error(self) -> None:
+        """The expected error of the results, when it is looked at and no run is changing them."""
+        window = self._window
+        if self._completion is None:
+            self.take_expected_error(None, None)
+        elif (
+            self._completion is not self._error_of
+            and window.views.shows_expected_error
+            and window.runs.state in (RunState.IDLE, RunState.PAUSED)
+        ):
+            window.errors.ask(self._workspace.session.frame, self._completion)
+
+    def take_expected_error(self, completion: Completion | None, error: NDArray[np.float32] | None) -> None:
+        """An expected error has been found; what has been overtaken by other results is not shown."""
+        if completion is not self._completion:
+            return
+        self._error_of, self._error = completion, error
+        if self._workspace.has_session:
+            self._window.views.set_expected_error(error)
         self.show_readout(self._cursor)
 
     def show_cloud(self) -> None:
@@ -283,18 +318,18 @@ class Presenter(QObject):
         """What the curve was, or would be, run with."""
         session, runs = self._workspace.session, self._window.runs
         result = session.valid_results().get(label)
-        running = runs.session is session and runs.block == label
+        running = runs.session is session and label in runs.running
         if result is not None and result.history and not running:
             return result.parameters
         return session.parameters_of(label, self._workspace.parameters)
 
     def start_curves(self, label: int) -> None:
-        """A block of the run has begun."""
+        """A block of the run is about to have its first records."""
         if label == self._curve_label():
             self.show_curves()
 
     def add_records(self, label: int, records: list[IterationRecord]) -> None:
-        """New records of the running block."""
+        """New records of a running block."""
         runs = self._window.runs
         if runs.session is self._session() and label == self._curve_label():
             curves = self._window.curves
@@ -309,8 +344,8 @@ class Presenter(QObject):
         if chosen and self._records_of(chosen):
             return chosen
         runs = self._window.runs
-        running = runs.block if runs.session is self._session() else 0
-        return running or chosen or self._first_run()
+        running = runs.running if runs.session is self._session() else []
+        return running[-1] if running else chosen or self._first_run()
 
     def _first_run(self) -> int:
         session = self._session()
@@ -320,7 +355,7 @@ class Presenter(QObject):
 
     def _records_of(self, label: int) -> list[IterationRecord]:
         runs = self._window.runs
-        if runs.session is self._session() and runs.block == label:
+        if runs.session is self._session() and label in runs.running:
             return runs.live[label]
         result = self._workspace.session.valid_results().get(label)
         return list(result.history) if result is not None else []
@@ -336,8 +371,7 @@ class Presenter(QObject):
         runs = window.runs
         actions = window.actions_
         shown = self._workspace.has_session
-        idle = runs.state is RunState.IDLE
-        free = idle and not window.loader.busy
+        free = runs.free and not window.loader.busy
         counts = self._workspace.session.counts() if shown else {}
         chosen = set(self._workspace.session.selected) & set(counts) if shown else set()
         unlocked = chosen - self._workspace.session.locked if shown else set()
@@ -354,15 +388,13 @@ class Presenter(QObject):
         actions.enable(runs.state in (RunState.RUNNING, RunState.PAUSED), "pause", "cancel")
         actions["pause"].setChecked(runs.state is RunState.PAUSED)
         actions["pause"].setText("Resume" if runs.state is RunState.PAUSED else "&Pause")
-        window.progress.setVisible(not idle or window.loader.busy)
-        if not idle:
+        window.progress.setVisible(not runs.free or window.loader.busy)
+        if not runs.free:
             window.progress.setRange(0, 100)
             window.progress.setValue(round(100 * runs.share_done))
             other = "" if own_run or runs.session is None else f"{runs.session.name}: "
             window.progress.setFormat(f"{other}{runs.state.value} %p%")
-            self._show_rows()
-        elif shown:
-            self._show_rows()
+        self._show_rows()
 
     def show_loading(self, what: str) -> None:
         """What is being opened or extracted."""
@@ -413,12 +445,19 @@ class Presenter(QObject):
             parts.append(f"out {_metres(depth_out)}")
             if np.isfinite(depth_in) and np.isfinite(depth_out):
                 parts.append(f"{1000 * (depth_out - depth_in):+.1f} mm")
+            if self._error is not None and self._error_of is self._completion and np.isfinite(self._error[y, x]):
+                parts.append(f"\u00b1 {_error_text(float(self._error[y, x]))}")
         readout.setText("  |  ".join(parts))
 
 
 def _uses_s_criteria(parameters: Parameters) -> bool:
-    """Whether the stop criterion has a part in a run: always in the staged schedule, in the linear one never."""
-    return parameters.schedule == "staged"
+    """Whether the stop criterion has a part in a run: in the linear schedule alone it has none."""
+    return parameters.filter == "edge-aware" or parameters.schedule == "staged"
+
+
+def _error_text(error: float) -> str:
+    millimetres = 1000 * error
+    return f"{millimetres:.{1 if millimetres < 10 else 0}f} mm" if error < 1 else f"{error:.2f} m"
 
 
 def _metres(depth: float) -> str:

@@ -168,13 +168,13 @@ class Session:
         """Keep blocks' results; they are not exported yet."""
         self._results.update({result.block.label: result for result in results})
         self._runs += 1
-        self._forget()
+        self._valid = None
 
     def clear_results(self) -> None:
         """Forget all results."""
         self._results.clear()
         self._saved_runs = self._runs
-        self._forget()
+        self._valid = None
 
     def counts(self) -> dict[int, BlockCounts]:
         """Block label -> counts, in rising order of labels."""
@@ -221,6 +221,6 @@ class Session:
         self._edits += 1
 
     def _forget(self) -> None:
-        """What was worked out from labels and results no longer holds."""
+        """What was worked out from the labels no longer holds."""
         self._counts = None
         self._valid = None

@@ -8,7 +8,7 @@ from collections.abc import Callable, Generator
 from enum import Enum
 from typing import Any
 
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 DRAIN_INTERVAL_MS = 33
 SHUTDOWN_LIMIT_S = 10.0
@@ -34,6 +34,8 @@ class Worker(QObject):
     failed = Signal(object)
     cancelled = Signal()
     paused = Signal()
+    _over = Signal()
+    """From the job's thread: the end is not left to wait for the timer."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -46,6 +48,7 @@ class Worker(QObject):
         self._end: tuple[str, Any] | None = None
         self._timer = QTimer(self, interval=DRAIN_INTERVAL_MS)
         self._timer.timeout.connect(self._drain)
+        self._over.connect(self._drain, Qt.ConnectionType.QueuedConnection)
 
     @property
     def busy(self) -> bool:
@@ -117,6 +120,8 @@ class Worker(QObject):
             self._end = "cancelled", None
         except Exception as error:
             self._end = "failed", error
+        finally:
+            self._over.emit()
 
     def _may_go_on(self) -> bool:
         """Wait while paused; False once cancelled."""
@@ -130,6 +135,8 @@ class Worker(QObject):
             return self._command is not _Command.CANCEL
 
     def _drain(self) -> None:
+        if self._thread is None:
+            return
         end = self._end  # looked at first: what is in the buffer by then belongs before the end
         batch = [self._items.popleft() for _ in range(len(self._items))]
         if batch:
@@ -141,8 +148,9 @@ class Worker(QObject):
             return
         self._timer.stop()
         thread, self._thread = self._thread, None
-        if thread is not None:
-            thread.join()
+        if thread is None:  # who took the last batch has shut down
+            return
+        thread.join()
         kind, value = end
         if kind == "cancelled" or self._command is _Command.CANCEL:
             self.cancelled.emit()

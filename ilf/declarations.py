@@ -11,6 +11,7 @@ import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, Self
 
 from .errors import ParameterError
@@ -106,6 +107,10 @@ def declare(default: Value, label: str, help: str, group: str, **details: Any) -
     return dataclasses.field(default=default, metadata={"declaration": (default, label, help, group, details)})
 
 
+_found: dict[type, Mapping[str, Declaration]] = {}
+"""Class -> its declarations, which forms and checks ask for all the time."""
+
+
 @dataclass(frozen=True)
 class ParameterSet:
     """Base of the parameter dataclasses: immutable plain data, checked when made."""
@@ -115,13 +120,15 @@ class ParameterSet:
             object.__setattr__(self, name, declaration.checked(getattr(self, name)))
 
     @classmethod
-    def declarations(cls) -> dict[str, Declaration]:
+    def declarations(cls) -> Mapping[str, Declaration]:
         """Name -> Declaration, in the order of the form."""
-        found = {}
-        for item in dataclasses.fields(cls):
-            default, label, text, group, details = item.metadata["declaration"]
-            found[item.name] = Declaration(item.name, default, label, text, group, **details)
-        return found
+        if cls not in _found:
+            declarations = {}
+            for item in dataclasses.fields(cls):
+                default, label, text, group, details = item.metadata["declaration"]
+                declarations[item.name] = Declaration(item.name, default, label, text, group, **details)
+            _found[cls] = MappingProxyType(declarations)
+        return _found[cls]
 
     def matters(self, name: str) -> bool:
         """Whether a parameter has any effect with the other values as they are."""

@@ -94,12 +94,12 @@ class Parameters(ParameterSet):
     )  # fmt: skip
     noise: float = declare(
         0.0, "Noise", "Standard deviation of the known depth. 'auto' estimates it in every block; the noisier, the "
-        "less known pixels are followed one by one.", _SMOOTH, unit="m", minimum=0.0, maximum=1.0, step=0.001,
-        special="auto", source="not in the paper", when=_EDGE_AWARE,
+        "less known pixels are followed one by one.", _SMOOTH, unit="m",
+        scale="log", minimum=0.0, maximum=1.0, step=0.001, special="auto", source="not in the paper", when=_EDGE_AWARE,
     )  # fmt: skip
     jump_share: float = declare(
         0.005, "Jump, share of depth", "Bending above which the surface lets go, so that depth jumps and flying "
-        "pixels do not pull at what is around them; 0 switches it off.", _SMOOTH, minimum=0.0, maximum=1.0,
+        "pixels do not pull at what is around them; 0 switches it off.", _SMOOTH, scale="log", minimum=0.0, maximum=1.0,
         step=0.001, source="not in the paper", when=_EDGE_AWARE,
     )  # fmt: skip
     edge_scale: float = declare(
@@ -133,16 +133,17 @@ class Parameters(ParameterSet):
     )  # fmt: skip
     stage_step: float = declare(
         0.5, "Stage step", "How much every stage of the staged schedule adds to the cut-off frequency.",
-        _SCHEDULE, unit="basebands", minimum=0.05, maximum=50.0, step=0.1, source="section 3; value not given",
-        when=("schedule", "staged"),
+        _SCHEDULE, unit="basebands", scale="log", minimum=0.05, maximum=50.0, step=0.1,
+        source="section 3; value not given", when=("schedule", "staged"),
     )  # fmt: skip
     linear_start: float = declare(
         0.5, "Linear start", "First radius of the linear schedule, in cycles per side of the block.", _SCHEDULE,
-        unit="cycles", minimum=0.0, maximum=50.0, step=0.1, source="released code", when=("schedule", "linear"),
+        unit="cycles", scale="log", minimum=0.0, maximum=50.0, step=0.1, source="released code",
+        when=("schedule", "linear"),
     )  # fmt: skip
     shortest_wavelength: float = declare(
         15.0, "Shortest wavelength", "Where the pass band stops growing: the shortest wave it lets through.",
-        _SCHEDULE, unit="px", minimum=2.0, maximum=2000.0, source="released code", when=_IDEAL,
+        _SCHEDULE, unit="px", scale="log", minimum=2.0, maximum=2000.0, source="released code", when=_IDEAL,
     )  # fmt: skip
     padding: float = declare(
         2.0, "Padding", "Side of the zero-padded grid, in sides of the block's bounding box.", _SCHEDULE,
@@ -150,7 +151,7 @@ class Parameters(ParameterSet):
     )  # fmt: skip
     s_criteria: float = declare(
         0.005, "S_criteria", "The iteration is steady when sigma_i falls below this.", _STOP,
-        unit="m", minimum=0.0, maximum=1.0, step=0.001, source="Eq. (1)",
+        unit="m", scale="log", minimum=0.0, maximum=1.0, step=0.001, source="Eq. (1)",
     )  # fmt: skip
     stop_when_steady: bool = declare(
         True, "Stop when steady", "Stop as soon as the iteration is steady and the pass band has reached its last "
@@ -158,7 +159,7 @@ class Parameters(ParameterSet):
     )  # fmt: skip
     max_iterations: int = declare(
         1500, "Iterations, at most", "Upper limit of the iteration count; the linear schedule reaches its last "
-        "radius there.", _STOP, minimum=1, maximum=100_000, step=100, source="section 3",
+        "radius there.", _STOP, scale="log", minimum=1, maximum=100_000, step=100, source="section 3",
     )  # fmt: skip
     hold_out: float = declare(
         0.0, "Hold-out share", "Share of the known pixels that the iteration does not see, to judge it by: noise comes "
@@ -167,8 +168,8 @@ class Parameters(ParameterSet):
     )  # fmt: skip
     rgb_iterations: int = declare(
         150, "Colour-weighted iterations", "For so many iterations the block's colour spectrum weights the filter; "
-        "0 switches it off.", _COLOUR, minimum=0, maximum=100_000, step=10, source="section 3: at most 150",
-        when=_IDEAL,
+        "0 switches it off.", _COLOUR, scale="log", minimum=0, maximum=100_000, step=10,
+        source="section 3: at most 150", when=_IDEAL,
     )  # fmt: skip
     rgb_dilation: int = declare(
         3, "Spectrum dilation", "Radius of the disk that dilates the colour spectrum.", _COLOUR,
@@ -185,7 +186,7 @@ class Parameters(ParameterSet):
     )  # fmt: skip
     min_known_pixels: int = declare(
         30, "Known pixels, at least", "A block with fewer known pixels is reported as not recoverable and stays "
-        "missing.", _DATA, unit="px", minimum=1, maximum=1_000_000,
+        "missing.", _DATA, unit="px", scale="log", minimum=1, maximum=1_000_000,
     )  # fmt: skip
 
 

@@ -28,6 +28,7 @@ _STATES = {
     "iteration limit": ("ph.warning", "warning"),
     "not recoverable": ("ph.x-circle", "error"),
     "nothing missing": ("ph.minus-circle", "muted"),
+    "values changed": ("ph.arrows-clockwise", "warning"),
 }
 
 
@@ -46,7 +47,7 @@ class BlockRow:
     defect_rate : float
         Share of pixels without depth, 0-1.
     state : str
-        "ready", "queued", "running", or the value of a `Status`.
+        "ready", "queued", "running", "values changed", or the value of a `Status`.
     detail : str
         Tooltip of the state.
     iterations : int

@@ -30,7 +30,10 @@ class FilterPanel(QWidget):
         for name in PRESETS:
             self.presets.addItem(name, name)
         self._bases = {False: DEFAULT_PRESET, True: DEFAULT_PRESET}  # by for_chosen_block
-        self.presets.setToolTip("paper: as the text describes it. released-code: as the authors' program does it.")
+        self.presets.setToolTip(
+            "best: follows edges and noise. paper: as the text describes it. "
+            "released-code: as the authors' program does it."
+        )
         self.presets.activated.connect(lambda _: self.edited.emit(PRESETS[self.presets.currentData()]))
         self._scope = QComboBox()
         self._scope.addItems(["All blocks", "Chosen block"])
@@ -50,6 +53,8 @@ class FilterPanel(QWidget):
             button.setDefaultAction(action)
             if action is run_actions[0]:
                 button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            else:
+                button.setAutoRaise(True)  # else one cannot see which are switched on
             buttons.addWidget(button)
         buttons.addStretch()
         layout = QVBoxLayout(self)

@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 )
 
 from gui import theme
+from gui.panels.slider import ValueSlider, wants_slider
 from ilf.declarations import Declaration, ParameterSet, Value
 
 _DECIMALS = 9
@@ -33,6 +34,8 @@ _RESET_SIZE = 18
 
 class ParameterForm(QScrollArea):
     """Edits one ParameterSet; what it shows and allows comes from the declarations alone.
+
+    Parameters that have no effect with the other values as they are do not show.
 
     The set itself is the truth and the editors only show it: a value that an editor cannot show to its last
     digit survives unless the user changes it.
@@ -56,16 +59,20 @@ class ParameterForm(QScrollArea):
         self._base = set_class()
         self._rows: dict[str, _Row] = {}
         self._wheel_guard = _WheelGuard(self)
+        declarations = set_class.declarations()
+        self._deciding = {item.when[0] for item in declarations.values() if item.when}
+        """Parameters on which it depends whether others matter."""
 
         content = QWidget()
         column = QVBoxLayout(content)
         column.setContentsMargins(8, 6, 4, 10)
         column.setSpacing(2)
         groups: dict[str, list[Declaration]] = {}
-        for declaration in set_class.declarations().values():
+        for declaration in declarations.values():
             groups.setdefault(declaration.group, []).append(declaration)
-        for group, members in groups.items():
-            column.addWidget(self._section(group, members))
+        self._sections = {group: self._section(group, members) for group, members in groups.items()}
+        for section in self._sections.values():
+            column.addWidget(section)
         column.addStretch(1)
 
         self.setWidget(content)
@@ -80,13 +87,15 @@ class ParameterForm(QScrollArea):
 
     def set_parameters(self, parameters: ParameterSet) -> None:
         """Show other values; `changed` is not emitted."""
-        self._parameters = parameters
-        self._show()
+        if parameters != self._parameters:
+            self._parameters = parameters
+            self._show()
 
     def set_base(self, parameters: ParameterSet) -> None:
         """Set the values (of a preset) that rows are marked against and reset to."""
-        self._base = parameters
-        self._show()
+        if parameters != self._base:
+            self._base = parameters
+            self._show()
 
     def sizeHint(self) -> QSize:
         return QSize(300, 520)
@@ -110,13 +119,13 @@ class ParameterForm(QScrollArea):
         font.setBold(True)
         header.setFont(font)
         body = QWidget()
-        grid = QGridLayout(body)
-        grid.setContentsMargins(2, 2, 0, 2)
-        grid.setHorizontalSpacing(4)
-        grid.setVerticalSpacing(5)
-        grid.setColumnStretch(0, 1)
-        for number, declaration in enumerate(members):
-            self._rows[declaration.name] = self._add_row(grid, number, declaration)
+        rows = QVBoxLayout(body)
+        rows.setContentsMargins(2, 2, 0, 2)
+        rows.setSpacing(5)
+        for declaration in members:
+            row = self._row(declaration)
+            self._rows[declaration.name] = row
+            rows.addWidget(row.widget)
 
         def fold(opened: bool) -> None:
             body.setVisible(opened)
@@ -127,20 +136,29 @@ class ParameterForm(QScrollArea):
         column.addWidget(body)
         return section
 
-    def _add_row(self, grid: QGridLayout, number: int, declaration: Declaration) -> _Row:
+    def _row(self, declaration: Declaration) -> _Row:
         name = declaration.name
+        widget = QWidget()
+        grid = QGridLayout(widget)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setHorizontalSpacing(4)
+        grid.setVerticalSpacing(1)
+        grid.setColumnStretch(0, 1)
         editor, show = _editor(declaration, lambda value: self._edited(name, value))
         editor.setObjectName(name)
         editor.installEventFilter(self._wheel_guard)
         if isinstance(editor, QCheckBox):
             caption: QLabel | QCheckBox = editor
-            grid.addWidget(editor, number, 0, 1, 2)
+            grid.addWidget(editor, 0, 0, 1, 2)
         else:
             caption = QLabel(declaration.label, wordWrap=True)
             caption.setBuddy(editor)
             editor.setFixedWidth(_FIELD_WIDTH)
-            grid.addWidget(caption, number, 0)
-            grid.addWidget(editor, number, 1)
+            grid.addWidget(caption, 0, 0)
+            grid.addWidget(editor, 0, 1)
+        slider = self._slider(declaration) if wants_slider(declaration) else None
+        if slider is not None:
+            grid.addWidget(slider, 1, 0, 1, 2)
         reset = QToolButton(autoRaise=True)
         reset.setFixedSize(_RESET_SIZE, _RESET_SIZE)
         reset.setObjectName(f"reset_{name}")
@@ -148,10 +166,18 @@ class ParameterForm(QScrollArea):
         policy = reset.sizePolicy()
         policy.setRetainSizeWhenHidden(True)
         reset.setSizePolicy(policy)
-        grid.addWidget(reset, number, 2)
-        for widget in (caption, editor):
-            widget.setToolTip(_tooltip(declaration))
-        return _Row(declaration, caption, reset, show)
+        grid.addWidget(reset, 0, 2)
+        for part in (caption, editor, slider):
+            if part is not None:
+                part.setToolTip(_tooltip(declaration))
+        return _Row(declaration, widget, caption, reset, slider, show)
+
+    def _slider(self, declaration: Declaration) -> ValueSlider:
+        slider = ValueSlider(declaration)
+        slider.setObjectName(f"slider_{declaration.name}")
+        slider.installEventFilter(self._wheel_guard)
+        slider.valueChanged.connect(lambda _: self._edited(declaration.name, slider.shown_value))
+        return slider
 
     def _edited(self, name: str, value: Value) -> None:
         current = getattr(self._parameters, name)
@@ -163,21 +189,36 @@ class ParameterForm(QScrollArea):
             return
         self._parameters = self._parameters.replace(**{name: value})
         self._show_row(name)
+        if name in self._deciding:
+            self._show_what_matters()
         self.changed.emit(self._parameters)
 
     def _show(self) -> None:
         for name in self._rows:
             self._show_row(name)
+        self._show_what_matters()
 
     def _show_row(self, name: str) -> None:
         row = self._rows[name]
         value, base = getattr(self._parameters, name), getattr(self._base, name)
         row.show(value)
+        if row.slider is not None:
+            row.slider.show_value(value)
         # not by palette, which a new application style sheet would take away
         accent = theme.colours(self.palette()).accent.name()
-        row.caption.setStyleSheet("" if value == base else f"color: {accent}")
+        style = "" if value == base else f"color: {accent}"
+        if row.caption.styleSheet() != style:  # setting one is slow, even the same
+            row.caption.setStyleSheet(style)
         row.reset.setVisible(value != base)
         row.reset.setToolTip(f"Back to {_value_text(row.declaration, base)}")
+
+    def _show_what_matters(self) -> None:
+        shown = {name for name in self._rows if self._parameters.matters(name)}
+        for name, row in self._rows.items():
+            row.widget.setVisible(name in shown)
+        groups = {self._rows[name].declaration.group for name in shown}
+        for group, section in self._sections.items():
+            section.setVisible(group in groups)
 
     def _style(self) -> None:
         icon = theme.icon("ph.arrow-counter-clockwise", self.palette())
@@ -189,8 +230,10 @@ class ParameterForm(QScrollArea):
 @dataclass(frozen=True)
 class _Row:
     declaration: Declaration
+    widget: QWidget
     caption: QLabel | QCheckBox
     reset: QToolButton
+    slider: ValueSlider | None
     show: Callable[[Value], None]
 
 

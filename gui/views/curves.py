@@ -1,4 +1,4 @@
-"""Live convergence curves of one block: sigma_i on a logarithmic axis with S_criteria, and the L1 norm."""
+"""Live convergence curves of one block: sigma_i with S_criteria, errors at known pixels, and the L1 norm."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ from collections.abc import Sequence
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, QPointF, Qt, Signal
-from PySide6.QtGui import QBrush, QColor, QFont, QResizeEvent
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtGui import QFont, QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QLabel, QStackedWidget, QVBoxLayout, QWidget
 
 from ilf.filter.convergence import IterationRecord
 
 from .. import theme
+from .convergence_plot import ConvergencePlot, ErrorPlot, veil
 
 EMPTY_TEXT = "Run the filter to see how each block converges"
 SIGMA_FLOOR = 1e-6
-"""Smaller sigma_i [m], zero included, are drawn here: a logarithmic axis has no zero."""
+"""Smaller errors [m], zero included, are drawn here: a logarithmic axis has no zero."""
 
 _SIDE_BY_SIDE = 1.7  # width over height from which the plots stand next to each other
 _AXIS_WIDTH = 64
-_AXIS_HEIGHT = 34
 _TICK_GAP = 17  # least distance between the labels of a vertical axis [px]
 
 
@@ -80,7 +80,7 @@ class SumAxis(pg.AxisItem):
 
 
 class CurvesPanel(QWidget):
-    """The two curves of one block, with linked iterations and a readout."""
+    """The curves of one block, with linked iterations and a readout; errors if pixels are held out to tell them by."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -107,7 +107,9 @@ class CurvesPanel(QWidget):
         self.l1_plot = ConvergencePlot(SumAxis(), "L1 norm of P<sub>i</sub> [m]")
         self.l1_plot.setXLink(self.sigma_plot)
         self.sigma_plot.getViewBox().setLimits(minYRange=1.2)
-        self._plots = (self.sigma_plot, self.l1_plot)
+        self.error_plot = ErrorPlot(LengthAxis())
+        self.error_plot.setXLink(self.sigma_plot)
+        self._plots = (self.sigma_plot, self.error_plot, self.l1_plot)
         for plot in self._plots:
             plot.hovered.connect(self._hover)
         self._criterion_line = pg.InfiniteLine(
@@ -178,11 +180,15 @@ class CurvesPanel(QWidget):
             self.records.append(record)
         self._pages.setCurrentIndex(1 if self.records else 0)
         iterations = np.array([record.i for record in self.records], np.float64)
-        sigma = np.array([record.sigma_i for record in self.records], np.float64)
+        sigma, residual, held_out = (
+            _logarithms([getattr(record, name) for record in self.records])
+            for name in ("sigma_i", "residual", "held_out")
+        )
         l1 = np.array([record.l1 for record in self.records], np.float64)
         weighted = [record.i for record in self.records if record.weighted]
         span = (weighted[0] - 0.5, weighted[-1] + 0.5) if weighted else None
-        self.sigma_plot.show_curve(iterations, np.log10(np.maximum(sigma, SIGMA_FLOOR)), self._stage_starts, span)
+        self.sigma_plot.show_curve(iterations, sigma, self._stage_starts, span)
+        self.error_plot.show_errors(iterations, held_out, residual, self._stage_starts, span)
         self.l1_plot.show_curve(iterations, l1, self._stage_starts, span)
         self._update_readout()
 
@@ -199,8 +205,9 @@ class CurvesPanel(QWidget):
         wide = self.width() > _SIDE_BY_SIDE * self.height()
         across, down = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
         self._plots_layout.setDirection(across if wide else down)
-        # stacked plots share the lower one's iterations
-        self.sigma_plot.show_iterations(wide)
+        # stacked plots share the lowest one's iterations
+        for plot in self._plots[:-1]:
+            plot.show_iterations(wide)
         self._update_readout()
 
     def changeEvent(self, event: QEvent) -> None:
@@ -236,9 +243,11 @@ class CurvesPanel(QWidget):
         parts = [
             f"i {record.i}",
             f"σ {length_text(record.sigma_i)}",
+            *([f"hold-out {length_text(record.held_out)}"] if math.isfinite(record.held_out) else []),
             f"L1 {record.l1:,.4g} m" if record.l1 < 1e4 else f"L1 {record.l1:,.0f} m",
             f"radii {record.radii[0]:.1f} × {record.radii[1]:.1f}",
             f"stage {record.stage}",
+            f"residual {length_text(record.residual)}",
         ]
         room = self.width() - metrics.horizontalAdvance(self._title.text()) - 48
         while len(parts) > 2 and metrics.horizontalAdvance("   ".join(parts)) > room:
@@ -252,119 +261,17 @@ class CurvesPanel(QWidget):
         self._readout.setFont(tabular)
         small = QFont(self.font())
         small.setPointSizeF(small.pointSizeF() * 0.85)
-        for plot, colour in zip(self._plots, colours.series, strict=False):
-            plot.set_colours(colours, colour, small)
+        sigma, l1, residual, held_out = colours.series
+        self.sigma_plot.set_colours(colours, sigma, small)
+        self.l1_plot.set_colours(colours, l1, small)
+        self.error_plot.set_error_colours(colours, held_out, residual, small)
         self._criterion_line.setPen(pg.mkPen(colours.warning, width=1.5, style=Qt.PenStyle.DashLine))
         self._criterion_line.label.setColor(colours.warning)
         self._criterion_line.label.setFont(small)
-        self._criterion_line.label.fill = _veil(colours)
+        self._criterion_line.label.fill = veil(colours)
         self._hint.setStyleSheet(f"color: {colours.muted.name()};")
 
 
-class IterationView(pg.ViewBox):
-    """View with little padding along the iterations, and room for a line of text above and below the curve."""
-
-    def suggestPadding(self, axis: int) -> float:
-        return 0.02 if axis == self.XAxis else 0.12
-
-
-class ConvergencePlot(pg.PlotWidget):
-    """A curve over iterations with stage marks, the colour-weighted span and a cursor."""
-
-    hovered = Signal(float)
-    """Iteration under the mouse, NaN when it leaves."""
-
-    def __init__(self, axis: pg.AxisItem, label: str) -> None:
-        super().__init__(viewBox=IterationView(enableMenu=False), axisItems={"left": axis}, enableMenu=False)
-        self._label = label
-        self._span_name: pg.InfLineLabel | None = None
-        self._curve = pg.PlotCurveItem(antialias=True, connect="finite")
-        self._stages = pg.VTickGroup(yrange=[0, 1])
-        self._span = pg.LinearRegionItem(movable=False, pen=pg.mkPen(None))
-        self._span.setZValue(-20)
-        self._stages.setZValue(-10)
-        self._cursor = pg.InfiniteLine(angle=90)
-        for item in (self._span, self._stages, self._cursor):
-            item.setVisible(False)
-            self.addItem(item, ignoreBounds=True)
-        self.addItem(self._curve)
-        self.plotItem.setContentsMargins(4, 7, 4, 2)
-        self.hideButtons()
-        view = self.getViewBox()
-        view.setMouseEnabled(x=True, y=False)
-        view.setLimits(xMin=0, minXRange=10)
-        self.getAxis("bottom").enableAutoSIPrefix(False)
-        self.getAxis("bottom").setStyle(maxTickLevel=0)
-        self.show_iterations(True)
-        self.setFrameShape(pg.PlotWidget.Shape.NoFrame)
-        self.setStatusTip("Wheel or drag: zoom and move along the iterations. Double-click: all of them.")
-        self.scene().sigMouseMoved.connect(self._mouse_moved)
-
-    def show_curve(
-        self, iterations: np.ndarray, values: np.ndarray, stages: list[float], span: tuple[float, float] | None
-    ) -> None:
-        """Draw values over iterations, marks between stages and the span of colour-weighted iterations."""
-        self._curve.setData(iterations, values)
-        self._stages.setVisible(bool(stages))
-        self._stages.setXVals(stages)
-        self._span.setVisible(span is not None)
-        if span is not None:
-            self._span.setRegion(span)
-
-    def name_span(self, text: str) -> None:
-        """Say in the plot what the shaded span means."""
-        self._span_name = pg.InfLineLabel(self._span.lines[0], text, position=0.01, anchors=[(0, 1), (0, 1)])
-
-    def point_at(self, iteration: int | None) -> None:
-        """Put the cursor on an iteration, or nowhere."""
-        self._cursor.setVisible(iteration is not None)
-        if iteration is not None:
-            self._cursor.setValue(iteration)
-
-    def fit(self) -> None:
-        """Follow all iterations again."""
-        self.enableAutoRange(x=True, y=True)
-
-    def show_iterations(self, shown: bool) -> None:
-        """Label the horizontal axis, or leave only its line."""
-        axis = self.getAxis("bottom")
-        axis.setStyle(showValues=shown)
-        axis.showLabel(shown)
-        axis.setHeight(_AXIS_HEIGHT if shown else 6)
-
-    def set_colours(self, colours: theme.Colours, curve: QColor, font: QFont) -> None:
-        """Take the theme's colours, one of them for the curve."""
-        self.setBackground(colours.background)
-        self._curve.setPen(pg.mkPen(curve, width=1.8))
-        self._stages.setPen(pg.mkPen(colours.grid))
-        veil = QColor(colours.accent)
-        veil.setAlpha(28)
-        self._span.setBrush(veil)
-        self._cursor.setPen(pg.mkPen(colours.muted))
-        if self._span_name is not None:
-            self._span_name.setColor(colours.muted)
-            self._span_name.setFont(font)
-            self._span_name.fill = _veil(colours)
-        for name, text in (("left", self._label), ("bottom", "Iteration i")):
-            axis = self.getAxis(name)
-            axis.setPen(colours.grid)
-            axis.setTextPen(colours.muted)
-            axis.setTickFont(font)
-            axis.setLabel(text, color=colours.muted.name(), **{"font-size": f"{font.pointSizeF():.1f}pt"})
-
-    def mouseDoubleClickEvent(self, event: QEvent) -> None:
-        self.fit()
-
-    def leaveEvent(self, event: QEvent) -> None:
-        super().leaveEvent(event)
-        self.hovered.emit(math.nan)
-
-    def _mouse_moved(self, position: QPointF) -> None:
-        self.hovered.emit(self.getViewBox().mapSceneToView(position).x())
-
-
-def _veil(colours: theme.Colours) -> QBrush:
-    """Ground for a text that a curve may cross."""
-    ground = QColor(colours.background)
-    ground.setAlpha(170)
-    return QBrush(ground)
+def _logarithms(metres: list[float]) -> np.ndarray:
+    """log10 of lengths [m], those below the floor at the floor; NaN stays NaN."""
+    return np.log10(np.maximum(np.array(metres, np.float64), SIGMA_FLOOR))

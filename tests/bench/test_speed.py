@@ -5,6 +5,7 @@ How many times as fast the pass band is than the full grid is printed by `python
 
 from __future__ import annotations
 
+import itertools
 import subprocess
 import sys
 
@@ -16,7 +17,9 @@ from pytest_benchmark.fixture import BenchmarkFixture
 import ilf
 from ilf.assets import asset_path
 from ilf.blocks import find_blocks
+from ilf.completion import CompletionRun
 from ilf.filter.iteration import BlockIteration
+from ilf.parameters import PRESETS
 from tests.reference.full_grid import FullGridIteration
 
 ITERATIONS = 100
@@ -58,6 +61,32 @@ def test_iterations(
 def test_whole_frame(benchmark: BenchmarkFixture, room: ilf.RGBDFrame, room_blocks: np.ndarray, name: str) -> None:
     result = benchmark.pedantic(ilf.complete, (room, room_blocks, ilf.preset(name)), rounds=2)
     assert result.filled.any()
+
+
+@pytest.mark.parametrize("threads", [1, None], ids=["one thread", "all cores"])
+@pytest.mark.benchmark(group="whole frame, blocks given, by threads")
+def test_threads(
+    benchmark: BenchmarkFixture, room: ilf.RGBDFrame, room_blocks: np.ndarray, threads: int | None
+) -> None:
+    result = benchmark.pedantic(ilf.complete, (room, room_blocks), {"threads": threads}, rounds=5)
+    assert result.filled.any()
+
+
+@pytest.mark.parametrize("name", list(PRESETS))
+@pytest.mark.benchmark(group="block of 200 x 200, a value changed")
+def test_one_block_again(benchmark: BenchmarkFixture, room: ilf.RGBDFrame, name: str) -> None:
+    """What a slider of the window sets off, each time with another value."""
+    labels = np.zeros(room.shape, np.int32)
+    labels[140:340, 240:440] = 1
+    other_values = itertools.cycle([ilf.preset(name, s_criteria=0.0005 + 0.0001 * step) for step in range(7)])
+
+    def again() -> CompletionRun:
+        with CompletionRun(room, labels, next(other_values), only={1}) as run:
+            for _ in run:
+                pass
+        return run
+
+    assert benchmark(again).results[1].outcome.recovered
 
 
 @pytest.mark.parametrize("size", [(320, 240), (640, 480), (1280, 960), (3840, 2160)], ids=str)

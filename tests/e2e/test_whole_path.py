@@ -357,6 +357,7 @@ def test_docks_keep_their_sizes_when_the_window_is_hidden_and_shown(window: Main
 
 def test_preset_box_keeps_the_two_scopes_apart(opened: MainWindow) -> None:
     workspace, panel = opened.workspace, opened.filter_panel
+    workspace.set_parameters(ilf.preset("paper"))
     workspace.set_parameters(ilf.preset("paper", centred=True))
     workspace.select([1])
     workspace.set_parameters(ilf.preset("released-code"), 1)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QCheckBox, QComboBox, QDoubleSpinBox, QSpinBox, QToolButton, QWidget
 
 from gui.panels.parameter_form import ParameterForm
-from ilf.parameters import BlockParameters, Parameters, preset
+from gui.panels.slider import ValueScale, ValueSlider, wants_slider
+from ilf.declarations import ParameterSet, declare
+from ilf.parameters import PRESETS, BlockParameters, Parameters, preset
 
 
 @pytest.fixture
@@ -91,11 +95,85 @@ def test_special_minimum_is_a_word(qtbot):
     assert form.findChild(QSpinBox, "margin").text() == "auto"
 
 
-def test_nothing_is_cut_off_at_280_pixels(form):
-    for name in Parameters.declarations():
-        editor = form.findChild(QWidget, name)
-        assert form.widget().rect().contains(editor.mapTo(form.widget(), editor.rect().bottomRight()))
+@pytest.mark.parametrize("name", PRESETS)
+def test_nothing_is_cut_off_at_280_pixels(form, name):
+    form.set_parameters(PRESETS[name])
+    inside = form.widget().rect()
+    parts = [part for part in form.findChildren(QWidget) if part.isVisibleTo(form) and part.objectName()]
+    assert {part.objectName() for part in parts} > set(_shown(form))
+    for part in parts:
+        corners = part.mapTo(form.widget(), part.rect().topLeft()), part.mapTo(form.widget(), part.rect().bottomRight())
+        if form.widget().isAncestorOf(part):
+            assert all(inside.contains(corner) for corner in corners), part.objectName()
     assert form.widget().minimumSizeHint().width() <= form.viewport().width()
+
+
+def _shown(form: ParameterForm) -> list[str]:
+    """Names of the parameters whose editors can be seen, or scrolled to."""
+    return [name for name in form.parameters().declarations() if form.findChild(QWidget, name).isVisibleTo(form)]
+
+
+def _groups(form: ParameterForm) -> set[str]:
+    """Headings that can be seen, or scrolled to."""
+    return {item.text() for item in form.findChildren(QToolButton) if item.text() and item.isVisibleTo(form)}
+
+
+def test_rows_without_effect_are_hidden_and_come_back(form):
+    for parameters in (*PRESETS.values(), Parameters()):
+        form.set_parameters(parameters)
+        declarations = parameters.declarations()
+        mattering = [name for name in declarations if parameters.matters(name)]
+        assert _shown(form) == mattering
+        assert _groups(form) == {declarations[name].group for name in mattering}
+    form.findChild(QComboBox, "schedule").setCurrentText("linear")
+    assert "linear_start" in _shown(form)
+    assert "stage_step" not in _shown(form)
+    form.findChild(QComboBox, "filter").setCurrentText("edge-aware")
+    assert "smoothness" in _shown(form)
+    assert not {"schedule", "linear_start"} & set(_shown(form))
+    assert form.parameters().schedule == "linear", "what is hidden keeps its value"
+
+
+def test_dragging_a_slider_reports_every_value_and_moves_the_field(form, qtbot):
+    slider = form.findChild(ValueSlider, "slider_padding")
+    seen = []
+    form.changed.connect(lambda parameters: seen.append(parameters.padding))
+    for position in (5, 6, 6, 7):
+        slider.setValue(position)
+    assert seen == [2.25, 2.5, 2.75]
+    assert form.findChild(QDoubleSpinBox, "padding").value() == 2.75
+    form.findChild(QDoubleSpinBox, "padding").setValue(1.3)
+    assert slider.value() == 1
+    assert form.parameters() == Parameters(padding=1.3), "a slider shows the nearest position and changes nothing"
+
+
+@dataclass(frozen=True)
+class _Sizes(ParameterSet):
+    stiffness: float = declare(1.0, "Stiffness", "h", "g", minimum=0.001, maximum=1e6, step=0.1, scale="log")
+    weight: float = declare(0.02, "Weight", "h", "g", minimum=0.0, maximum=1e6, step=0.01, scale="log")
+    count: int = declare(1500, "Count", "h", "g", minimum=1, maximum=100_000, step=100, scale="log")
+    switch_off: int = declare(150, "Switch off", "h", "g", minimum=0, maximum=1000, step=10, scale="log")
+    share: float = declare(0.1, "Share", "h", "g", minimum=0.0, maximum=1.0, step=0.01)
+    margin: int = declare(-1, "Margin", "h", "g", minimum=-1, maximum=20, special="auto")
+    fine: float = declare(0.1, "Fine", "h", "g", minimum=0.0, maximum=1.0, step=0.001)
+    open_ended: float = declare(0.1, "Open", "h", "g", minimum=0.0)
+
+
+def test_sliders_reach_both_ends_rise_throughout_and_return_to_where_they_were():
+    sizes = _Sizes.declarations()
+    assert {name for name, item in sizes.items() if not wants_slider(item)} == {"fine", "open_ended"}
+    for declaration in filter(wants_slider, sizes.values()):
+        scale = ValueScale(declaration)
+        values = [scale.value(position) for position in range(scale.last + 1)]
+        assert values == sorted(values)
+        assert (values[0], values[-1]) == (declaration.minimum, declaration.maximum)
+        assert all(declaration.checked(value) == value for value in values)
+        assert all(scale.value(scale.position(value)) == value for value in values)
+        assert scale.position(declaration.default) in range(scale.last + 1)
+    middle = ValueScale(sizes["stiffness"])
+    assert middle.value(middle.position(1.0)) == pytest.approx(1.0, rel=0.1)
+    assert middle.position(1.0) == pytest.approx(middle.last / 3, abs=1), "equal ratios are equally far apart"
+    assert 0 < ValueScale(sizes["weight"]).value(1) <= 0.001
 
 
 def test_wheel_steps_the_editor_that_has_the_focus(form, qtbot):

@@ -1,0 +1,167 @@
+"""Moving a slider of the filter solves the chosen block anew; and several blocks run at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QSettings
+from PySide6.QtWidgets import QSlider
+from pytestqt.qtbot import QtBot
+
+import ilf
+from gui.main_window import MainWindow
+from gui.runs import RunState
+from ilf.completion import BlockResult
+
+from .conftest import WAIT_MS
+
+Run = Callable[[MainWindow], None]
+
+
+@pytest.fixture
+def opened(opened: MainWindow) -> MainWindow:
+    """The window with the small frame, its blocks, and a filter whose padding matters."""
+    opened.workspace.set_parameters(ilf.preset("paper"))
+    return opened
+
+
+def _slider(window: MainWindow, name: str) -> QSlider:
+    return window.filter_panel.form.findChild(QSlider, f"slider_{name}")
+
+
+def _results(window: MainWindow) -> dict[int, BlockResult]:
+    return dict(window.workspace.session.valid_results())
+
+
+def _states(window: MainWindow) -> dict[int, str]:
+    from gui.block_rows import block_rows
+
+    workspace = window.workspace
+    return {row.label: row.state for row in block_rows(workspace.session, window.runs, workspace.parameters)}
+
+
+@pytest.mark.parametrize("own", [False, True], ids=["values of all blocks", "values of the chosen block"])
+def test_a_slider_solves_the_chosen_block_anew_and_no_other(
+    opened: MainWindow, qtbot: QtBot, run_all: Run, own: bool
+) -> None:
+    run_all(opened)
+    workspace = opened.workspace
+    chosen, other = list(workspace.session.counts())[:2]
+    workspace.select([chosen])
+    opened.filter_panel.set_scope(own)
+    before = _results(opened)
+    steps = workspace.undo_group.activeStack().count()
+    said: list[str] = []
+    opened.runs.ended.connect(said.append)
+    with qtbot.waitSignal(opened.runs.resolved, timeout=WAIT_MS):
+        _slider(opened, "padding").setValue(8)
+    after = _results(opened)
+    assert after[chosen].parameters.padding == 3.0
+    assert not np.array_equal(after[chosen].depth, before[chosen].depth)
+    assert after[other] is before[other]
+    alone = ilf.complete(workspace.session.frame, workspace.session.labels, after[chosen].parameters)
+    assert np.array_equal(after[chosen].depth, alone.results[chosen].depth)
+    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
+    assert len(opened.curves.records) == after[chosen].outcome.iterations
+    assert _states(opened)[chosen] == "completed"
+    assert (_states(opened)[other] == "values changed") is not own
+    assert workspace.undo_group.activeStack().count() == steps
+    assert not said
+
+
+def test_of_many_values_the_last_one_stays(opened: MainWindow, qtbot: QtBot) -> None:
+    workspace = opened.workspace
+    chosen = next(iter(workspace.session.counts()))
+    workspace.select([chosen])
+    stored: list[int] = []
+    workspace.results_changed.connect(lambda: stored.append(0))
+    slider = _slider(opened, "padding")
+    for position in [*range(12, 0, -1), *range(13)]:
+        slider.setValue(position)
+    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
+    assert _results(opened)[chosen].parameters.padding == 4.0
+    assert set(_results(opened)) == {chosen}
+    assert 1 <= len(stored) <= 2, "nothing is queued"
+
+
+def test_a_long_re_solve_is_replaced(opened: MainWindow, qtbot: QtBot) -> None:
+    workspace = opened.workspace
+    chosen = next(iter(workspace.session.counts()))
+    workspace.select([chosen])
+    opened.filter_panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
+    assert opened.runs.state is RunState.RESOLVING
+    assert opened.actions_["run"].isEnabled()
+    with qtbot.waitSignal(opened.runs.resolved, timeout=WAIT_MS):
+        opened.filter_panel.edited.emit(ilf.preset("released-code", max_iterations=5))
+    assert _results(opened)[chosen].outcome.iterations == 5
+
+
+def test_a_run_takes_the_place_of_a_re_solve(opened: MainWindow, qtbot: QtBot) -> None:
+    workspace = opened.workspace
+    labels = list(workspace.session.counts())
+    workspace.select(labels[:1])
+    opened.filter_panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
+    assert opened.runs.state is RunState.RESOLVING
+    workspace.set_parameters(ilf.preset(max_iterations=4))
+    with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
+        opened.actions_["run"].trigger()
+    assert [result.outcome.iterations for result in _results(opened).values()] == [4] * len(labels)
+
+
+def test_nothing_is_solved_anew_during_a_run(opened: MainWindow, qtbot: QtBot) -> None:
+    workspace = opened.workspace
+    workspace.select(list(workspace.session.counts())[:1])
+    workspace.set_parameters(ilf.preset("released-code", max_iterations=100_000))
+    opened.actions_["run"].trigger()
+    _slider(opened, "padding").setValue(8)
+    assert opened.runs.state is RunState.RUNNING
+    with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
+        opened.actions_["cancel"].trigger()
+    assert not _results(opened)
+
+
+def test_with_live_off_nothing_runs_and_the_choice_is_remembered(
+    opened: MainWindow, qtbot: QtBot, run_all: Run
+) -> None:
+    run_all(opened)
+    workspace = opened.workspace
+    chosen = next(iter(workspace.session.counts()))
+    workspace.select([chosen])
+    before = _results(opened)
+    opened.actions_["live"].trigger()
+    _slider(opened, "padding").setValue(8)
+    assert opened.runs.state is RunState.IDLE
+    assert _results(opened) == before
+    assert _states(opened)[chosen] == "values changed"
+    assert QSettings().value("live", True, type=bool) is False
+    _slider(opened, "padding").setValue(4)
+    assert _states(opened)[chosen] == "completed", "the values are those of the result again"
+
+
+def test_without_a_chosen_block_nothing_runs(opened: MainWindow) -> None:
+    opened.workspace.select([])
+    _slider(opened, "padding").setValue(8)
+    assert opened.runs.state is RunState.IDLE
+
+
+def test_blocks_that_run_at_once_give_what_they_give_alone(
+    opened: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gui.runs.available_cores", lambda: 4)
+    workspace = opened.workspace
+    workspace.set_parameters(ilf.preset("released-code", max_iterations=2000))
+    labels = list(workspace.session.counts())
+    together: list[list[int]] = []
+    previews: list[int] = []
+    opened.runs.records.connect(lambda *_: together.append(opened.runs.running))
+    opened.runs.previewed.connect(lambda found: previews.append(len(found)))
+    with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
+        opened.actions_["run"].trigger()
+    assert max(map(len, together)) == len(labels)
+    assert max(previews) >= 1
+    expected = ilf.complete(workspace.session.frame, workspace.session.labels, workspace.parameters, threads=1)
+    completion = workspace.session.completion()
+    assert completion is not None
+    assert completion.depth.tobytes() == expected.depth.tobytes()
