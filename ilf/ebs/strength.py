@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from threading import Lock
-from weakref import WeakKeyDictionary
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ..frame import RGBDFrame
 from ..parameters import BlockParameters
+from ..per_frame import once_per_frame
 from .edges import canny_edges, colour_gradient, depth_edges, gradient_strength
-
-_known: WeakKeyDictionary[RGBDFrame, NDArray[np.float32]] = WeakKeyDictionary()
-_lock = Lock()
 
 
 def find_edges(frame: RGBDFrame, parameters: BlockParameters) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
@@ -40,11 +35,8 @@ def find_edges(frame: RGBDFrame, parameters: BlockParameters) -> tuple[NDArray[n
     return np.where(edges, np.float32(1.0), 0.9 * strength).astype(np.float32), edges
 
 
+@once_per_frame
 def edge_strength(frame: RGBDFrame) -> NDArray[np.float32]:
-    """Edge strength of a frame in [0, 1], float32 (H, W); found once and kept as long as the frame is."""
-    with _lock:
-        if frame not in _known:
-            strength, _ = find_edges(frame, BlockParameters())
-            strength.flags.writeable = False
-            _known[frame] = strength
-        return _known[frame]
+    """Edge strength of a frame in [0, 1], float32 (H, W), by the default parameters of the extraction."""
+    strength, _ = find_edges(frame, BlockParameters())
+    return strength

@@ -22,6 +22,7 @@ from ..frame import RGBDFrame
 from ..parameters import Parameters
 from .band import inner
 from .convergence import IterationRecord, held_out_of
+from .flying import flying_pixels
 from .smoothness import SmoothnessEnergy, Weights, make_weights
 from .trend import noise_of, trend_of
 
@@ -30,7 +31,7 @@ Array = NDArray[np.float32]
 _CONTEXT = 20
 """Known depth around a block counts up to a distance of 1 / so much of the frame's longer side."""
 
-_DIRECT_CELLS = 6000
+_DIRECT_CELLS = 2000
 """The coarsest grid has no more cells than that."""
 
 _HALVINGS = 2
@@ -57,8 +58,9 @@ _NARROW = 8.0
 _NEAREST = 0.1
 """Depth [m] below which what is given as a share of depth no longer shrinks."""
 
-_LEVELLING = np.float32(1e-9)
-"""Weight of the trend where there is no data: keeps corners that edges cut off from being singular."""
+_LEVELLING = 1e-9
+"""Weight of the trend where there is no data, in the largest of all weights: keeps corners that edges cut off from
+being singular."""
 
 
 class EdgeAwareIteration(Iterator[IterationRecord]):
@@ -69,7 +71,8 @@ class EdgeAwareIteration(Iterator[IterationRecord]):
     the window keep their raw depth, as P_i. sigma_i and the L1 norm are those of the grid that the stage works on. So
     are residual and hold-out error: of a surface that is constant in every cell but for the trend, against the depth
     of the single pixels, so coarse grids have what varies inside their cells in it. The residual is over all known
-    depth in the window; held out are pixels of the block in it. The edges are the frame's, found with all its depth.
+    depth in the window; held out are pixels of the block in it. Edges and flying pixels are those of the frame, found
+    with all of its depth.
 
     Parameters
     ----------
@@ -94,6 +97,7 @@ class EdgeAwareIteration(Iterator[IterationRecord]):
         trend, stiffness = self._view.trend(depth, noise, shaped)
         weights = parameters.smoothness * stiffness
         self._slope, self._bending = weights * parameters.slope_weight, weights * parameters.bending_weight
+        self._levelling = np.float32(_LEVELLING * max(1.0, self._slope, self._bending))
         self._jump = max(noise, parameters.jump_share * max(depth, _NEAREST)) if parameters.jump_share else math.inf
 
         self._grids = [self._view.grid(trend, strength, parameters)]
@@ -157,7 +161,7 @@ class EdgeAwareIteration(Iterator[IterationRecord]):
             scale = np.full(u.shape, self._jump, np.float32)
             for _ in range(_ROUNDS):
                 weights = self._weights(finest).loosened(u, scale, _SLOPE_JUMPS)
-                energy = SmoothnessEnergy(finest.counts + _LEVELLING, finest.totals, weights)
+                energy = SmoothnessEnergy(finest.counts + self._levelling, finest.totals, weights)
                 u = yield from self._descend(finest, energy, u, _ROUND_STEPS)
         self.settled = True
 
@@ -172,7 +176,7 @@ class EdgeAwareIteration(Iterator[IterationRecord]):
         return u
 
     def _energy(self, grid: _Grid) -> SmoothnessEnergy:
-        return SmoothnessEnergy(grid.counts + _LEVELLING, grid.totals, self._weights(grid))
+        return SmoothnessEnergy(grid.counts + self._levelling, grid.totals, self._weights(grid))
 
     def _weights(self, grid: _Grid) -> Weights:
         # of a surface on cells of c pixels, slopes add up to the same, bending to c^2 times as much
@@ -228,12 +232,13 @@ class _View:
         self._block = block
         self._window = _window(frame, block, parameters.mode)
         self._mask = _cut(block, self._window, frame.shape)
-        self._held_out = held_out_of(self._mask & frame.known[self._window], parameters.hold_out)
-        self.depth = frame.depth
-        """The frame's depth [m] without what is held out."""
-        if self._held_out.any():
-            self.depth = frame.depth.copy()
-            self.depth[self._window][self._held_out] = np.nan
+        trusted = frame.known & ~flying_pixels(frame) if parameters.jump_share else frame.known
+        if not trusted[block.box][block.mask].any():
+            trusted = frame.known
+        self._held_out = held_out_of(self._mask & trusted[self._window], parameters.hold_out)
+        self.depth = np.where(trusted, frame.depth, np.float32(np.nan))
+        """The frame's depth [m] without flying pixels and what is held out."""
+        self.depth[self._window][self._held_out] = np.nan
         unknown = np.isnan(self.depth[self._window])
         self._distance = cv2.distanceTransform(unknown.astype(np.uint8), cv2.DIST_L2, 5)
         self.gap = float(self._distance[self._mask].max())

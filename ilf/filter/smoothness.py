@@ -20,6 +20,9 @@ from scipy.sparse.linalg import splu
 
 Array = NDArray[np.float32]
 
+_CONVERGED = 1e-14
+"""Share of the first squared residual below which there are no digits left to gain."""
+
 
 @dataclass(frozen=True, eq=False)
 class Weights:
@@ -95,16 +98,23 @@ class SmoothnessEnergy:
         self._weights = weights
 
     def descend(self, start: Array) -> Iterator[Array]:
-        """Conjugate gradients with a diagonal preconditioner: one approximation of the minimum after the other."""
-        inverse = 1 / self._diagonal()
+        """Conjugate gradients with a diagonal preconditioner: one approximation of the minimum after the other.
+
+        Ends by itself where float32 can come no nearer.
+        """
+        inverse = 1 / self._diagonal(np.float32)
         u = start
         residual = self._totals - self._image(u)
         scaled = inverse * residual
         direction = scaled.copy()
         size = _inner(residual, scaled)
-        while size > 0:
+        least = _CONVERGED * size
+        while size > least:
             image = self._image(direction)
-            length = np.float32(size / _inner(direction, image))
+            curvature = _inner(direction, image)
+            if curvature <= 0:
+                return  # rounding is all that is left
+            length = np.float32(size / curvature)
             u = np.add(u, length * direction)
             yield u
             residual -= length * image
@@ -121,7 +131,7 @@ class SmoothnessEnergy:
         down = _couplings(self._weights.slope_y.T, self._weights.bend_y.T, (width, height))
         numbers = np.arange(size)
         rows, columns = [numbers], [numbers]
-        entries = [self._diagonal().astype(np.float64).ravel()]
+        entries = [self._diagonal(np.float64).ravel()]
         for values, offset in ((near_x, 1), (far_x, 2), (down[0].T, width), (down[1].T, 2 * width)):
             here, there = numbers[:-offset], numbers[offset:]
             band = values.ravel()[: here.size]
@@ -152,9 +162,9 @@ class SmoothnessEnergy:
             out[:, 1:] += flow
         return result
 
-    def _diagonal(self) -> Array:
+    def _diagonal(self, dtype: type[np.floating]) -> NDArray[Any]:
         weights = self._weights
-        result = self._counts.copy()
+        result = self._counts.astype(dtype)
         for out, slope, bend in (
             (result, weights.slope_x, weights.bend_x),
             (result.T, weights.slope_y.T, weights.bend_y.T),

@@ -17,6 +17,9 @@ _ROUNDS = 4
 _NEAR_SHARE = 0.02
 """A cell lies on the quadric if its mean is off by less than this share of its depth, or three deviations of noise."""
 
+_FAR_SHARE = 0.05
+"""A pixel that is off its cell's median by more than this share of depth does not count at all."""
+
 _REACH = 0.5
 """How far beyond the range of the known depth the surface may go, in widths of that range."""
 
@@ -88,6 +91,8 @@ def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) 
     known = mask & np.isfinite(depth)
     height, width = depth.shape
     cell = max(1, math.ceil(math.sqrt(height * width / _CELLS)))
+    medians = _medians(np.where(known, depth, np.float32(np.nan)), cell)
+    known &= np.abs(depth - medians) < np.maximum(_FAR_SHARE * medians, 3 * noise)
     counts = _cells(known.astype(np.float64), cell)
     totals = _cells(np.where(known, depth, 0.0), cell)
     held = counts > 0
@@ -152,6 +157,17 @@ def _cells(values: NDArray[np.float64], cell: int) -> NDArray[np.float64]:
     """Sums over cells of cell x cell pixels."""
     padded = np.pad(values, [(0, -size % cell) for size in values.shape])
     return padded.reshape(padded.shape[0] // cell, cell, padded.shape[1] // cell, cell).sum(axis=(1, 3))
+
+
+def _medians(values: NDArray[np.float32], cell: int) -> NDArray[np.float32]:
+    """At every pixel, the median of what is known in its cell, or a value next to it; NaN if nothing is."""
+    height, width = values.shape
+    padded = np.pad(values, [(0, -size % cell) for size in values.shape], constant_values=np.nan)
+    cells = padded.reshape(padded.shape[0] // cell, cell, padded.shape[1] // cell, cell).swapaxes(1, 2)
+    ordered = np.sort(cells.reshape(*cells.shape[:2], -1), axis=2)  # NaN last
+    middle = np.maximum(np.isfinite(ordered).sum(axis=2) - 1, 0) // 2
+    medians = np.take_along_axis(ordered, middle[..., None], axis=2)[..., 0]
+    return medians.repeat(cell, axis=0).repeat(cell, axis=1)[:height, :width]
 
 
 def _third_differences(shape: tuple[int, int]) -> csr_array:

@@ -1,0 +1,177 @@
+"""The smoothness energy against dense matrices built from its formula, and its link to the iteration."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+from ilf.filter.smoothness import SmoothnessEnergy, Weights, make_weights
+
+SHAPES = [(1, 1), (1, 2), (1, 7), (6, 1), (2, 2), (2, 3), (3, 2), (4, 5), (7, 6)]
+
+
+def _weights(rng: np.random.Generator, shape: tuple[int, int], top: float = 3.0) -> Weights:
+    height, width = shape
+
+    def some(rows: int, columns: int) -> np.ndarray:
+        return rng.uniform(0.01, top, (max(rows, 0), max(columns, 0))).astype(np.float32)
+
+    return Weights(some(height, width - 1), some(height - 1, width), some(height, width - 2), some(height - 2, width))
+
+
+def _samples(rng: np.random.Generator, shape: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Counts, two thirds of them 0 but one at least not, and samples."""
+    counts = np.where(rng.random(shape) < 0.35, rng.uniform(0.2, 4.0, shape), 0.0)
+    counts.flat[rng.integers(counts.size)] = 1.0
+    return counts.astype(np.float32), rng.uniform(0.5, 3.0, shape).astype(np.float32)
+
+
+def _differences(weights: Weights, shape: tuple[int, int]) -> Iterator[tuple[float, dict[tuple[int, int], int]]]:
+    """Every term of the energy's smoothness: its weight, and the pixels in it with their factors."""
+    height, width = shape
+    for y, x in itertools.product(range(height), range(width)):
+        if x + 1 < width:
+            yield float(weights.slope_x[y, x]), {(y, x): -1, (y, x + 1): 1}
+        if y + 1 < height:
+            yield float(weights.slope_y[y, x]), {(y, x): -1, (y + 1, x): 1}
+        if x + 2 < width:
+            yield float(weights.bend_x[y, x]), {(y, x): 1, (y, x + 1): -2, (y, x + 2): 1}
+        if y + 2 < height:
+            yield float(weights.bend_y[y, x]), {(y, x): 1, (y + 1, x): -2, (y + 2, x): 1}
+
+
+def _energy(u: np.ndarray, counts: np.ndarray, samples: np.ndarray, weights: Weights) -> float:
+    """E(u), term by term."""
+    total = float((counts.astype(float) * (u.astype(float) - samples) ** 2).sum())
+    for weight, term in _differences(weights, u.shape):
+        total += weight * sum(factor * float(u[pixel]) for pixel, factor in term.items()) ** 2
+    return total
+
+
+def _operator(weights: Weights, shape: tuple[int, int]) -> np.ndarray:
+    """L as a dense matrix."""
+    size = shape[0] * shape[1]
+    result = np.zeros((size, size))
+    for weight, term in _differences(weights, shape):
+        row = np.zeros(size)
+        for pixel, factor in term.items():
+            row[np.ravel_multi_index(pixel, shape)] = factor
+        result += weight * np.outer(row, row)
+    return result
+
+
+def _dense_minimum(counts: np.ndarray, samples: np.ndarray, weights: Weights) -> np.ndarray:
+    matrix = _operator(weights, counts.shape) + np.diag(counts.ravel().astype(float))
+    return np.linalg.solve(matrix, (counts.astype(float) * samples).ravel()).reshape(counts.shape)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_both_ways_lead_to_the_minimum_of_the_formula(shape: tuple[int, int]) -> None:
+    rng = np.random.default_rng(shape)
+    for _ in range(3):
+        weights = _weights(rng, shape)
+        counts, samples = _samples(rng, shape)
+        energy = SmoothnessEnergy(counts, counts * samples, weights)
+        expected = _dense_minimum(counts, samples, weights)
+        found = energy.minimum()
+        assert found.dtype == np.float32
+        assert_allclose(found, expected, atol=1e-5)
+        *_, last = itertools.islice(energy.descend(np.zeros(shape, np.float32)), found.size + 2)
+        assert_allclose(last, expected, atol=2e-5)
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from(SHAPES))
+def test_no_step_of_the_descent_climbs(seed: int, shape: tuple[int, int]) -> None:
+    rng = np.random.default_rng(seed)
+    weights = _weights(rng, shape)
+    counts, samples = _samples(rng, shape)
+    start = rng.uniform(0.5, 3.0, shape).astype(np.float32)
+    before = first = _energy(start, counts, samples, weights)
+    for u in itertools.islice(SmoothnessEnergy(counts, counts * samples, weights).descend(start), 2 * start.size):
+        after = _energy(u, counts, samples, weights)
+        assert after <= before + 1e-5 * first
+        before = after
+
+
+@pytest.mark.parametrize("shape", [(1, 4), (3, 1), (3, 4)])
+def test_the_minimum_is_where_the_iteration_with_the_soft_low_pass_stays(shape: tuple[int, int]) -> None:
+    rng = np.random.default_rng(shape)
+    weights = _weights(rng, shape)
+    known = rng.random(shape) < 0.5
+    known.flat[0] = True
+    raw = rng.uniform(0.5, 3.0, shape).astype(np.float32)
+    low_pass = np.linalg.inv(np.eye(raw.size) + _operator(weights, shape))
+    u = np.zeros(raw.size)
+    for _ in range(2000):
+        u = low_pass @ np.where(known.ravel(), raw.ravel(), u)
+    counts = known.astype(np.float32)
+    assert_allclose(SmoothnessEnergy(counts, counts * raw, weights).minimum().ravel(), u, atol=1e-5)
+
+
+def test_a_start_at_the_minimum_has_nowhere_to_go() -> None:
+    counts = np.ones((3, 4), np.float32)
+    energy = SmoothnessEnergy(counts, 2 * counts, _weights(np.random.default_rng(1), (3, 4)))
+    assert list(energy.descend(2 * counts)) == []
+
+
+def test_the_start_is_left_as_it_was() -> None:
+    rng = np.random.default_rng(2)
+    counts, samples = _samples(rng, (4, 5))
+    start = np.ones((4, 5), np.float32)
+    steps = list(itertools.islice(SmoothnessEnergy(counts, counts * samples, _weights(rng, (4, 5))).descend(start), 4))
+    assert (start == 1).all()
+    assert len({id(step) for step in steps}) == 4
+    assert not np.array_equal(steps[0], steps[-1])
+
+
+def test_smoothness_between_neighbours_makes_the_weights() -> None:
+    smooth_x = np.array([[1.0, 0.5, 0.25, 1.0]], np.float32)
+    smooth_y = np.zeros((0, 5), np.float32)
+    weights = make_weights(smooth_x, smooth_y, 3.0, 10.0)
+    assert_allclose(weights.slope_x, [[3.0, 1.5, 0.75, 3.0]])
+    assert_allclose(weights.bend_x, [[5.0, 2.5, 2.5]])
+    assert weights.slope_y.size == weights.bend_y.size == 0
+    turned = make_weights(smooth_y.T, smooth_x.T, 3.0, 10.0)
+    assert_allclose(turned.bend_y, weights.bend_x.T)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (2, 3), (1, 6), (4, 5)])
+def test_loosened_weights_are_cauchys(shape: tuple[int, int]) -> None:
+    rng = np.random.default_rng(shape)
+    weights = _weights(rng, shape)
+    u = rng.uniform(0, 2, shape).astype(np.float32)
+    loose = weights.loosened(u, np.full(shape, 0.3, np.float32), 4.0)
+    for (before, term), (after, _) in zip(_differences(weights, shape), _differences(loose, shape), strict=True):
+        halving = 0.3 if len(term) == 3 else 4.0 * 0.3
+        difference = sum(factor * float(u[pixel]) for pixel, factor in term.items())
+        assert after == pytest.approx(before / (1 + (difference / halving) ** 2), rel=1e-4)
+
+
+def test_the_descent_ends_or_goes_on_but_never_breaks() -> None:
+    """Past what float32 can tell apart, a step is of no length, and no reason to divide by it."""
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        counts, samples = _samples(rng, (4, 5))
+        energy = SmoothnessEnergy(counts, counts * samples, _weights(rng, (4, 5), 100.0))
+        expected = energy.minimum()
+        *_, last = itertools.islice(energy.descend(np.zeros((4, 5), np.float32)), 300)
+        assert_allclose(last, expected, atol=1e-3)
+
+
+@pytest.mark.parametrize("top", [1.0, 100.0, 1e5])
+def test_the_minimum_is_as_exact_for_stiff_surfaces(top: float) -> None:
+    """Of large weights in float32, what is left of a row's sum must still be the weight of its samples."""
+    rng = np.random.default_rng(3)
+    shape = 20, 15
+    weights = _weights(rng, shape, top)
+    counts, samples = _samples(rng, shape)
+    totals = counts * samples
+    assert_allclose(
+        SmoothnessEnergy(counts, totals, weights).minimum(), _dense_minimum(counts, samples, weights), atol=1e-4
+    )

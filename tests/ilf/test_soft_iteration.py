@@ -1,0 +1,306 @@
+"""ILF with the edge-aware low-pass filter, the preset "best": what its surfaces and records promise."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import ilf
+from ilf.completion import CompletionRun, Status
+from ilf.frame import RGBDFrame
+from ilf.parameters import Parameters
+
+SHAPE = (120, 160)
+ROWS, COLUMNS = np.mgrid[: SHAPE[0], : SHAPE[1]]
+HOLE = (ROWS >= 30) & (ROWS < 90) & (COLUMNS >= 40) & (COLUMNS < 120)
+
+
+def _best(**changes: object) -> Parameters:
+    return ilf.preset("best", **changes)
+
+
+def _grey(depth: np.ndarray) -> RGBDFrame:
+    """A frame whose colour says nothing."""
+    return RGBDFrame(np.full((*depth.shape, 3), 128, np.uint8), depth)
+
+
+def _whole(frame: RGBDFrame) -> np.ndarray:
+    return np.ones(frame.shape, np.int32)
+
+
+def _completed(depth: np.ndarray, **changes: object) -> np.ndarray:
+    frame = _grey(depth)
+    return ilf.complete(frame, _whole(frame), _best(**changes)).depth
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+@pytest.mark.parametrize("metres", [0.2, 2.5, 8.0])
+@pytest.mark.parametrize("mode", ["fill", "fill+denoise"])
+def test_constant_depth_stays(mode: str, metres: float) -> None:
+    assert np.abs(_completed(np.where(HOLE, np.nan, metres), mode=mode) - metres).max() < 1e-5 * metres
+
+
+@pytest.mark.parametrize("trend", [True, False])
+def test_a_hole_in_a_plane_comes_back(trend: bool) -> None:
+    plane = 1.5 + 0.004 * ROWS + 0.006 * COLUMNS
+    assert np.abs(_completed(np.where(HOLE, np.nan, plane), trend=trend) - plane).max() < 0.001
+
+
+def test_a_hole_that_goes_on_to_the_borders_of_the_frame_comes_back() -> None:
+    plane = 1.5 + 0.004 * ROWS + 0.006 * COLUMNS
+    open_hole = (ROWS < 40) | (COLUMNS > 110)
+    assert np.abs(_completed(np.where(open_hole, np.nan, plane)) - plane).max() < 0.001
+
+
+JUMP = np.where(COLUMNS < 80, 1.0 + 0.001 * ROWS, 2.0)
+ACROSS = np.where(HOLE, np.nan, JUMP)
+
+
+def test_a_hole_across_a_colour_edge_is_filled_from_both_sides() -> None:
+    rgb = np.full((*SHAPE, 3), 128, np.uint8)
+    rgb[:, 80:] = (220, 60, 30)
+    frame = RGBDFrame(rgb, ACROSS)
+    beside = HOLE & (np.abs(COLUMNS - 79.5) > 4)
+    seen = np.abs(ilf.complete(frame, _whole(frame), _best()).depth - JUMP)[beside]
+    blind = np.abs(_completed(ACROSS) - JUMP)[beside]
+    assert seen.max() < 0.1
+    assert seen.mean() < 0.01
+    assert seen.mean() < blind.mean() / 5
+
+
+def test_a_boundary_drawn_by_hand_parts_what_colour_does_not() -> None:
+    frame = _grey(ACROSS)
+    halves = np.where(COLUMNS < 80, 1, 2).astype(np.int32)
+    deep = HOLE & (np.abs(COLUMNS - 79.5) > 15)
+    parted = np.abs(ilf.complete(frame, halves, _best()).depth - JUMP)
+    joined = np.abs(ilf.complete(frame, _whole(frame), _best()).depth - JUMP)
+    assert parted[deep].mean() < 0.03
+    assert parted[deep].mean() < joined[deep].mean() / 3
+    assert parted[HOLE & (np.abs(COLUMNS - 79.5) > 4)].max() < 0.3, "nearer to the other side's depth"
+
+
+@pytest.mark.parametrize("count", [1, 12])
+def test_flying_pixels_at_the_rim_hardly_move_the_hole(count: int) -> None:
+    rng = np.random.default_rng(1)
+    depth = 2.0 + 0.002 * ROWS + 0.001 * rng.standard_normal(SHAPE)
+    depth[HOLE] = np.nan
+    rim = (ROWS >= 29) & (ROWS < 91) & (COLUMNS >= 39) & (COLUMNS < 121) & ~HOLE
+    flying = depth.copy()
+    flying.flat[rng.choice(np.flatnonzero(rim), count, replace=False)] *= 1.5
+    moved = np.abs(_completed(flying) - _completed(depth))[HOLE]
+    assert moved.mean() < 0.005
+    assert moved.max() < 0.05
+
+
+def _sphere(radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """A patch of 2.6 x 1.2 m at 2 m, and the middle 51 % of it along x."""
+    rows, columns = np.mgrid[:540, :960]
+    x, y = 1.3 * (2 * columns / 959 - 1), 0.6 * (2 * rows / 539 - 1)
+    return 2.0 + radius - np.sqrt(radius**2 - x**2 - y**2), np.abs(columns - 479.5) < 0.51 * 480
+
+
+@pytest.mark.parametrize("radius", [1.6, 2.0, 2.5])
+@pytest.mark.parametrize("mode", ["fill", "fill+denoise"])
+def test_half_a_sphere_is_recovered_to_4_mm_from_65_mm_of_noise(mode: str, radius: float) -> None:
+    truth, hole = _sphere(radius)
+    depth = truth + 0.065 * np.random.default_rng(0).standard_normal(truth.shape)
+    depth[hole] = np.nan
+    found = _completed(depth, mode=mode)
+    assert _rms((found - truth)[hole]) <= 0.004
+    if mode == "fill":
+        assert np.array_equal(found[~hole], depth[~hole].astype(np.float32))
+    else:
+        assert _rms((found - truth)[~hole]) < 0.004
+
+
+def test_a_cylinder_without_four_fifths_of_its_rows_is_recovered_to_1_mm() -> None:
+    x = np.linspace(-0.3, 0.3, 360)
+    truth = np.broadcast_to(1.5 + 0.5 - np.sqrt(0.5**2 - x**2), (480, 360))
+    depth = truth + 0.0015 * np.random.default_rng(0).standard_normal(truth.shape)
+    depth[48:432] = np.nan
+    error = (_completed(depth) - truth)[48:432]
+    assert error.std() <= 0.001
+    assert abs(error.mean()) <= 0.001
+
+
+def _bumpy() -> RGBDFrame:
+    """Waves with 5 mm of noise, two holes, and colour edges at random places."""
+    rng = np.random.default_rng(0)
+    depth = 2.0 + 0.1 * np.sin(COLUMNS / 6) + 0.005 * rng.standard_normal(SHAPE)
+    depth[50:70, 60:100] = np.nan
+    depth[100:, :15] = np.nan
+    rgb = np.repeat(np.repeat(rng.integers(0, 255, (6, 8, 3), dtype=np.uint8), 20, axis=0), 20, axis=1)
+    return RGBDFrame(rgb, depth)
+
+
+def test_fill_leaves_every_known_pixel_untouched() -> None:
+    frame = _bumpy()
+    result = ilf.complete(frame, _whole(frame), _best())
+    assert np.array_equal(result.depth[frame.known], frame.depth[frame.known])
+    assert np.array_equal(result.filled, ~frame.known)
+    assert np.isfinite(result.depth).all()
+    denoised = ilf.complete(frame, _whole(frame), _best(mode="fill+denoise")).depth
+    assert (denoised[frame.known] != frame.depth[frame.known]).mean() > 0.9
+
+
+def test_smoothness_is_rougher_below_and_smoother_above() -> None:
+    frame = _bumpy()
+    bending, misfit = [], []
+    for smoothness in (1e-3, 1.0, 1e3):
+        depth = ilf.complete(frame, _whole(frame), _best(mode="fill+denoise", smoothness=smoothness)).depth
+        bending.append(np.abs(np.diff(depth, 2, axis=1)).mean())
+        misfit.append(_rms((depth - frame.depth)[frame.known]))
+    assert bending[0] > 1.5 * bending[1] > 3 * bending[2]
+    assert misfit[0] < misfit[1] / 5 < misfit[2] / 25
+
+
+@pytest.mark.parametrize("limit", [1500, 5, 1])
+@pytest.mark.parametrize("mode", ["fill", "fill+denoise"])
+def test_records_tell_of_every_iteration(mode: str, limit: int) -> None:
+    frame = _bumpy()
+    parameters = _best(mode=mode, max_iterations=limit)
+    steps = ilf.iterate(frame, _whole(frame), 1, parameters)
+    records = []
+    for record in steps:
+        records.append(record)
+        assert record.l1 == pytest.approx(np.abs(steps.surface).sum(), rel=1e-3)
+    assert [record.i for record in records] == list(range(1, len(records) + 1))
+    assert records[0].stage == 1
+    for before, after in itertools.pairwise(records):
+        assert after.stage - before.stage in (0, 1)
+        assert after.radii >= before.radii
+        assert (after.radii > before.radii) <= (after.stage > before.stage)
+        assert (after.stage > before.stage) == (before.sigma_i < parameters.s_criteria or before.i == 1)
+    assert np.isfinite([record.sigma_i for record in records]).all()
+    outcome = ilf.complete(frame, _whole(frame), parameters).outcomes[1]
+    assert outcome.iterations == len(records)
+    if limit == 1500:
+        assert steps.settled
+        assert outcome.status is Status.COMPLETED
+        assert records[-1].sigma_i < parameters.s_criteria
+        assert records[-1].stage == 5, "three grids and two rounds"
+    else:
+        assert not steps.settled
+        assert outcome.status is Status.ITERATION_LIMIT
+        assert len(records) == limit
+    with pytest.raises(StopIteration):
+        next(steps)
+
+
+def test_sigma_is_the_change_of_the_surface_on_the_finest_grid() -> None:
+    frame = _bumpy()
+    steps = ilf.iterate(frame, _whole(frame), 1, _best(s_criteria=1e-5))
+    before = None
+    finest = 0
+    for record in steps:
+        if before is not None and record.radii == before[0]:
+            finest += record.radii == SHAPE
+            if record.radii == SHAPE:
+                assert record.sigma_i == pytest.approx(_rms(steps.surface - before[1]), rel=1e-3, abs=1e-7)
+        before = record.radii, steps.surface
+    assert finest > 10
+
+
+def test_held_out_pixels_are_not_seen_and_measured_at_the_end() -> None:
+    frame = _bumpy()
+    steps = ilf.iterate(frame, _whole(frame), 1, _best(mode="fill+denoise", hold_out=0.3))
+    *_, last = steps
+    squares = np.square(steps.surface.reshape(SHAPE) - frame.depth)[frame.known]
+    held = int(0.3 * squares.size)
+    both = last.held_out**2 * held + last.residual**2 * (squares.size - held)
+    assert both == pytest.approx(squares.sum(), rel=1e-3)
+    assert last.held_out > 1.2 * last.residual
+    assert np.isnan(next(ilf.iterate(frame, _whole(frame), 1, _best())).held_out)
+
+
+def test_results_do_not_depend_on_threads_or_on_the_other_blocks() -> None:
+    frame = _bumpy()
+    labels = (1 + (ROWS >= 60) + 2 * (COLUMNS >= 70)).astype(np.int32)
+    choice = {label: _best(mode="fill+denoise" if label % 2 else "fill") for label in range(1, 5)}
+    alone = ilf.complete(frame, labels, choice, threads=1)
+    together = ilf.complete(frame, labels, choice, threads=2)
+    assert together.depth.tobytes() == alone.depth.tobytes()
+    for label in choice:
+        with CompletionRun(frame, labels, choice, only={label}, threads=1) as run:
+            for _ in run:
+                pass
+        for result in (run.results[label], together.results[label]):
+            expected = alone.results[label]
+            assert result.depth.tobytes() == expected.depth.tobytes()
+            assert repr(_timeless(result.history)) == repr(_timeless(expected.history))
+
+
+def _timeless(history: ilf.completion.History) -> list[ilf.completion.IterationRecord]:
+    return [dataclasses.replace(record, seconds=0.0) for record in history]
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 7), (6, 1), (2, 3), (5, 4)])
+@pytest.mark.parametrize("metres", [0.2, 8.0])
+def test_one_known_pixel_gives_its_depth_to_the_whole_block(shape: tuple[int, int], metres: float) -> None:
+    depth = np.full(shape, np.nan)
+    depth[-1, 0] = metres
+    loose = {"min_known_pixels": 1, "min_known_share": 0.0}
+    for mode in ("fill", "fill+denoise"):
+        assert np.abs(_completed(depth, mode=mode, **loose) - metres).max() < 1e-4
+
+
+def test_tiny_blocks_inside_a_frame_and_at_its_border() -> None:
+    frame = _bumpy()
+    labels = np.zeros(SHAPE, np.int32)
+    labels[60, 59:61] = 1  # one pixel beyond the hole's rim
+    labels[49:71, 80] = 2
+    labels[99:, :15] = 3  # in the frame's corner
+    labels[0, 0] = 4  # a known pixel
+    labels[55, 70] = 5  # a missing pixel, with none known
+    result = ilf.complete(frame, labels, _best(min_known_pixels=1, min_known_share=0.0))
+    statuses = [result.outcomes[label].status for label in range(1, 6)]
+    assert statuses == [Status.COMPLETED] * 3 + [Status.NOTHING_MISSING, Status.NOT_RECOVERABLE]
+    changed = np.isin(labels, (1, 2, 3)) & ~frame.known
+    assert np.array_equal(result.filled, changed)
+    assert np.abs(result.depth[changed] - 2.0).max() < 0.3
+
+
+@settings(max_examples=60)
+@given(st.integers(1, 13), st.integers(1, 13), st.integers(0, 2**32 - 1), st.booleans())
+def test_frames_smaller_than_the_context_are_filled(height: int, width: int, seed: int, denoise: bool) -> None:
+    rng = np.random.default_rng(seed)
+    rows, columns = np.mgrid[:height, :width]
+    plane = rng.uniform(1.0, 8.0) + 0.02 * rows - 0.03 * columns
+    known = rng.random((height, width)) < rng.choice([0.05, 0.3, 0.9])
+    known.flat[rng.integers(known.size)] = True
+    depth = np.where(known, plane, np.nan)
+    frame = RGBDFrame(rng.integers(0, 255, (height, width, 3), dtype=np.uint8), depth)
+    labels = rng.integers(0, 3, (height, width)).astype(np.int32)
+    mode = "fill+denoise" if denoise else "fill"
+    result = ilf.complete(frame, labels, _best(mode=mode, min_known_pixels=1, min_known_share=0.0), threads=1)
+    for label, outcome in result.outcomes.items():
+        found = result.depth[labels == label]
+        assert np.isfinite(found).all() == (outcome.known > 0)
+        if not denoise:
+            raw = frame.depth[labels == label]
+            assert np.array_equal(found[np.isfinite(raw)], raw[np.isfinite(raw)])
+
+
+def test_a_criterion_that_nothing_meets_ends_at_the_steps_limits() -> None:
+    depth = np.full((8, 8), np.nan)
+    depth[0, 0], depth[-1, -1] = 2.3, 4.6
+    found = _completed(depth, s_criteria=0.0, min_known_pixels=1)
+    assert found[0, 0] == np.float32(2.3)
+    assert 2.2 < found.min() <= found.max() < 4.7
+
+
+@pytest.mark.parametrize("smoothness", [1.0, 10.0, 100.0, 1000.0])
+def test_two_known_pixels_and_no_weight_of_slope_are_enough(smoothness: float) -> None:
+    depth = np.full((10, 10), np.nan)
+    depth[0, 0], depth[3, 4] = 2.0, 2.7
+    changes = {"slope_weight": 0.0, "min_known_pixels": 1, "min_known_share": 0.0}
+    found = _completed(depth, smoothness=smoothness, **changes)
+    assert 1.9 < found.min() <= found.max() < 4.0

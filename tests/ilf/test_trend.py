@@ -1,0 +1,118 @@
+"""The noise that is read off the depth, and the shape that most of a block lies on."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ilf.filter.trend import noise_of, trend_of
+
+SHAPE = (90, 120)
+ALL = np.ones(SHAPE, bool)
+
+
+def _surface(kind: str, shape: tuple[int, int] = SHAPE) -> np.ndarray:
+    y, x = (axis / SHAPE[1] for axis in np.mgrid[: shape[0], : shape[1]])
+    plane = 1.5 + 0.4 * y - 0.2 * x
+    return (plane if kind == "plane" else plane + 0.4 * x**2 - 0.3 * x * y + 0.2 * y**2).astype(np.float32)
+
+
+def _noisy(sigma: float, seed: int = 0) -> np.ndarray:
+    return (_surface("plane") + sigma * np.random.default_rng(seed).standard_normal(SHAPE)).astype(np.float32)
+
+
+@pytest.mark.parametrize("sigma", [0.001, 0.01, 0.065])
+def test_noise_on_a_slope_is_found(sigma: float) -> None:
+    assert noise_of(_noisy(sigma), ALL) == pytest.approx(sigma, rel=0.05)
+
+
+def test_a_depth_jump_and_holes_hardly_change_the_noise() -> None:
+    rng = np.random.default_rng(1)
+    depth = _noisy(0.01)
+    depth[:, 50:] += 1.0
+    depth[20:60, 30:80] = np.nan
+    depth[rng.random(SHAPE) < 0.3] = np.nan
+    assert noise_of(depth, ALL) == pytest.approx(0.01, rel=0.1)
+
+
+def test_only_the_blocks_own_depth_has_noise_that_counts() -> None:
+    depth = _noisy(0.01)
+    depth[:, 60:] += 0.5 * np.random.default_rng(2).standard_normal((90, 60)).astype(np.float32)
+    mask = ALL.copy()
+    mask[:, 60:] = False
+    assert noise_of(depth, mask) == pytest.approx(0.01, rel=0.1)
+
+
+def test_exact_or_hardly_any_depth_has_no_noise() -> None:
+    assert noise_of(_surface("plane"), ALL) < 1e-6
+    few = np.full(SHAPE, np.nan, np.float32)
+    few[::2, ::2] = _noisy(0.1)[::2, ::2]  # nowhere three in a row
+    assert noise_of(few, ALL) == 0.0
+    assert noise_of(np.ones((1, 1), np.float32), np.ones((1, 1), bool)) == 0.0
+
+
+@pytest.mark.parametrize("shape", [(24, 30), SHAPE], ids=str)
+@pytest.mark.parametrize("kind", ["plane", "quadric"])
+def test_a_shape_comes_back_under_scattered_outliers(kind: str, shape: tuple[int, int]) -> None:
+    rng = np.random.default_rng(1)
+    truth = _surface(kind, shape)
+    depth = truth.copy()
+    outliers = rng.random(shape) < 0.18
+    depth[outliers] *= rng.uniform(1.2, 2.0, np.count_nonzero(outliers)).astype(np.float32)
+    trend = trend_of(depth, np.ones(shape, bool), 0.0)
+    assert trend is not None
+    assert trend.surface.dtype == np.float32
+    assert np.abs(trend.surface - truth).max() < 1e-4
+
+
+@pytest.mark.parametrize("kind", ["plane", "quadric"])
+def test_a_shape_comes_back_across_a_hole_and_past_another_object(kind: str) -> None:
+    truth = _surface(kind)
+    depth = truth.copy()
+    depth[25:60, 20:100] = np.nan
+    mask = ALL.copy()
+    mask[65:85, 50:80] = False
+    depth[65:85, 50:80] = 5.0
+    trend = trend_of(depth, mask, 0.0)
+    assert trend is not None
+    assert np.abs(trend.surface - truth).max() < 1e-4
+    assert trend.spread < 1e-4
+
+
+def test_noise_alone_is_no_spread() -> None:
+    smooth = trend_of(_noisy(0.03), ALL, 0.03)
+    assert smooth is not None
+    assert smooth.spread < 0.003
+    assert np.sqrt(np.mean((smooth.surface - _surface("plane")) ** 2)) < 0.003
+    waves = _noisy(0.03) + (0.02 * np.sin(np.arange(120) / 2.5)).astype(np.float32)
+    wavy = trend_of(waves, ALL, 0.03)
+    assert wavy is not None
+    # a period is 16 pixels, so that cells of 4 see nearly all of its deviation, 20 mm / sqrt(2)
+    assert wavy.spread == pytest.approx(0.02 / np.sqrt(2), rel=0.2)
+
+
+def test_two_very_different_surfaces_have_no_trend_in_common() -> None:
+    depth = _surface("plane")
+    depth[:, 60:] = 4.0 - depth[:, 60:]
+    assert trend_of(depth, ALL, 0.001) is None
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 9), (4, 4)])
+def test_too_little_depth_has_no_trend(shape: tuple[int, int]) -> None:
+    assert trend_of(np.full(shape, 2.0, np.float32), np.ones(shape, bool), 0.0) is None
+    sparse = np.full(SHAPE, np.nan, np.float32)
+    sparse[10, 10:14] = 2.0
+    assert trend_of(sparse, ALL, 0.0) is None
+
+
+def test_far_from_the_known_depth_the_surface_stays_within_reach() -> None:
+    rows, columns = np.mgrid[:90, :120]
+    bowl = (2.0 + 0.0008 * (columns - 20.0) ** 2 + 0 * rows).astype(np.float32)  # 10 m at the far side
+    depth = bowl.copy()
+    depth[:, 40:] = np.nan
+    trend = trend_of(depth, ALL, 0.0)
+    assert trend is not None
+    low, high = np.nanmin(depth), np.nanmax(depth)
+    assert trend.surface.min() >= low - 0.51 * (high - low)
+    assert high < trend.surface.max() <= high + 0.51 * (high - low)
+    assert np.abs(trend.surface - bowl)[:, :40].max() < 0.01
