@@ -1,4 +1,4 @@
-"""The record of one iteration, and the two curves that it carries."""
+"""The record of one iteration, the curves that it carries, and the pixels that one of them takes."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+_SEED = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +26,11 @@ class IterationRecord:
         Deviation between P_i and P_(i-1) over the block [m], Eq. (2).
     l1 : float
         L1 norm of P_i over the block [m]: the sum of its absolute values.
+    residual : float
+        Root mean square of P_i - raw [m] over the block's known pixels that the iteration takes.
+    held_out : float
+        The same over the known pixels that are held out of it; NaN if there are none. Its minimum says where noise
+        begins to come in with the band, which sigma_i does not see.
     weighted : bool
         Whether the colour spectrum weighted this iteration.
     seconds : float
@@ -35,8 +42,31 @@ class IterationRecord:
     radii: tuple[float, float]
     sigma_i: float
     l1: float
+    residual: float
+    held_out: float
     weighted: bool
     seconds: float
+
+
+def held_out_of(known: NDArray[np.bool_], share: float) -> NDArray[np.bool_]:
+    """Known pixels to hold out of a block's iteration: a fixed choice, whatever else the frame holds.
+
+    Parameters
+    ----------
+    known : ndarray of bool, shape (h, w)
+        The block's known pixels on its bounding box.
+    share : float
+        Share of them to hold out, below 1: at least one known pixel is left.
+
+    Returns
+    -------
+    ndarray of bool, shape (h, w)
+    """
+    places = np.flatnonzero(known)
+    chosen = np.random.default_rng(_SEED).permutation(places)[: int(share * places.size)]
+    held = np.zeros(known.shape, bool)
+    held.flat[chosen] = True
+    return held
 
 
 def deviation(current: NDArray[np.float64], previous: NDArray[np.float64]) -> float:

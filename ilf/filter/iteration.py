@@ -2,10 +2,12 @@
 
 With c the coefficients of P_i inside the band, M the mask of known pixels and b = DFT(M * raw), one iteration is
 
-    c_i = G_i W (b + c_(i-1) - DFT(M P_(i-1))),
+    c_i = G_i W (c_(i-1) + e_(i-1)),    e_i = b - DFT(M P_i) = e_(i-1) - DFT(M (P_i - P_(i-1))),
 
-which is the paper's low-pass filtering of "raw where known, P_(i-1) elsewhere" on the padded grid. Two transforms of
-full size set a block up; an iteration needs two of the small grid alone. The paper's own loop, on the padded grid, is
+which is the paper's low-pass filtering of "raw where known, P_(i-1) elsewhere" on the padded grid. A few transforms of
+full size set a block up; an iteration needs two of the small grid alone. A sum of squares of P_i over any pixels comes
+from their mask's part in twice the band, a sum of a * P_i from the coefficients, so sigma_i, the residual and the
+hold-out error are those over all pixels. The paper's own loop, on the padded grid, is
 `tests/reference/full_grid.py`; tests hold this one to it.
 """
 
@@ -23,15 +25,15 @@ from numpy.typing import NDArray
 from ..blocks import Block
 from ..frame import RGBDFrame
 from ..parameters import Parameters
-from .band import Band
-from .convergence import IterationRecord, l1_norm
+from .band import Band, fast_reach, inner
+from .convergence import IterationRecord, held_out_of, l1_norm
 from .lengths import principal_lengths
 from .lowpass import inside_ellipse
 from .schedule import LinearSchedule, Schedule, StagedSchedule
 from .spectrum import colour_weight
 
-_GROWTH = 1.1
-"""By how much the reach of the small grid grows when the pass band has outgrown it."""
+_GROWTH = 1.06
+"""By how much the reach of the small grid grows, at least, when the pass band has outgrown it."""
 
 _OVERSHOOT = 2.0
 """A field of the band is nowhere larger than this times its largest sample: sqrt(2) per axis, at 4 r + 1 points
@@ -62,14 +64,12 @@ class BlockIteration(Iterator[IterationRecord]):
 
         raw = frame.depth[block.box].astype(np.float64)
         known = block.mask & np.isfinite(raw)
-        self._mean = float(raw[known].mean()) if parameters.centred else 0.0
-        raw = np.where(known, raw - self._mean, 0.0)
-        self._raw_squares = float(np.sum(raw * raw))
-        self._spectra = {
-            "raw": scipy.fft.rfft2(raw, s=grid),
-            "unknown": scipy.fft.rfft2(_outside(known, grid)),
-            "block": scipy.fft.rfft2(block.mask.astype(np.float64), s=grid),
-        }
+        held_out = held_out_of(known, parameters.hold_out)
+        taken = known & ~held_out
+        self._mean = float(raw[taken].mean()) if parameters.centred else 0.0
+        self._known = _Values(taken, grid, raw - self._mean)
+        self._held_out = _Values(held_out, grid, raw - self._mean) if held_out.any() else None
+        self._block = _Values(block.mask, grid)
         self._colour: NDArray[np.float64] | None = None  # W, while i <= rgb_iterations
         self._weight: NDArray[Any] | None = None  # its part on the small grid
         if parameters.rgb_iterations:
@@ -82,11 +82,11 @@ class BlockIteration(Iterator[IterationRecord]):
 
         self._dtype = np.dtype(parameters.precision)
         self._use_band(Band(grid, (0, 0), self._dtype))
-        self._coefficients = np.zeros(self._band.coefficient_shape, self._raw.dtype)  # of P_(i-1)
-        self._samples = self._band.samples(self._coefficients)
+        self._coefficients = np.zeros_like(self._known.coefficients)  # of P_(i-1)
+        self._missed = self._known.coefficients  # e_(i-1), what P_(i-1) misses at known pixels
+        self._samples = self._band.samples(self._coefficients)  # kept up to date for held-out pixels alone
         # one assignment, so that another thread may look at the surface while an iteration is under way
         self._current = self._band, self._coefficients
-        self._sum = 0.0  # of P_i over the block, without the mean
         self._least = -math.inf  # no value of P_i in the block, with the mean, is below this
         self._iterations = 0
         self.settled = False
@@ -97,8 +97,9 @@ class BlockIteration(Iterator[IterationRecord]):
     def surface(self) -> NDArray[np.float64]:
         """P_i at the block's pixels [m], in the order of `block.mask`'s True values; the mean depth before i = 1."""
         band, coefficients = self._current
-        field = band.synthesise(coefficients, *self._mask.shape)
-        return field[self._mask].astype(np.float64) + self._mean
+        values = band.synthesise(coefficients, *self._mask.shape)[self._mask].astype(np.float64, copy=False)
+        values += self._mean
+        return values
 
     def __next__(self) -> IterationRecord:
         if self._ended:
@@ -110,13 +111,17 @@ class BlockIteration(Iterator[IterationRecord]):
         self._make_room(radii)
 
         band = self._band
-        coefficients = band.coefficients_of(self._unknown * self._samples)
-        coefficients += self._raw
+        coefficients = self._coefficients + self._missed
         coefficients *= self._filter(radii)
-        samples = band.samples(coefficients)
-        sigma = self._compare(samples)
-        self._coefficients, self._samples = coefficients, samples
+        change = band.samples(coefficients - self._coefficients)
+        part = self._block.mask * change
+        sigma = self._compare(coefficients, change, part)
+        np.multiply(self._known.mask, change, out=part)
+        self._missed = self._missed - band.coefficients_of(part)
+        self._coefficients = coefficients
         self._current = band, coefficients
+        residual = self._residual()
+        held_out = self._held_out_error(change)
         l1 = self._l1_norm()
         self._note(sigma)
         return IterationRecord(
@@ -125,6 +130,8 @@ class BlockIteration(Iterator[IterationRecord]):
             radii=radii,
             sigma_i=sigma,
             l1=l1,
+            residual=residual,
+            held_out=held_out,
             weighted=self._colour is not None,
             seconds=time.perf_counter() - self._start,
         )
@@ -132,46 +139,64 @@ class BlockIteration(Iterator[IterationRecord]):
     def _use_band(self, band: Band) -> None:
         """Bring everything that lives on the small grid to a band's."""
         self._band = band
-        self._raw = band.cut(self._spectra["raw"]).astype(_complex(self._dtype), copy=False)
-        self._unknown = band.low_passed(self._spectra["unknown"])
-        self._block = band.low_passed(self._spectra["block"])
         self._squared = band.squared_wave_numbers()
+        self._passed: tuple[tuple[float, float], bool] | None = None  # what the filter at hand is for
         if self._colour is not None:
-            self._weight = band.cut(self._colour).astype(self._dtype, copy=False)
+            self._weight = band.cut(self._colour)
+        for values in (self._known, self._block, self._held_out):
+            if values is not None:
+                values.use_band(band, self._dtype)
 
     def _make_room(self, radii: tuple[float, float]) -> None:
         """Move to a larger small grid if the pass band has outgrown the present one."""
-        needed = math.floor(radii[0] * (1 + 1e-9)), math.floor(radii[1] * (1 + 1e-9))
+        needed = [math.floor(radius * (1 + 1e-9)) for radius in radii]
         old = self._band
-        if old.holds(needed):
+        if old.holds((needed[0], needed[1])):
             return
-        band = Band(old.grid, (_roomier(needed[0]), _roomier(needed[1])), self._dtype)
+        reach_y, reach_x = (fast_reach(math.ceil(_GROWTH * least)) for least in needed)
+        band = Band(old.grid, (reach_y, reach_x), self._dtype)
         self._use_band(band)
         self._coefficients = band.moved_from(old, self._coefficients)
         self._samples = band.samples(self._coefficients)
+        self._missed = self._known.coefficients - band.coefficients_of(self._known.mask * self._samples)
 
-    def _filter(self, radii: tuple[float, float]) -> NDArray[np.floating]:
+    def _filter(self, radii: tuple[float, float]) -> NDArray[np.complexfloating]:
         """G_i, times W while it is on."""
-        inside = inside_ellipse(self._squared, radii).astype(self._dtype)
-        return inside if self._weight is None else self._weight * inside
+        weight = self._weight
+        if self._passed != (radii, weight is not None):
+            inside = inside_ellipse(self._squared, radii)
+            # complex, or the product with coefficients would be converted in pieces
+            self._gain = (inside if weight is None else weight * inside).astype(self._missed.dtype)
+            self._passed = radii, weight is not None
+        return self._gain
 
-    def _compare(self, samples: NDArray[np.floating]) -> float:
-        """sigma_i, Eq. (2), by sums over the small grid. Keeps the sum of P_i and its lower bound up to date."""
+    def _compare(
+        self, coefficients: NDArray[np.complexfloating], change: NDArray[np.floating], part: NDArray[np.floating]
+    ) -> float:
+        """sigma_i, Eq. (2), from the change of P_i and its part in the block. Moves the lower bound of P_i, too."""
         weight = self._band.weight
-        if self._iterations == 1:  # P_0 is U_0, which is not in the band
-            raw = self._band.low_passed(self._spectra["raw"])
-            here = self._block * samples
-            squares = float(np.sum(here * samples)) / weight
-            squares += self._raw_squares - 2 * float(np.sum(raw * samples))
-            self._sum, self._least = float(np.sum(here, dtype=np.float64)), -math.inf
-        else:
-            change = samples - self._samples
-            here = self._block * change
-            squares = float(np.einsum("yx,yx", here, change)) / weight
-            self._sum += float(np.sum(here, dtype=np.float64))
-            low, high = float(change.min()) / weight, float(change.max()) / weight
-            self._least += (low + high) / 2 - _OVERSHOOT * (high - low) / 2
+        squares = inner(part, change) / weight
+        if self._iterations == 1:  # P_0 is U_0, which is not in the band: so far, the change is from 0
+            squares += self._known.squares - 2 * self._band.sum_of_product(self._known.coefficients, coefficients)
+        low, high = float(change.min()) / weight, float(change.max()) / weight
+        self._least += (low + high) / 2 - _OVERSHOOT * (high - low) / 2
         return math.sqrt(max(squares, 0.0) / self._pixels)
+
+    def _residual(self) -> float:
+        """Root mean square of P_i - raw over the known pixels: with P_i in the band, sum(M P_i (raw - P_i)) is, too."""
+        known = self._known
+        explained = self._band.sum_of_product(self._coefficients, known.coefficients + self._missed)
+        return math.sqrt(max(known.squares - explained, 0.0) / known.pixels)
+
+    def _held_out_error(self, change: NDArray[np.floating]) -> float:
+        """Root mean square of P_i - raw over the held-out pixels; NaN if there are none."""
+        held_out, band = self._held_out, self._band
+        if held_out is None:
+            return math.nan
+        self._samples += change
+        squares = inner(held_out.mask * self._samples, self._samples) / band.weight
+        squares += held_out.squares - 2 * band.sum_of_product(held_out.coefficients, self._coefficients)
+        return math.sqrt(max(squares, 0.0) / held_out.pixels)
 
     def _l1_norm(self) -> float:
         """L1 norm of P_i over the block [m]: a plain sum as long as no value can be negative."""
@@ -180,7 +205,7 @@ class BlockIteration(Iterator[IterationRecord]):
             self._least = float(values.min())
             if self._least <= 0:
                 return l1_norm(values)
-        return self._sum + self._pixels * self._mean
+        return self._band.sum_of_product(self._block.coefficients, self._coefficients) + self._pixels * self._mean
 
     def _note(self, sigma: float) -> None:
         """Decide whether to stop, and let the schedule go on."""
@@ -189,16 +214,39 @@ class BlockIteration(Iterator[IterationRecord]):
         self._ended = stop or self._iterations >= self._parameters.max_iterations
 
 
-def _outside(known: NDArray[np.bool_], grid: tuple[int, int]) -> NDArray[np.float64]:
-    """1 on the padded grid, 0 where depth is known."""
-    unknown = np.ones(grid)
-    unknown[: known.shape[0], : known.shape[1]][known] = 0.0
-    return unknown
+class _Values:
+    """Values at some of the block's pixels, and 0 elsewhere, as the band sees them.
+
+    Parameters
+    ----------
+    pixels : ndarray of bool, shape (h, w)
+    grid : tuple of int
+        Padded grid (H, W).
+    raw : ndarray of float64, shape (h, w), optional
+        Where the values stand among others; all of them are 1 if left out.
+    """
+
+    def __init__(
+        self, pixels: NDArray[np.bool_], grid: tuple[int, int], raw: NDArray[np.float64] | None = None
+    ) -> None:
+        self._mask_spectrum = self._spectrum = _spectrum(pixels.astype(np.float64), grid)
+        self.pixels = int(np.count_nonzero(pixels))
+        self.squares = float(self.pixels)
+        """Sum of the values' squares."""
+        if raw is not None:
+            values = np.where(pixels, raw, 0.0)
+            self._spectrum = _spectrum(values, grid)
+            self.squares = float(np.sum(values * values))
+
+    def use_band(self, band: Band, dtype: np.dtype) -> None:
+        """Bring the mask and the values to a band."""
+        self.mask = band.low_passed(self._mask_spectrum)
+        """1 at the pixels and 0 elsewhere, at the small grid's points."""
+        self.coefficients = band.cut(self._spectrum).astype(np.result_type(dtype, np.complex64), copy=False)
+        """The values' part in the band."""
 
 
-def _roomier(reach: int) -> int:
-    return max(math.ceil(_GROWTH * reach), reach + 2)
-
-
-def _complex(dtype: np.dtype) -> np.dtype:
-    return np.result_type(dtype, np.complex64)
+def _spectrum(values: NDArray[np.float64], grid: tuple[int, int]) -> NDArray[np.complex128]:
+    """Half spectrum (H, W // 2 + 1) of values in the first rows and columns of the padded grid, 0 elsewhere."""
+    rows = scipy.fft.rfft(values, n=grid[1], axis=1)
+    return scipy.fft.fft(rows, n=grid[0], axis=0)

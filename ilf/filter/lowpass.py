@@ -24,6 +24,8 @@ def inside_ellipse(
     Wave numbers on the rim count as inside, however their radii were rounded. A radius of 0 lets only k = 0
     through in that direction.
     """
-    with np.errstate(divide="ignore", invalid="ignore"):
-        terms = [np.where(k2 > 0, k2 / radius**2, 0.0) for k2, radius in zip(squared, radii, strict=True)]
-    return terms[0] + terms[1] <= 1.0 + _ROUNDING
+    rows, columns = (
+        k2 / radius**2 if radius > 0 else np.where(k2 > 0, np.inf, 0.0)
+        for k2, radius in zip(squared, radii, strict=True)
+    )
+    return rows + columns <= 1.0 + _ROUNDING

@@ -1,6 +1,7 @@
 """The convergence curves: what is drawn, where the stages are, and that nothing upsets the logarithm."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -20,6 +21,8 @@ def staged(count=40, length=8, weighted=10):
             (2.0 + (i - 1) // length, 3.0 + (i - 1) // length),
             0.5 * 0.7 ** ((i - 1) % length),
             1000.0 + i,
+            0.3 / i,
+            math.nan,
             i <= weighted,
             0.01 * i,
         )
@@ -29,7 +32,7 @@ def staged(count=40, length=8, weighted=10):
 
 def linear(count=40):
     return [
-        IterationRecord(i, i, (1 + 0.01 * i, 1 + 0.02 * i), 0.9 / i, 1000.0 + i, False, 0.01 * i)
+        IterationRecord(i, i, (1 + 0.01 * i, 1 + 0.02 * i), 0.9 / i, 1000.0 + i, 0.3 / i, math.nan, False, 0.01 * i)
         for i in range(1, count + 1)
     ]
 
@@ -45,7 +48,7 @@ def panel(qtbot):
 
 
 def drawn(plot):
-    x, y = plot._curve.getData()
+    x, y = plot.curve.getData()
     return np.array(x), np.array(y)
 
 
@@ -81,9 +84,31 @@ def test_colour_weighted_iterations_are_shaded(panel):
     assert not panel.sigma_plot._span.isVisible()
 
 
+def test_hold_out_curve_is_there_with_its_least_where_pixels_are_held_out(panel):
+    panel.set_records(linear())
+    assert panel.error_plot.least is None
+    assert not panel.error_plot.isVisible()
+    assert "hold-out" not in panel._readout.text()
+    held_out = [0.02 + 0.001 * abs(i - 25) for i in range(1, 41)]
+    records = [replace(record, held_out=error) for record, error in zip(linear(), held_out, strict=True)]
+    panel.set_records(records[:20])
+    assert panel.error_plot.least == 20
+    panel.append_records(records[20:])
+    assert panel.error_plot.least == 25
+    x, y = panel.error_plot.curve.getData()
+    np.testing.assert_allclose(x, np.arange(1, 41))
+    np.testing.assert_allclose(10**y, held_out)
+    np.testing.assert_allclose(10 ** panel.error_plot.residual.getData()[1], [record.residual for record in records])
+    low, high = panel.error_plot.getViewBox().viewRange()[1]
+    assert low < math.log10(min(held_out)) < high
+    assert "hold-out 35 mm" in panel._readout.text()
+    panel.set_block(4, "", (1, 2, 3))
+    assert panel.error_plot.least is None
+
+
 def test_zero_and_unknown_sigma_do_not_upset_the_axis(qtbot, panel):
     records = [
-        IterationRecord(i, 1, (2.0, 2.0), sigma, 10.0, False, 0.0)
+        IterationRecord(i, 1, (2.0, 2.0), sigma, 10.0, 0.1, math.nan, False, 0.0)
         for i, sigma in enumerate((0.5, 0.0, math.nan, 1e-12, 0.2), 1)
     ]
     panel.set_records(records)

@@ -10,7 +10,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import ilf
-from ilf.blocks import find_blocks
+from ilf.blocks import Block, find_blocks
+from ilf.filter.convergence import held_out_of
+from ilf.filter.edge_aware import EdgeAwareIteration
 from ilf.filter.iteration import BlockIteration
 from ilf.filter.lengths import principal_lengths
 from ilf.filter.lowpass import inside_ellipse, squared_wave_numbers
@@ -58,6 +60,7 @@ def test_iterates_equal_the_papers_formulas_by_direct_sums(
 ) -> None:
     frame, labels = _tiny()
     parameters = ilf.preset(
+        "paper",
         schedule=schedule,
         centred=centred,
         rgb_iterations=3 if weighted else 0,
@@ -96,6 +99,8 @@ def test_iterates_equal_the_papers_formulas_by_direct_sums(
         assert record.sigma_i == pytest.approx(math.sqrt(np.mean((values - previous) ** 2)), abs=1e-12)
         assert record.l1 == pytest.approx(np.abs(values + mean).sum(), rel=1e-12)
         assert record.weighted == (weighted and record.i <= 3)
+        residuals = expanded[:height, :width][known] + mean - frame.depth[known]
+        assert record.residual == pytest.approx(math.sqrt(np.mean(residuals**2)), abs=1e-12)
         previous = values
         expanded[:height, :width][known] = frame.depth[known].astype(float) - mean
     assert record.i == 5
@@ -120,6 +125,8 @@ CHANGES = [
     {"shortest_wavelength": 2.0, "max_iterations": 400},
     {"staged_start": 3.0, "stage_step": 4.0},
     {"stop_when_steady": False, "max_iterations": 230},
+    {"hold_out": 0.2},
+    {"hold_out": 0.05, "centred": True, "rgb_iterations": 0},
 ]
 
 
@@ -143,6 +150,9 @@ def test_pass_band_and_full_grid_give_the_same_iterates(
         )
         assert ours.sigma_i == pytest.approx(theirs.sigma_i, rel=1e-8, abs=1e-12)
         assert ours.l1 == pytest.approx(theirs.l1, rel=1e-10)
+        assert ours.residual == pytest.approx(theirs.residual, rel=1e-9)
+        assert ours.held_out == pytest.approx(theirs.held_out, rel=1e-9, nan_ok=True)
+        assert math.isnan(ours.held_out) == (parameters.hold_out == 0)
     assert fast.settled == full.settled
     assert_allclose(fast.surface, full.surface, atol=1e-10)
 
@@ -153,7 +163,7 @@ def test_l1_norm_is_exact_where_the_filter_goes_negative() -> None:
     depth[5:25, 10:15] = np.nan
     frame = RGBDFrame(np.zeros((30, 30, 3), np.uint8), depth)
     block = find_blocks(np.ones((30, 30), np.int32))[1]
-    parameters = ilf.preset(shortest_wavelength=2.5, s_criteria=1e-4, max_iterations=200)
+    parameters = ilf.preset("paper", shortest_wavelength=2.5, s_criteria=1e-4, max_iterations=200)
     negative = False
     fast, full = BlockIteration(frame, block, parameters), FullGridIteration(frame, block, parameters)
     for ours, theirs in itertools.zip_longest(fast, full):
@@ -166,7 +176,7 @@ def test_float32_is_close() -> None:
     frame, labels = _bumpy((60, 90))
     surfaces = {}
     for precision in ("float32", "float64"):
-        steps = ilf.iterate(frame, labels, 1, ilf.preset(precision=precision))
+        steps = ilf.iterate(frame, labels, 1, ilf.preset("paper", precision=precision))
         for _ in steps:
             pass
         surfaces[precision] = steps.surface
@@ -174,11 +184,73 @@ def test_float32_is_close() -> None:
     assert not np.array_equal(surfaces["float32"], surfaces["float64"])
 
 
+@pytest.mark.parametrize("name", ["paper", "released-code", "best"])
+def test_what_is_held_out_has_no_part_in_the_iterates(name: str) -> None:
+    frame, labels = _bumpy((50, 70))
+    block = find_blocks(labels)[1]
+    # without a share for jumps, no pixel is left out for being a flying one, which is found with all of the depth
+    parameters = ilf.preset(name, hold_out=0.1, max_iterations=60, mode="fill+denoise", jump_share=0.0)
+    known = block.mask & frame.known[block.box]
+    held_out = held_out_of(known, 0.1)
+    assert np.count_nonzero(held_out) == int(0.1 * np.count_nonzero(known))
+    assert not (held_out & ~known).any()
+    other = frame.depth.copy()
+    other[block.box][held_out] += 0.5
+    runs = []
+    for depth in (frame.depth, other):
+        changed = RGBDFrame(frame.rgb, depth)
+        steps = _stepper(changed, block, parameters)
+        runs.append(([(record.sigma_i, record.residual, record.held_out) for record in steps], steps.surface))
+    (before, surface), (after, same_surface) = runs
+    np.testing.assert_array_equal(surface, same_surface)
+    assert [record[:2] for record in before] == [record[:2] for record in after]
+    assert all(b[2] != a[2] for b, a in zip(before, after, strict=True))
+
+
+def _stepper(frame: RGBDFrame, block: Block, parameters: ilf.Parameters) -> BlockIteration | EdgeAwareIteration:
+    if parameters.filter == "edge-aware":
+        return EdgeAwareIteration(frame, block, parameters, np.zeros(frame.shape, np.float32))
+    return BlockIteration(frame, block, parameters)
+
+
+def test_the_held_out_error_turns_where_noise_comes_in() -> None:
+    rng = np.random.default_rng(1)
+    rows, columns = np.mgrid[:80, :120] / 100
+    truth = 2 + 0.3 * np.sin(3 * rows) * np.cos(2 * columns)
+    depth = truth + 0.05 * rng.standard_normal(truth.shape)
+    depth[20:60, 40:80] = np.nan
+    frame = RGBDFrame(np.full((80, 120, 3), 120, np.uint8), depth)
+    parameters = ilf.preset("released-code", hold_out=0.05, centred=True, shortest_wavelength=4.0, max_iterations=400)
+    block = find_blocks(np.ones((80, 120), np.int32))[1]
+    records, errors = [], []
+    steps = BlockIteration(frame, block, parameters)
+    for record in steps:
+        records.append(record)
+        errors.append(math.sqrt(np.mean((steps.surface - truth.ravel()) ** 2)))
+    best = int(np.argmin([record.held_out for record in records]))
+    assert 10 < best < 300
+    assert errors[best] < 1.3 * min(errors)
+    assert errors[-1] > 2 * min(errors)
+    assert records[-1].residual < records[best].residual
+
+
+def test_edge_aware_errors_at_the_finest_grid_are_those_of_its_surface() -> None:
+    frame, labels = _bumpy((50, 70))
+    block = find_blocks(np.ones_like(labels))[1]
+    parameters = ilf.preset("best", hold_out=0.1, mode="fill+denoise")
+    steps = EdgeAwareIteration(frame, block, parameters, np.zeros(frame.shape, np.float32))
+    record = list(steps)[-1]
+    surface, depth = steps.surface.reshape(frame.shape), frame.depth.astype(float)
+    held_out = held_out_of(frame.known, 0.1)
+    for pixels, error in ((frame.known & ~held_out, record.residual), (held_out, record.held_out)):
+        assert error == pytest.approx(math.sqrt(np.mean((surface - depth)[pixels] ** 2)), rel=1e-4)
+
+
 def test_surface_before_the_first_step_is_the_mean_or_nothing() -> None:
     frame, labels = _bumpy((30, 40))
     known = frame.depth[(labels == 1) & frame.known].astype(float)
-    assert_allclose(ilf.iterate(frame, labels, 1, ilf.preset(centred=True)).surface, known.mean())
-    assert not ilf.iterate(frame, labels, 1).surface.any()
+    assert_allclose(ilf.iterate(frame, labels, 1, ilf.preset("paper", centred=True)).surface, known.mean())
+    assert not ilf.iterate(frame, labels, 1, ilf.preset("paper")).surface.any()
 
 
 def test_linear_schedule_has_the_released_codes_radii() -> None:
@@ -228,7 +300,7 @@ def test_a_band_limited_surface_is_recovered() -> None:
     depth = truth.copy()
     depth[10:16, 12:20] = np.nan
     frame = RGBDFrame(np.full((32, 40, 3), 120, np.uint8), depth)
-    parameters = ilf.preset(padding=1.0, rgb_iterations=0, s_criteria=1e-9, shortest_wavelength=20.0)
+    parameters = ilf.preset("paper", padding=1.0, rgb_iterations=0, s_criteria=1e-9, shortest_wavelength=20.0)
     steps = ilf.iterate(frame, np.ones((32, 40), np.int32), 1, parameters)
     for _ in steps:
         pass
@@ -278,7 +350,7 @@ def test_principal_lengths_follow_a_turned_bar() -> None:
 
 def test_stepping_past_the_end_stays_at_the_end() -> None:
     frame, labels = _tiny()
-    steps: BlockIteration = ilf.iterate(frame, labels, 1, ilf.preset(max_iterations=1))
+    steps: BlockIteration = ilf.iterate(frame, labels, 1, ilf.preset("paper", max_iterations=1))
     next(steps)
     with pytest.raises(StopIteration):
         next(steps)

@@ -11,7 +11,7 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from ilf.blocks import Block
-from ilf.filter.convergence import IterationRecord, deviation, l1_norm
+from ilf.filter.convergence import IterationRecord, deviation, held_out_of, l1_norm
 from ilf.filter.lengths import principal_lengths
 from ilf.filter.lowpass import inside_ellipse, squared_wave_numbers
 from ilf.filter.schedule import LinearSchedule, Schedule, StagedSchedule
@@ -48,10 +48,11 @@ class FullGridIteration(Iterator[IterationRecord]):
         grid = math.ceil(parameters.padding * height), math.ceil(parameters.padding * width)
 
         raw = frame.depth[block.box].astype(np.float64)
-        self._known = block.mask & np.isfinite(raw)
-        self._raw = raw[self._known]
-        self._mean = float(self._raw.mean()) if parameters.centred else 0.0
-        self._raw -= self._mean
+        known = block.mask & np.isfinite(raw)
+        self._held_out = held_out_of(known, parameters.hold_out)
+        self._known = known & ~self._held_out
+        self._mean = float(raw[self._known].mean()) if parameters.centred else 0.0
+        self._raw, self._held_out_raw = raw[self._known] - self._mean, raw[self._held_out] - self._mean
 
         self._weight: NDArray[np.float64] | None = None  # W, while i <= rgb_iterations
         if parameters.rgb_iterations:
@@ -92,7 +93,12 @@ class FullGridIteration(Iterator[IterationRecord]):
             spectrum *= self._weight
         self._expanded = scipy.fft.irfft2(spectrum, s=self._expanded.shape, overwrite_x=True)
 
-        values = self._expanded[self._crop][self._mask]
+        surface = self._expanded[self._crop]
+        values = surface[self._mask]
+        residual = deviation(surface[self._known], self._raw)
+        held_out = math.nan
+        if self._held_out.any():
+            held_out = deviation(surface[self._held_out], self._held_out_raw)
         sigma = deviation(values, self._values)
         self._values = values
         self._reinsert()
@@ -103,6 +109,8 @@ class FullGridIteration(Iterator[IterationRecord]):
             radii=radii,
             sigma_i=sigma,
             l1=l1_norm(values + self._mean),
+            residual=residual,
+            held_out=held_out,
             weighted=self._weight is not None,
             seconds=time.perf_counter() - self._start,
         )
