@@ -1,5 +1,10 @@
-"""The bench: presets and peers complete the same frames with depth hidden, and are scored on what was hidden."""
+"""The benches: completion, scored on depth that was hidden, and blocks, measured on the depth that is known."""
 
+from .block_measures import BlockScore, score_blocks
+from .block_methods import BLOCK_METHODS, BlockMethod, choose_block_methods
+from .block_results import BlockSummary, summarise_blocks
+from .block_runner import BlockBenchResult, BlockPlan, BlockRow, run_block_bench
+from .evidence import Evidence, find_evidence
 from .frames import BenchFrame, find_frames, load_bench_frame
 from .methods import METHODS, Method, choose_methods
 from .patterns import PATTERNS, Task, make_task
@@ -8,10 +13,18 @@ from .runner import BenchResult, Plan, Row, Skipped, run_bench
 from .scoring import Score, score
 
 __all__ = [
+    "BLOCK_METHODS",
     "METHODS",
     "PATTERNS",
     "BenchFrame",
     "BenchResult",
+    "BlockBenchResult",
+    "BlockMethod",
+    "BlockPlan",
+    "BlockRow",
+    "BlockScore",
+    "BlockSummary",
+    "Evidence",
     "Method",
     "Plan",
     "Row",
@@ -19,13 +32,18 @@ __all__ = [
     "Skipped",
     "Summary",
     "Task",
+    "choose_block_methods",
     "choose_methods",
+    "find_evidence",
     "find_frames",
     "load_bench_frame",
     "make_task",
     "run_bench",
+    "run_block_bench",
     "score",
+    "score_blocks",
     "summarise",
+    "summarise_blocks",
     "write_csv",
     "write_json",
 ]

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..completion import complete
-from ..errors import ParameterError
 from ..frame import RGBDFrame
 from ..parameters import PRESETS, Parameters
+from .choices import chosen_names
 from .peers.colourisation import colourisation
 from .peers.energies import laplace, soft_thin_plate, thin_plate
 from .peers.interpolation import linear, nearest
@@ -70,8 +70,7 @@ GROUPS = {
 """Names that stand for several methods; "all" stands for all groups."""
 
 METHODS: dict[str, Method] = {
-    method.name: method
-    for method in (*(_preset(name, values) for name, values in PRESETS.items()), *_PEERS)
+    method.name: method for method in (*(_preset(name, values) for name, values in PRESETS.items()), *_PEERS)
 }
 """Name -> method, presets first."""
 
@@ -89,12 +88,4 @@ def choose_methods(names: str) -> list[str]:
     ParameterError
         For an unknown name, or if there is none.
     """
-    chosen: dict[str, None] = {}
-    for name in filter(None, (name.strip() for name in names.split(","))):
-        members = tuple(METHODS) if name == "all" else GROUPS.get(name, (name,))
-        if not METHODS.keys() >= set(members):
-            raise ParameterError(f"There is no method {name!r}. Known: {', '.join(['all', *GROUPS, *METHODS])}.")
-        chosen.update(dict.fromkeys(members))
-    if not chosen:
-        raise ParameterError(f"No method is named. Known: {', '.join(['all', *GROUPS, *METHODS])}.")
-    return list(chosen)
+    return chosen_names(names, METHODS, {"all": tuple(METHODS), **GROUPS})

@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import dataclasses
-import io
-import json
 import os
 import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
-from .. import __version__
-from ..io.atomic import write_bytes
 from ..parameters import PRESETS, BlockParameters
-from ..run_record import PROGRAM, library_versions
 from .patterns import AREA_SEMI_AXES, AREAS_HIDDEN, RANDOM_KEPT
+from .result_files import records, write_content, write_table
 from .runner import BenchResult, Row
 
 
@@ -55,11 +48,7 @@ def summarise(result: BenchResult) -> list[Summary]:
 
 def write_csv(path: str | os.PathLike[str], result: BenchResult) -> None:
     """Write the table, all patterns in one, atomically; raises ExportError if that fails."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(field.name for field in dataclasses.fields(Summary))
-    writer.writerows(dataclasses.astuple(line) for line in summarise(result))
-    write_bytes(path, text.getvalue().encode())
+    write_table(path, Summary, summarise(result))
 
 
 def write_json(path: str | os.PathLike[str], result: BenchResult) -> None:
@@ -71,9 +60,6 @@ def write_json(path: str | os.PathLike[str], result: BenchResult) -> None:
         If the file cannot be written.
     """
     content = {
-        "program": PROGRAM,
-        "version": __version__,
-        "versions": library_versions(),
         "bench": {
             "frames": list(dict.fromkeys(row.frame for row in result.rows)),
             "patterns": list(result.plan.patterns),
@@ -85,11 +71,11 @@ def write_json(path: str | os.PathLike[str], result: BenchResult) -> None:
         },
         "extraction": BlockParameters().to_dict(),
         "presets": {name: values.to_dict() for name, values in PRESETS.items() if name in result.plan.methods},
-        "table": _records(summarise(result)),
-        "rows": _records(result.rows),
-        "skipped": _records(result.skipped),
+        "table": records(summarise(result)),
+        "rows": records(result.rows),
+        "skipped": records(result.skipped),
     }
-    write_bytes(path, (json.dumps(content, indent=1, allow_nan=False) + "\n").encode())
+    write_content(path, content)
 
 
 def _summary(rows: Sequence[Row]) -> Summary:
@@ -113,7 +99,3 @@ def _summary(rows: Sequence[Row]) -> Summary:
         seconds=statistics.median(row.seconds for row in rows),
         extraction_seconds=statistics.median(extraction) if extraction else None,
     )
-
-
-def _records(items: Sequence[Any]) -> list[dict[str, Any]]:
-    return [dataclasses.asdict(item) for item in items]

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -17,6 +15,7 @@ from ..errors import IlfError
 from ..parameters import PRESETS
 from .frames import load_bench_frame
 from .methods import METHODS
+from .parallel import run_units
 from .patterns import Task, make_task
 from .scoring import score
 
@@ -109,22 +108,9 @@ def run_bench(plan: Plan, *, jobs: int = 1, on_progress: Callable[[str], None] |
     on_progress : callable, optional
         Called with a frame's name whenever it is done under one pattern.
     """
-    units = [(pattern, folder) for pattern in plan.patterns for folder in plan.folders]
-    parts: list[_Part] = [_Part() for _ in units]
+    units = [(folder, pattern, plan.methods, plan.seed) for pattern in plan.patterns for folder in plan.folders]
     report = on_progress or (lambda name: None)
-    if jobs == 1:
-        for number, (pattern, folder) in enumerate(units):
-            parts[number] = _run_unit(folder, pattern, plan.methods, plan.seed)
-            report(folder.name)
-    else:
-        with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
-            numbers = {
-                pool.submit(_run_unit, folder, pattern, plan.methods, plan.seed): number
-                for number, (pattern, folder) in enumerate(units)
-            }
-            for done in as_completed(numbers):
-                parts[numbers[done]] = done.result()
-                report(units[numbers[done]][1].name)
+    parts = run_units(_run_unit, units, jobs=jobs, on_done=lambda number: report(units[number][0].name))
     rows = tuple(row for part in parts for row in part.rows)
     # a frame that cannot be read is found out once per pattern
     skipped = tuple(dict.fromkeys(item for part in parts for item in part.skipped))

@@ -1,44 +1,31 @@
-"""`ilf bench`: presets and peers compared on any set of frames."""
+"""`ilf bench`: presets and peers, or ways to make blocks, compared on any set of frames."""
 
 from __future__ import annotations
 
 import argparse
-import sys
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
-from ..bench import PATTERNS, BenchResult, Plan, Summary, choose_methods, find_frames, run_bench, summarise
+from ..bench import PATTERNS, BenchResult, Plan, choose_methods, find_frames, run_bench, summarise
+from ..bench.block_methods import BLOCK_METHODS
+from ..bench.choices import chosen_names
 from ..bench.methods import GROUPS
 from ..bench.results import write_csv, write_json
-from ..errors import InputError, ParameterError
+from ..errors import InputError
+from . import bench_blocks
+from .comparison import Column, advance, comparison_table, skipped_lines, unit_bar, warn
 from .parsing import Commands
-from .progress import Bar
-from .report import table
 
 _PATTERNS_USED = "random,areas"
-_NAMES_LISTED = 6
-
-
-@dataclass(frozen=True)
-class _Column:
-    """A column of the table: heading, value, how it is written, and what is best of several (None: nothing is)."""
-
-    heading: str
-    value: Callable[[Summary], float | None]
-    form: str
-    best: Callable[[Sequence[float]], float] | None = min
-
 
 _COLUMNS = (
-    _Column("RMSE [mm]", lambda line: line.rmse_mm, ".2f"),
-    _Column("MAE [mm]", lambda line: line.mae_mm, ".2f"),
-    _Column("median [mm]", lambda line: line.median_mm, ".2f"),
-    _Column("Rel", lambda line: line.rel, ".4f"),
-    _Column("delta<1.25", lambda line: line.delta_1, ".2%", max),
-    _Column("coverage", lambda line: line.coverage, ".2%", max),
-    _Column("within", lambda line: line.within, ".2%", None),
-    _Column("seconds", lambda line: line.seconds, ".3f"),
-    _Column("extraction [s]", lambda line: line.extraction_seconds, ".3f", None),
+    Column("RMSE [mm]", lambda line: line.rmse_mm, ".2f"),
+    Column("MAE [mm]", lambda line: line.mae_mm, ".2f"),
+    Column("median [mm]", lambda line: line.median_mm, ".2f"),
+    Column("Rel", lambda line: line.rel, ".4f"),
+    Column("delta<1.25", lambda line: line.delta_1, ".2%", max),
+    Column("coverage", lambda line: line.coverage, ".2%", max),
+    Column("within", lambda line: line.within, ".2%", None),
+    Column("seconds", lambda line: line.seconds, ".3f"),
+    Column("extraction [s]", lambda line: line.extraction_seconds, ".3f", None),
 )
 
 
@@ -46,10 +33,12 @@ def add_command(commands: Commands) -> None:
     """Add the command to the parser."""
     parser = commands.add_parser(
         "bench",
-        help="compare presets and other methods on frames with depth hidden",
-        usage="ilf bench FOLDER... [options]",
+        help="compare presets and other methods on frames with depth hidden, or ways to make blocks",
+        usage=f"ilf bench FOLDER... [options]\n       ilf bench {bench_blocks.MODE} FOLDER... [options]",
         description="Hide known depth of frames, let every method complete it, and compare with what was hidden. "
-        "Hidden pixels that a method leaves open count with their nearest known depth.",
+        "Hidden pixels that a method leaves open count with their nearest known depth. "
+        f"With {bench_blocks.MODE!r} first: measure the operation blocks that several methods make of the frames; "
+        "nothing is hidden.",
         epilog="Patterns: " + "; ".join(f"{name}: {what}" for name, what in PATTERNS.items()) + ".",
         allow_abbrev=False,
     )
@@ -58,11 +47,11 @@ def add_command(commands: Commands) -> None:
         "folders",
         nargs="+",
         metavar="FOLDER",
-        help="a folder with rgb.*, depth.* and meta.json, or one of such folders",
+        help="a folder with rgb.*, depth.* and meta.json, or one of such folders; "
+        f"a folder named {bench_blocks.MODE} is given as ./{bench_blocks.MODE}",
     )
     parser.add_argument(
         "--pattern",
-        default=_PATTERNS_USED,
         metavar="LIST",
         help=f"any of {','.join(PATTERNS)} (default: {_PATTERNS_USED})",
     )
@@ -71,11 +60,11 @@ def add_command(commands: Commands) -> None:
         default="all",
         metavar="LIST",
         help="any of all; " + "; ".join(f"{group} = {','.join(names)}" for group, names in GROUPS.items())
-        + " (default: all)",
+        + f"; with {bench_blocks.MODE!r} any of all,{','.join(BLOCK_METHODS)} (default: all)",
     )  # fmt: skip
     parser.add_argument("--limit", type=_count, metavar="N", help="take the first N frames only")
     parser.add_argument(
-        "--seed", type=_seed, default=0, metavar="N", help="what the hidden pixels follow from, 0 or more"
+        "--seed", type=_seed, metavar="N", help="what the hidden pixels follow from, 0 or more (default: 0)"
     )
     parser.add_argument(
         "--jobs",
@@ -95,30 +84,24 @@ def add_command(commands: Commands) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
+    if arguments.folders[0] == bench_blocks.MODE:
+        bench_blocks.run(arguments)
+        return
+    patterns = _PATTERNS_USED if arguments.pattern is None else arguments.pattern
     plan = Plan(
         folders=tuple(find_frames(arguments.folders)[: arguments.limit]),
-        patterns=_chosen_patterns(arguments.pattern),
+        patterns=tuple(chosen_names(patterns, PATTERNS, what="pattern")),
         methods=tuple(choose_methods(arguments.methods)),
-        seed=arguments.seed,
+        seed=arguments.seed or 0,
     )
-    shown = sys.stderr.isatty() if arguments.progress is None else arguments.progress
-    bar = Bar(
-        total=len(plan.folders) * len(plan.patterns),
-        disable=not shown,
-        mininterval=0,
-        leave=False,
-        dynamic_ncols=True,
-        bar_format="{n_fmt}/{total_fmt} frames and patterns |{bar:30}| {elapsed}{postfix}",
+    with unit_bar(arguments, len(plan.folders) * len(plan.patterns), "frames and patterns") as bar:
+        result = run_bench(plan, jobs=arguments.jobs, on_progress=lambda name: advance(bar, name))
+    warn(skipped_lines((item.frame, item.pattern, item.reason) for item in result.skipped))
+    warn(
+        f"{row.method} failed on {row.frame}, pattern {row.pattern}, which counts as nothing filled. {row.failure}"
+        for row in result.rows
+        if row.failure
     )
-    with bar:
-
-        def advance(name: str) -> None:
-            bar.set_postfix_str(name, refresh=False)
-            bar.update(1)
-
-        result = run_bench(plan, jobs=arguments.jobs, on_progress=advance)
-    for warning in _warnings(result):
-        print("ilf: warning:", " ".join(warning.split()), file=sys.stderr)
     if not result.rows:
         raise InputError("No frame could be scored, so there is nothing to compare.")
     print("\n".join(_tables(result)))
@@ -129,7 +112,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _tables(result: BenchResult) -> list[str]:
-    """Lines of one table per pattern, the lowest RMSE first; * marks the best of a column."""
+    """Lines of one table per pattern, the lowest RMSE first."""
     lines: list[str] = []
     summaries = summarise(result)
     for pattern in result.plan.patterns:
@@ -140,52 +123,8 @@ def _tables(result: BenchResult) -> list[str]:
             lines.append("")
         frames = of_pattern[0].frames
         lines.append(f"{pattern}: {PATTERNS[pattern]} ({frames} frame{'s' * (frames != 1)}, seed {result.plan.seed})")
-        columns = [_cells(column, of_pattern) for column in _COLUMNS]
-        rows = [(summary.method, *cells) for summary, *cells in zip(of_pattern, *columns, strict=True)]
-        lines += table(("method", *(f"{column.heading} " for column in _COLUMNS)), rows)
+        lines += comparison_table(_COLUMNS, of_pattern)
     return lines
-
-
-def _cells(column: _Column, summaries: Sequence[Summary]) -> list[str]:
-    values = [column.value(summary) for summary in summaries]
-    texts = ["-" if value is None else format(value, column.form) for value in values]
-    numbers = [value for value in values if value is not None]
-    if column.best is None or not numbers:
-        return [f"{text} " for text in texts]
-    # what looks equal is equally good
-    best = format(column.best(numbers), column.form)
-    return [f"{text}{'*' if text == best else ' '}" for text in texts]
-
-
-def _warnings(result: BenchResult) -> list[str]:
-    """What was left out, one line per reason, and where methods failed."""
-    by_reason: dict[tuple[str, str], list[str]] = {}
-    for item in result.skipped:
-        by_reason.setdefault((item.pattern, item.reason), []).append(item.frame)
-    skipped = [
-        f"skipped{f' for pattern {pattern}' if pattern else ''}: {_listed(frames)}. {reason}"
-        for (pattern, reason), frames in by_reason.items()
-    ]
-    failed = [
-        f"{row.method} failed on {row.frame}, pattern {row.pattern}, which counts as nothing filled. {row.failure}"
-        for row in result.rows
-        if row.failure
-    ]
-    return skipped + failed
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = len(names) - _NAMES_LISTED
-    return ", ".join(names[:_NAMES_LISTED]) + (f" and {more} more" if more > 0 else "")
-
-
-def _chosen_patterns(names: str) -> tuple[str, ...]:
-    chosen = tuple(dict.fromkeys(filter(None, (name.strip() for name in names.split(",")))))
-    unknown = [name for name in chosen if name not in PATTERNS]
-    if unknown or not chosen:
-        what = f"There is no pattern {unknown[0]!r}" if unknown else "No pattern is named"
-        raise ParameterError(f"{what}. Known: {', '.join(PATTERNS)}.")
-    return chosen
 
 
 def _count(text: str) -> int:

@@ -1,0 +1,184 @@
+"""How good a block map is, measured on the colour image's margins and the frame's own known depth.
+
+Every measure but `Coverage.of_frame` looks only inside the margins that the extraction finds by itself
+(`Evidence.window`), the same for all methods.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from skimage.measure import label as connected_regions
+
+from ..parameters import Parameters, preset
+from .evidence import JUMP_LENGTH, TOLERANCE, Evidence, apart, both, mark, widened
+
+Labels = NDArray[np.int32]
+
+PERIMETER_SHARE = 0.01
+"""A jump inside a block counts if it is longer than this share of the block's perimeter, and than `JUMP_LENGTH`."""
+
+
+@dataclass(frozen=True)
+class BoundaryScore:
+    """Boundaries against depth jumps; None where there is nothing to compare. See `boundary_score`."""
+
+    recall: float | None
+    precision: float | None
+    f: float | None
+
+
+@dataclass(frozen=True)
+class BlockScore:
+    """All measures of one block map; each is defined at the function of its name. Shares are 0-1.
+
+    Attributes
+    ----------
+    blocks : int
+        Number of blocks.
+    coverage, frame_coverage : float
+        `coverage` inside the margins, and of the whole frame.
+    recoverable : float or None
+        `recoverable_share`.
+    leaks : int
+        `count_leaks`.
+    purity : float or None
+        `purity`.
+    cut_rate : float or None
+        `cut_rate`.
+    recall, precision, f : float or None
+        `boundary_score`.
+    """
+
+    blocks: int
+    coverage: float
+    frame_coverage: float
+    recoverable: float | None
+    leaks: int
+    purity: float | None
+    cut_rate: float | None
+    recall: float | None
+    precision: float | None
+    f: float | None
+
+
+def score_blocks(labels: Labels, evidence: Evidence) -> BlockScore:
+    """All measures of a block map of the whole frame, int32 (H, W), 0 = no block."""
+    inside = labels[evidence.window]
+    boundary = boundary_score(inside, evidence)
+    return BlockScore(
+        blocks=int(np.count_nonzero(np.unique(inside))),
+        coverage=coverage(inside),
+        frame_coverage=coverage(labels),
+        recoverable=recoverable_share(inside, evidence.known),
+        leaks=count_leaks(inside),
+        purity=purity(inside, evidence),
+        cut_rate=cut_rate(inside, evidence),
+        recall=boundary.recall,
+        precision=boundary.precision,
+        f=boundary.f,
+    )
+
+
+def coverage(labels: Labels) -> float:
+    """Share of the pixels that lie in blocks."""
+    return float(np.mean(labels > 0))
+
+
+def recoverable_share(labels: Labels, known: NDArray[np.bool_], parameters: Parameters | None = None) -> float | None:
+    """Share of the missing pixels that lie in blocks with enough known depth to be completed; None if none is missing.
+
+    Enough is what `ilf.complete` asks for: the known share and the known pixels of the parameters, those of the
+    default preset if left out. Missing pixels that lie in no block count as not recoverable.
+    """
+    missing = ~known
+    if not missing.any():
+        return None
+    chosen = parameters or preset()
+    pixels = np.bincount(labels.ravel())
+    with_depth = np.bincount(labels[known], minlength=pixels.size)
+    enough = with_depth >= np.maximum(chosen.min_known_pixels, chosen.min_known_share * pixels)
+    enough[0] = False
+    return float(np.mean(enough[labels[missing]]))
+
+
+def count_leaks(labels: Labels) -> int:
+    """How often a block holds no water: 4-connected regions of equal label > 0, less the number of blocks.
+
+    Between neighbours of different labels there is a boundary, so a 4-connected path that crosses none never leaves
+    its region. A block map is watertight, with no leak, if every block is one such region. A block of several is
+    joined where a boundary should be: through a diagonal between two boundary pixels, or behind the pixels of no
+    block or of another block that lie between its parts.
+    """
+    _, regions = connected_regions(labels, background=0, connectivity=1, return_num=True)
+    return int(regions) - int(np.count_nonzero(np.unique(labels)))
+
+
+def purity(labels: Labels, evidence: Evidence) -> float | None:
+    """Share of the blocks, by area, whose known depth has no jump inside; None if no block has known depth.
+
+    A block has a jump inside if an 8-connected line of depth jumps (see `find_evidence`) between its own pixels is
+    longer than 10 px and longer than 1 % of the block's perimeter, so that single flying pixels do not condemn a
+    wall. Blocks without known depth are not judged. More and smaller blocks are purer: look at the cut rate, too.
+    """
+    area = np.bincount(labels.ravel())
+    judged = np.bincount(labels[evidence.known], minlength=area.size) > 0
+    judged[0] = False
+    if not judged.any():
+        return None
+    parted = apart(labels)
+    inner = mark((evidence.jumps[0] & ~parted[0], evidence.jumps[1] & ~parted[1]))
+    lines, count = connected_regions(np.where(inner, labels, 0), background=0, connectivity=2, return_num=True)
+    length = np.bincount(lines.ravel(), minlength=count + 1)
+    owner = np.zeros(count + 1, np.int64)
+    owner[lines[inner]] = labels[inner]
+    longest = np.zeros(area.size, np.int64)
+    np.maximum.at(longest, owner[1:], length[1:])
+    pure = longest <= np.maximum(JUMP_LENGTH, PERIMETER_SHARE * _perimeters(labels))
+    return float(area[judged & pure].sum() / area[judged].sum())
+
+
+def cut_rate(labels: Labels, evidence: Evidence) -> float | None:
+    """Share of the smooth neighbouring pairs (see `find_evidence`) that have different labels; None if there are none.
+
+    These are pixels between which nothing in the depth asks for a boundary.
+    """
+    pairs = sum(np.count_nonzero(smooth) for smooth in evidence.smooth)
+    if pairs == 0:
+        return None
+    cut = sum(np.count_nonzero(smooth & parted) for smooth, parted in zip(evidence.smooth, apart(labels), strict=True))
+    return cut / pairs
+
+
+def boundary_score(labels: Labels, evidence: Evidence) -> BoundaryScore:
+    """Boundaries against depth jumps, both as lines 1 px wide, with a tolerance of 2 px.
+
+    Recall is the share of the jumps' pixels with a boundary within 2 px; precision the share of the boundaries'
+    pixels with a jump within 2 px, of those where one would have been seen, within 3 px of known depth; F their
+    harmonic mean. Boundaries at creases and between colours of one surface count as wrong, so precision is low for all
+    methods. All are None where depth has no jump; precision is None where no boundary can be judged.
+    """
+    jumps = mark(evidence.jumps)
+    if not jumps.any():
+        return BoundaryScore(None, None, None)
+    parted, seen = apart(labels), both(evidence.near_known)
+    boundaries = mark(parted)
+    judged = mark((parted[0] & seen[0], parted[1] & seen[1]))
+    recall = float(np.mean(widened(boundaries, TOLERANCE)[jumps]))
+    if not judged.any():
+        return BoundaryScore(recall, None, 0.0)
+    precision = float(np.mean(widened(jumps, TOLERANCE)[judged]))
+    total = recall + precision
+    return BoundaryScore(recall, precision, 2 * recall * precision / total if total > 0 else 0.0)
+
+
+def _perimeters(labels: Labels) -> NDArray[np.int64]:
+    """Sides of pixels along which each label borders on another one or on the rim of the map."""
+    perimeters = np.bincount(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
+    perimeters = np.pad(perimeters, (0, int(labels.max()) + 1 - perimeters.size))
+    right, below = apart(labels)
+    for side in (labels[:, :-1][right], labels[:, 1:][right], labels[:-1][below], labels[1:][below]):
+        perimeters += np.bincount(side, minlength=perimeters.size)
+    return perimeters
