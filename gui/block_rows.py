@@ -81,7 +81,5 @@ def _detail(result: BlockResult, outdated: bool) -> str:
     lines = [f"The result, {outcome.status}, is of other values than are set now."] if outdated else []
     lines += [outcome.message] if outcome.message else []
     if outcome.iterations:
-        lines.append(
-            f"{outcome.iterations} iterations in {outcome.stages} pass bands, {outcome.recovered} pixels filled."
-        )
+        lines.append(f"{outcome.iterations} iterations in {outcome.stages} stages, {outcome.recovered} pixels filled.")
     return "\n".join(lines)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Generator
+from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 from typing import Any
@@ -46,6 +47,15 @@ class RunState(Enum):
     STOPPING = "stopping"
     RESOLVING = "solving anew"
     """One block, because its values have changed: it gives way to a run."""
+
+
+@dataclass(frozen=True)
+class _FollowUp:
+    """What is to be done when a re-solve has ended, if its frame is still the present one; a run keeps its place."""
+
+    session: Session
+    action: Callable[[], None]
+    is_run: bool
 
 
 class RunController(QObject):
@@ -92,7 +102,7 @@ class RunController(QObject):
         self._report_time = 0.0
         self._stopping = False
         self._resolving = 0
-        self._next: Callable[[], None] | None = None
+        self._next: _FollowUp | None = None
         self._patience = QTimer(self, singleShot=True)
         self._patience.timeout.connect(self._worker.cancel)
         self.session: Session | None = None
@@ -144,7 +154,7 @@ class RunController(QObject):
     def start(self, only: set[int] | None = None, stepwise: bool = False) -> None:
         """Run all blocks of the present frame, or just some; with `stepwise`, one by one, and hold after a step."""
         if self._resolving:
-            self._follow_up(lambda: self.start(only, stepwise), 0)
+            self._follow_up(lambda: self.start(only, stepwise), 0, is_run=True)
         else:
             # one core stays the window's
             self._begin(only, threads=1 if stepwise else max(available_cores() - 1, 1), paused=stepwise)
@@ -157,13 +167,13 @@ class RunController(QObject):
         """
         if self.state is RunState.IDLE:
             self._begin({label}, threads=1, resolving=label)
-        elif self._resolving and (self._next is None or self._patience.isActive()):
+        elif self._resolving and (self._next is None or not self._next.is_run):
             age_ms = math.ceil(1000 * (time.perf_counter() - self._started))
             self._follow_up(lambda: self.resolve(label), max(_PATIENCE_MS - age_ms, 0))
 
-    def _follow_up(self, action: Callable[[], None], patience_ms: int) -> None:
-        """Do something when the present re-solve has ended, which is cancelled after a while."""
-        self._next = action
+    def _follow_up(self, action: Callable[[], None], patience_ms: int, is_run: bool = False) -> None:
+        """Do something with the present frame when the re-solve has ended, which is cancelled after a while."""
+        self._next = _FollowUp(self._workspace.session, action, is_run)
         if patience_ms == 0:
             self._patience.stop()
             self._worker.cancel()
@@ -263,8 +273,8 @@ class RunController(QObject):
         self._preview_time = self._report_time = 0.0
         self._stopping = False
         self.live = {}
-        if following is not None and self._workspace.has_session and session is self._workspace.session:
-            following()
+        if following is not None and self._workspace.has_session and following.session is self._workspace.session:
+            following.action()
         else:
             self.state_changed.emit()
         if run is None or session is None:

@@ -236,7 +236,7 @@ def complete(
     blocks : ndarray of int, shape (H, W)
         Label map, 0 = no block.
     parameters : Parameters or mapping of label to Parameters, optional
-        Preset "paper" if left out.
+        The default preset, "best", if left out.
     on_progress : callable, optional
         Called with every `Progress`; raise `Cancelled` in it to stop.
     threads : int, optional
@@ -299,7 +299,7 @@ def _block_steps(
             yield Progress(block.label, record=record)
         del live[block.label]
         completed = _block_depth(frame, block, iteration.surface, parameters.mode)
-        outcome = _outcome(block, depth, completed, history, iteration.settled)
+        outcome = _outcome(block, depth, completed, history, iteration.settled, parameters)
         depth = completed
     yield Progress(block.label, result=BlockResult(block, depth, outcome, tuple(history), parameters))
 
@@ -343,10 +343,14 @@ def _outcome(
     completed: NDArray[np.float32],
     history: list[IterationRecord],
     settled: bool,
+    parameters: Parameters,
 ) -> BlockOutcome:
     missing = np.isnan(raw)
     left = int(np.count_nonzero(np.isnan(completed)))
+    sigma = history[-1].sigma_i
     message = "" if settled else f"Not steady after {len(history)} iterations."
+    if settled and parameters.filter == "edge-aware" and sigma >= parameters.s_criteria:
+        message = f"The last stage ended by its number of steps, at sigma_i = {1000 * sigma:.2g} mm."
     if left:
         message = f"{message} {left} pixels stay missing: the filter gave no positive depth there.".strip()
     return BlockOutcome(
@@ -358,5 +362,5 @@ def _outcome(
         recovered=int(np.count_nonzero(missing)) - left,
         iterations=len(history),
         stages=history[-1].stage,
-        sigma_i=history[-1].sigma_i,
+        sigma_i=sigma,
     )

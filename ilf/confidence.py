@@ -128,6 +128,8 @@ def depth_error(frame: RGBDFrame, depth: NDArray[np.floating], model: str = DEFA
 def expected_error(frame: RGBDFrame, completion: Completion) -> Array:
     """`depth_error` of a completion, each block by the model of the filter that it was run with.
 
+    Guesses have the model of the filter that they were made with, which is that of "best".
+
     Parameters
     ----------
     frame : RGBDFrame
@@ -149,6 +151,7 @@ def expected_error(frame: RGBDFrame, completion: Completion) -> Array:
     model = np.full(frame.shape, numbers[DEFAULT_MODEL], np.uint8)
     for result in completion.results.values():
         model[result.block.box][result.block.mask] = numbers[result.parameters.filter]
+    model[completion.guessed] = numbers[DEFAULT_MODEL]
     features, depth, of_pixel = error_features(frame, completion.depth), completion.depth[filled], model[filled]
     values = np.empty(depth.shape, np.float32)
     for name, number in numbers.items():

@@ -62,7 +62,7 @@ class ExportOptions:
     dense : bool
         Guess the depth that is missing after the run (`ilf.dense.fill_rest`), and write a mask of what is guessed.
     labels, curves : bool
-        The label map as PNG; sigma_i and the L1 norm of every iteration as CSV.
+        The label map as PNG; the record of every iteration as CSV.
     cloud : str or None
         Format of the point cloud: "ply" (binary), "ply-ascii", "pcd", "xyz", "xyzrgb"; None for no cloud.
     axes : str
@@ -237,8 +237,8 @@ def _write_all(
     if options.dense:
         completion = fill_rest(frame, completion)
         write_mask(folder / GUESSED_FILE, completion.guessed)
-        count = np.count_nonzero(completion.guessed)
-        warnings.append(f"{count} pixels of the depth are guesses, which no block vouches for: see {GUESSED_FILE}.")
+        if count := np.count_nonzero(completion.guessed):
+            warnings.append(f"{count} pixels of the depth are guesses, which no block vouches for: see {GUESSED_FILE}.")
     for depth_format in options.depth_formats:
         name = DEPTH_FILES[depth_format]
         found = write_depth(folder / name, completion.depth, options.depth_units)

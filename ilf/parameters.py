@@ -150,7 +150,8 @@ class Parameters(ParameterSet):
         unit="x", minimum=1.0, maximum=4.0, step=0.25, source="section 3", when=_IDEAL,
     )  # fmt: skip
     s_criteria: float = declare(
-        0.005, "S_criteria", "The iteration is steady when sigma_i falls below this.", _STOP,
+        0.005, "S_criteria", "The iteration is steady when sigma_i falls below this. Stages of the edge-aware "
+        "filter also end by a number of steps.", _STOP,
         unit="m", scale="log", minimum=0.0, maximum=1.0, step=0.001, source="Eq. (1)",
     )  # fmt: skip
     stop_when_steady: bool = declare(

@@ -78,8 +78,8 @@ class ExportDialog(QDialog):
         self.png_note = Message(lines=2)
         self.expected_error = QCheckBox("Expected error as well (expected_error.*)")
         self.expected_error.setToolTip(
-            "Beside every depth file, the expected error of the filled pixels in the same format and units: about 68 % "
-            "of the true errors lie within it"
+            "Beside every depth file, the expected error of the filled pixels in the same format and units: over many "
+            "frames, about 68 % of the true errors lie within it (guesses are not calibrated)"
         )
         self.dense = QCheckBox("Guess what is still missing (guessed.png)")
         self.dense.setToolTip(

@@ -95,6 +95,8 @@ class ParameterForm(QScrollArea):
         """Set the values (of a preset) that rows are marked against and reset to."""
         if parameters != self._base:
             self._base = parameters
+            for name, row in self._rows.items():
+                row.widget.setToolTip(_tooltip(row.declaration, getattr(parameters, name)))
             self._show()
 
     def sizeHint(self) -> QSize:
@@ -167,9 +169,7 @@ class ParameterForm(QScrollArea):
         policy.setRetainSizeWhenHidden(True)
         reset.setSizePolicy(policy)
         grid.addWidget(reset, 0, 2)
-        for part in (caption, editor, slider):
-            if part is not None:
-                part.setToolTip(_tooltip(declaration))
+        widget.setToolTip(_tooltip(declaration, getattr(self._base, name)))
         return _Row(declaration, widget, caption, reset, slider, show)
 
     def _slider(self, declaration: Declaration) -> ValueSlider:
@@ -315,9 +315,9 @@ def _value_text(declaration: Declaration, value: Value) -> str:
     return f"{number} {declaration.unit}".strip()
 
 
-def _tooltip(declaration: Declaration) -> str:
-    """Help, default and source as rich text, which wraps."""
-    facts = [f"Default: {_value_text(declaration, declaration.default)}"]
+def _tooltip(declaration: Declaration, usual: Value) -> str:
+    """Help, the preset's value and source as rich text, which wraps."""
+    facts = [f"In the preset: {_value_text(declaration, usual)}"]
     if declaration.source:
         facts.append(f"Source: {declaration.source}")
     lines = [declaration.help, "<br>".join(facts), f"<code>{declaration.name}</code>"]

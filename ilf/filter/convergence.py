@@ -19,7 +19,8 @@ class IterationRecord:
     i : int
         Number of the iteration, from 1.
     stage : int
-        How many different pass bands there have been, from 1.
+        How many different pass bands there have been, from 1. With the edge-aware filter: how many grids, and rounds
+        in which jumps let go.
     radii : tuple of float
         Cut-off radii (r_y, r_x) of this iteration, in cycles per padded grid.
     sigma_i : float
@@ -27,7 +28,8 @@ class IterationRecord:
     l1 : float
         L1 norm of P_i over the block [m]: the sum of its absolute values.
     residual : float
-        Root mean square of P_i - raw [m] over the block's known pixels that the iteration takes.
+        Root mean square of P_i - raw [m] over the block's known pixels that the iteration takes; NaN if there are
+        none.
     held_out : float
         The same over the known pixels that are held out of it; NaN if there are none. Its minimum says where noise
         begins to come in with the band, which sigma_i does not see.

@@ -107,7 +107,8 @@ class EdgeAwareIteration(Iterator[IterationRecord]):
         while len(self._grids) <= _HALVINGS or self._grids[-1].counts.size > _DIRECT_CELLS:
             self._grids.append(self._grids[-1].halved())
         self._current = self._grids[0], np.zeros(self._grids[0].counts.shape, np.float32)
-        self._outside = float(np.abs(raw[~self._view.seen]).sum(dtype=np.float64))
+        beyond = frame.depth[block.box][block.mask][~self._view.seen]  # all of it known: the window is around the gaps
+        self._outside = float(beyond.sum(dtype=np.float64))
         self._pixels = raw.size
         self._iterations = 0
         self._stage = 0
@@ -130,8 +131,8 @@ class EdgeAwareIteration(Iterator[IterationRecord]):
         grid, previous, u = next(self._steps)
         self._iterations += 1
         change = u - previous
-        sigma = math.sqrt(float(np.sum(grid.inside * change * change)) / self._pixels)
-        l1 = float(np.sum(grid.inside * np.abs(u + grid.trend))) + self._outside
+        sigma = math.sqrt(inner(grid.inside, change * change) / self._pixels)
+        l1 = inner(grid.inside, np.abs(u + grid.trend)) + self._outside
         self._steady = sigma < self._parameters.s_criteria
         # one assignment, so that another thread may look at the surface while an iteration is under way
         self._current = grid, u

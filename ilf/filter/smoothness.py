@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.linalg import splu
 
+from .band import inner
+
 Array = NDArray[np.float32]
 
 _CONVERGED = 1e-14
@@ -107,11 +109,11 @@ class SmoothnessEnergy:
         residual = self._totals - self._image(u)
         scaled = inverse * residual
         direction = scaled.copy()
-        size = _inner(residual, scaled)
+        size = inner(residual, scaled)
         least = _CONVERGED * size
         while size > least:
             image = self._image(direction)
-            curvature = _inner(direction, image)
+            curvature = inner(direction, image)
             if curvature <= 0:
                 return  # rounding is all that is left
             length = np.float32(size / curvature)
@@ -119,7 +121,7 @@ class SmoothnessEnergy:
             yield u
             residual -= length * image
             scaled = inverse * residual
-            previous, size = size, _inner(residual, scaled)
+            previous, size = size, inner(residual, scaled)
             direction *= np.float32(size / previous)
             direction += scaled
 
@@ -190,8 +192,3 @@ def _couplings(slope: Array, bend: Array, shape: tuple[int, int]) -> tuple[NDArr
 def _let_go(weights: Array, difference: Array, scale: Array) -> Array:
     ratio = difference / scale
     return weights / (1 + ratio * ratio)
-
-
-def _inner(a: Array, b: Array) -> float:
-    """Inner product. Not by BLAS, whose sums depend on the number of its threads."""
-    return float(np.sum(a * b))

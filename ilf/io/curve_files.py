@@ -20,8 +20,8 @@ CURVE_COLUMNS = ("label", "i", "stage", "r_y", "r_x", "sigma_i_m", "l1_m", "resi
 def write_curves(path: str | os.PathLike[str], history: Mapping[int, Sequence[IterationRecord]]) -> None:
     """Write the record of every iteration, block after block, atomically.
 
-    Floats keep every digit, and seconds are left out: the same run gives the same file. Where nothing is held out, the
-    cell of the hold-out error is empty.
+    Floats keep every digit, and seconds are left out: the same run gives the same file. The cell of an error that there
+    are no pixels for is empty.
 
     Parameters
     ----------
@@ -39,8 +39,7 @@ def write_curves(path: str | os.PathLike[str], history: Mapping[int, Sequence[It
     writer.writerow(CURVE_COLUMNS)
     for label in sorted(history):
         for record in history[label]:
-            numbers = (*record.radii, record.sigma_i, record.l1, record.residual)
-            held_out = "" if math.isnan(record.held_out) else repr(float(record.held_out))
-            texts = (*(repr(float(x)) for x in numbers), held_out)
-            writer.writerow((label, record.i, record.stage, *texts, int(record.weighted)))
+            numbers = (repr(float(x)) for x in (*record.radii, record.sigma_i, record.l1))
+            errors = ("" if math.isnan(x) else repr(float(x)) for x in (record.residual, record.held_out))
+            writer.writerow((label, record.i, record.stage, *numbers, *errors, int(record.weighted)))
     write_bytes(path, text.getvalue().encode())

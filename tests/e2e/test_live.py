@@ -13,7 +13,9 @@ from pytestqt.qtbot import QtBot
 import ilf
 from gui.main_window import MainWindow
 from gui.runs import RunState
+from gui.session import Session
 from ilf.completion import BlockResult
+from ilf.frame import RGBDFrame
 
 from .conftest import WAIT_MS
 
@@ -108,6 +110,32 @@ def test_a_run_takes_the_place_of_a_re_solve(opened: MainWindow, qtbot: QtBot) -
     with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
         opened.actions_["run"].trigger()
     assert [result.outcome.iterations for result in _results(opened).values()] == [4] * len(labels)
+
+
+@pytest.mark.parametrize("what", ["run", "slider"])
+def test_what_is_asked_of_another_frame_during_a_re_solve_is_done(
+    opened: MainWindow, qtbot: QtBot, small_frame: RGBDFrame, what: str
+) -> None:
+    workspace = opened.workspace
+    workspace.select(list(workspace.session.counts())[:1])
+    opened.filter_panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
+    first = workspace.session
+    second = Session(small_frame, None, "second")
+    second.take_blocks(first.labels, None)
+    workspace.add_session(second)
+    chosen = next(iter(second.counts()))
+    workspace.select([chosen])
+    assert opened.runs.state is RunState.RESOLVING
+    assert opened.runs.session is first
+    workspace.set_parameters(ilf.preset(max_iterations=4))
+    if what == "run":
+        with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
+            opened.actions_["run"].trigger()
+    else:
+        with qtbot.waitSignal(opened.runs.resolved, timeout=WAIT_MS):
+            opened.filter_panel.edited.emit(ilf.preset(max_iterations=5))
+    assert not first.valid_results()
+    assert set(second.valid_results()) == (set(second.counts()) if what == "run" else {chosen})
 
 
 def test_nothing_is_solved_anew_during_a_run(opened: MainWindow, qtbot: QtBot) -> None:

@@ -36,7 +36,7 @@ def test_every_declaration_has_an_editor_with_its_range(qtbot, set_class):
     qtbot.addWidget(form)
     for name, declaration in set_class.declarations().items():
         editor = form.findChild(QWidget, name)
-        assert declaration.help in editor.toolTip()
+        assert declaration.help in editor.parentWidget().toolTip()
         if isinstance(editor, QSpinBox | QDoubleSpinBox):
             assert (editor.minimum(), editor.maximum()) == (declaration.minimum, declaration.maximum)
             assert editor.suffix().strip() == declaration.unit

@@ -161,11 +161,11 @@ def test_every_declared_parameter_has_a_flag(kind, prefix):
 
 
 def test_help_shows_range_unit_default_and_preset(capsys, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "200")
+    monkeypatch.setenv("COLUMNS", "400")
     with pytest.raises(SystemExit) as stopped:
         main(["complete", "--help"])
     assert stopped.value.code == 0
-    text = capsys.readouterr().out
+    text = " ".join(capsys.readouterr().out.split())
     assert "[m; 0 to 1; default 0.0005; in paper 0.005; in released-code 0.005]" in text
     assert "[default staged; in released-code linear]" in text
     assert "% of frame" in text

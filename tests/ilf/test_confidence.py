@@ -90,6 +90,8 @@ def test_each_block_of_a_completion_has_the_model_of_its_filter(tmp_path):
     expected = np.where(labels == 1, of_filter["ideal"], of_filter["edge-aware"])
     np.testing.assert_array_equal(expected_error(frame, mixed), expected)
     np.testing.assert_array_equal(np.isfinite(expected), completion.filled)
+    guesses = replace(completion, guessed=completion.filled & (labels == 2))
+    np.testing.assert_array_equal(expected_error(frame, guesses), expected)
 
 
 def test_what_does_not_fit_is_refused():

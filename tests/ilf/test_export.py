@@ -84,6 +84,12 @@ def test_dense_depth_has_no_gap_and_a_mask_of_what_is_guessed(run, tmp_path):
     assert f"{guessed.sum()} pixels" in report.warnings[0]
 
 
+def test_dense_depth_without_a_gap_left_is_not_warned_of(run, tmp_path):
+    assert np.isfinite(run[2].depth).all()
+    assert export(tmp_path / "out", *run, replace(ALL, dense=True, run_record=False)).warnings == ()
+    assert not read_colour(tmp_path / "out" / "guessed.png").any()
+
+
 def test_expected_errors_come_in_the_formats_and_units_of_the_depth(run, tmp_path):
     frame, _, completion = run
     options = replace(ALL, depth_units=200.0, run_record=False)

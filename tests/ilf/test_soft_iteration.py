@@ -304,3 +304,13 @@ def test_two_known_pixels_and_no_weight_of_slope_are_enough(smoothness: float) -
     changes = {"slope_weight": 0.0, "min_known_pixels": 1, "min_known_share": 0.0}
     found = _completed(depth, smoothness=smoothness, **changes)
     assert 1.9 < found.min() <= found.max() < 4.0
+
+
+def test_a_flying_pixel_outside_the_window_leaves_the_l1_norm_a_number() -> None:
+    depth = np.full((100, 200), 2.0, np.float32)
+    depth[45:55, 10:20] = np.nan
+    depth[50, 150] = 3.0
+    frame = ilf.RGBDFrame(np.zeros((100, 200, 3), np.uint8), depth)
+    steps = ilf.iterate(frame, np.ones((100, 200), np.int32), 1)
+    *_, last = steps
+    assert last.l1 == pytest.approx(np.abs(steps.surface).sum(), rel=1e-4)
