@@ -89,10 +89,8 @@ class EdgeAwareIteration(Iterator[IterationRecord]):
         self._start = time.perf_counter()
         self._parameters = parameters
         self._view = _View(frame, block, parameters)
-        given = self._view.depth[block.box]
-        raw = given[block.mask]
-        depth = float(np.nanmean(raw, dtype=np.float64))
-        noise = parameters.noise or noise_of(given, block.mask)
+        depth = float(np.nanmean(self._view.depth[self._view.mask], dtype=np.float64))
+        noise = parameters.noise or noise_of(self._view.depth, self._view.mask)
         shaped = parameters.trend and (parameters.mode != "fill" or self._view.gap >= _NARROW)
         trend, stiffness = self._view.trend(depth, noise, shaped)
         weights = parameters.smoothness * stiffness
@@ -107,8 +105,9 @@ class EdgeAwareIteration(Iterator[IterationRecord]):
         while len(self._grids) <= _HALVINGS or self._grids[-1].counts.size > _DIRECT_CELLS:
             self._grids.append(self._grids[-1].halved())
         self._current = self._grids[0], np.zeros(self._grids[0].counts.shape, np.float32)
-        beyond = frame.depth[block.box][block.mask][~self._view.seen]  # all of it known: the window is around the gaps
-        self._outside = float(beyond.sum(dtype=np.float64))
+        raw = frame.depth[block.box][block.mask]
+        # all of it is known: the window is around the gaps
+        self._outside = float(raw[~self._view.seen].sum(dtype=np.float64))
         self._pixels = raw.size
         self._iterations = 0
         self._stage = 0
@@ -232,42 +231,45 @@ class _View:
         self._frame = frame
         self._block = block
         self._window = _window(frame, block, parameters.mode)
-        self._mask = _cut(block, self._window, frame.shape)
-        trusted = frame.known & ~flying_pixels(frame) if parameters.jump_share else frame.known
-        if not trusted[block.box][block.mask].any():
-            trusted = frame.known
-        self._held_out = held_out_of(self._mask & trusted[self._window], parameters.hold_out)
-        self.depth = np.where(trusted, frame.depth, np.float32(np.nan))
-        """The frame's depth [m] without flying pixels and what is held out."""
-        self.depth[self._window][self._held_out] = np.nan
-        unknown = np.isnan(self.depth[self._window])
+        around = _union(block.box, self._window)
+        self._place = _within(self._window, around)
+        self.mask = np.zeros(frame.depth[around].shape, bool)
+        """The block's pixels in the box around block and window."""
+        self.mask[_within(block.box, around)] = block.mask
+        self._mask = self.mask[self._place]
+
+        trusted = frame.known[around]
+        if parameters.jump_share:
+            trusted = trusted & ~flying_pixels(frame)[around]
+            if not trusted[self.mask].any():
+                trusted = frame.known[around]
+        self._held_out = held_out_of(self._mask & trusted[self._place], parameters.hold_out)
+        self.depth = np.where(trusted, frame.depth[around], np.float32(np.nan))
+        """Depth [m] in that box, without flying pixels and what is held out."""
+        self.depth[self._place][self._held_out] = np.nan
+        unknown = np.isnan(self.depth[self._place])
         self._distance = cv2.distanceTransform(unknown.astype(np.uint8), cv2.DIST_L2, 5)
         self.gap = float(self._distance[self._mask].max())
         """Largest distance [px] of the block's pixels in the window from known depth."""
-        seen = np.zeros(frame.shape, bool)
-        seen[self._window] = True
-        self.seen = seen[block.box][block.mask]
+        seen = np.zeros(self.mask.shape, bool)
+        seen[self._place] = True
+        self.seen = seen[self.mask]
         """Which of the block's pixels lie in the window, in the order of `block.mask`'s True values."""
 
     def trend(self, depth: float, noise: float, shaped: bool) -> tuple[Array, float]:
         """Trend [m] on the window, and how much stiffer the surface is for the noise in the known depth."""
         quiet = _QUIET * max(depth, _NEAREST)
-        found = None
-        if shaped:
-            around = _union(self._block.box, self._window)
-            found = trend_of(self.depth[around], _cut(self._block, around, self._frame.shape), noise)
+        found = trend_of(self.depth, self.mask, noise) if shaped else None
         # where what is left of the depth is noise more than anything, it is followed the less
         followed = quiet if found is None else min(quiet, max(found.spread, quiet / _CALM))
         stiffness = (noise / followed) ** 2 if noise > quiet else 1.0
         if found is None:
             return np.full(self._mask.shape, depth, np.float32), stiffness
-        y, x = (window.start - side.start for window, side in zip(self._window, around, strict=True))
-        height, width = self._mask.shape
-        return found.surface[y : y + height, x : x + width], stiffness
+        return found.surface[self._place], stiffness
 
     def grid(self, trend: Array, strength: Array, parameters: Parameters) -> _Grid:
         """The finest grid."""
-        counts, totals = _samples(self.depth[self._window] - trend)
+        counts, totals = _samples(self.depth[self._place] - trend)
         held_out = None
         if self._held_out.any():
             rest = self._frame.depth[self._window] - trend
@@ -320,11 +322,10 @@ def _union(first: Box, second: Box) -> Box:
     return rows, columns
 
 
-def _cut(block: Block, box: Box, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """The block's pixels in another box of the frame."""
-    whole = np.zeros(shape, bool)
-    whole[block.box] = block.mask
-    return whole[box]
+def _within(inside: Box, outside: Box) -> Box:
+    """Where a box lies in one around it."""
+    rows, columns = (slice(a.start - b.start, a.stop - b.start) for a, b in zip(inside, outside, strict=True))
+    return rows, columns
 
 
 def _samples(values: Array) -> tuple[Array, Array]:
