@@ -33,8 +33,9 @@ from PySide6.QtWidgets import (
 from gui.panels.block_model import ICON_COLUMNS, ICON_SIZE, SORT_ROLE, TOOL_ICONS, BlockModel, BlockRow, Column, Index
 from gui.panels.hint import paint_hint
 
-_WIDTHS = {Column.MISSING: 64, Column.ITERATIONS: 44, Column.SIGMA: 60, Column.PIXELS: 62}
-_NAME_WIDTH = 76  # at least; below, the table scrolls sideways
+_WIDTHS = {Column.MISSING: 62, Column.ITERATIONS: 42, Column.SIGMA: 56, Column.PIXELS: 60}
+_ICON_WIDTH = 26
+_NAME_WIDTH = 72  # at least; below, the table scrolls sideways
 
 
 class BlockTable(QWidget):
@@ -180,13 +181,13 @@ class _BlockView(QTableView):
         self.verticalHeader().hide()
         self.verticalHeader().setDefaultSectionSize(26)
         header = self.horizontalHeader()
-        header.setMinimumSectionSize(28)
+        header.setMinimumSectionSize(_ICON_WIDTH)
         header.setHighlightSections(False)
         header.setSortIndicatorClearable(True)
         for column in Column:
             if column in ICON_COLUMNS:
                 header.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
-                header.resizeSection(column, 28)
+                header.resizeSection(column, _ICON_WIDTH)
             elif column != Column.NAME:
                 header.resizeSection(column, _WIDTHS[column])
         header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
