@@ -15,10 +15,11 @@ from gui.frame_source import FrameSource
 from gui.session import Session
 from gui.worker import Worker
 from gui.workspace import Workspace
+from ilf.completion import prepare
 from ilf.ebs import extract_blocks
 from ilf.frame import RGBDFrame
 from ilf.io import load_frame
-from ilf.parameters import BlockParameters, Parameters
+from ilf.parameters import BlockParameters, Parameters, preset
 from ilf.replay import replay
 from ilf.run_record import read_run_record
 
@@ -187,7 +188,9 @@ class FrameLoader(QObject):
 
 def _open(source: FrameSource, parameters: BlockParameters) -> _Opened:
     frame = load_frame(source.rgb, source.depth, depth_units=source.depth_units, intrinsics=source.intrinsics)
-    return _Opened(frame, source, source.key, extract_blocks(frame, parameters), parameters)
+    labels = extract_blocks(frame, parameters)
+    prepare(frame, preset())  # here and now, rather than when the first slider is moved
+    return _Opened(frame, source, source.key, labels, parameters)
 
 
 def _open_run(path: Path) -> _Opened:

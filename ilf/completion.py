@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Generator, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Self
 
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .blocks import Block, checked_labels, find_blocks
-from .ebs.strength import edge_strength
+from .ebs.strength import edge_strength, network_strength
 from .errors import InputError
 from .filter.convergence import IterationRecord
 from .filter.edge_aware import EdgeAwareIteration
@@ -275,13 +276,34 @@ def iterate(frame: RGBDFrame, blocks: NDArray[np.integer], label: int, parameter
     block = found[label]
     if not np.isfinite(frame.depth[block.box][block.mask]).any():
         raise InputError(f"Block {label} has no known depth, so there is nothing to iterate on.")
-    return _stepper(frame, block, preset() if parameters is None else parameters)
+    stepper, note = _stepper(frame, block, preset() if parameters is None else parameters)
+    if note:
+        warnings.warn(note, RuntimeWarning, stacklevel=2)
+    return stepper
 
 
-def _stepper(frame: RGBDFrame, block: Block, parameters: Parameters) -> Stepper:
+def prepare(frame: RGBDFrame, parameters: Parameters) -> None:
+    """Work out beforehand what every run of a frame with such parameters needs: the frame's edges, once."""
     if parameters.filter == "edge-aware":
-        return EdgeAwareIteration(frame, block, parameters, edge_strength(frame))
-    return BlockIteration(frame, block, parameters)
+        _edges(frame, parameters)
+
+
+def _stepper(frame: RGBDFrame, block: Block, parameters: Parameters) -> tuple[Stepper, str]:
+    """What iterates on the block, and what has to be said about it."""
+    if parameters.filter == "edge-aware":
+        strength, note = _edges(frame, parameters)
+        return EdgeAwareIteration(frame, block, parameters, strength), note
+    return BlockIteration(frame, block, parameters), ""
+
+
+def _edges(frame: RGBDFrame, parameters: Parameters) -> tuple[NDArray[np.float32], str]:
+    """The frame's edge strength, and why it is not the one that was asked for, if so."""
+    if parameters.edges == "network":
+        try:
+            return network_strength(frame), ""
+        except InputError as error:
+            return edge_strength(frame), f"Edges come from Canny: {error}"
+    return edge_strength(frame), ""
 
 
 def _block_steps(
@@ -292,7 +314,7 @@ def _block_steps(
     depth = frame.depth[block.box][block.mask]
     history: list[IterationRecord] = []
     if outcome is None:
-        iteration = _stepper(frame, block, parameters)
+        iteration, note = _stepper(frame, block, parameters)
         live[block.label] = iteration
         for record in iteration:
             history.append(record)
@@ -300,6 +322,8 @@ def _block_steps(
         del live[block.label]
         completed = _block_depth(frame, block, iteration.surface, parameters.mode)
         outcome = _outcome(block, depth, completed, history, iteration.settled, parameters)
+        if note:
+            outcome = replace(outcome, message=f"{note} {outcome.message}".strip())
         depth = completed
     yield Progress(block.label, result=BlockResult(block, depth, outcome, tuple(history), parameters))
 

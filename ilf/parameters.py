@@ -102,8 +102,13 @@ class Parameters(ParameterSet):
         "pixels do not pull at what is around them; 0 switches it off.", _SMOOTH, scale="log", minimum=0.0, maximum=1.0,
         step=0.001, source="not in the paper", when=_EDGE_AWARE,
     )  # fmt: skip
+    edges: str = declare(
+        "network", "Edges from", "network: the bundled edge network, which finds the boundaries of objects. canny: "
+        "every strong change of colour. Depth jumps are edges with both.", _SOFT, choices=("network", "canny"),
+        source="section 2: HED and Canny", when=_EDGE_AWARE,
+    )  # fmt: skip
     edge_scale: float = declare(
-        0.15, "Edge strength that cuts", "Edge strength at which smoothness falls to 37 %; a smaller value makes faint "
+        0.1, "Edge strength that cuts", "Edge strength at which smoothness falls to 37 %; a smaller value makes faint "
         "edges count.", _SOFT, minimum=0.01, maximum=10.0, step=0.01, source="not in the paper", scale="log",
         when=_EDGE_AWARE,
     )  # fmt: skip

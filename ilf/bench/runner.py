@@ -9,10 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
+from ..completion import prepare
 from ..confidence import DEFAULT_MODEL
 from ..ebs import extract_blocks
 from ..errors import IlfError
-from ..parameters import PRESETS
+from ..parameters import PRESETS, preset
 from .frames import load_bench_frame
 from .methods import METHODS
 from .parallel import run_units
@@ -134,6 +135,7 @@ def _run_unit(folder: Path, pattern: str, methods: Sequence[str], seed: int) -> 
     if any(METHODS[method].needs_blocks for method in methods):
         started = time.perf_counter()
         labels = extract_blocks(task.frame)
+        prepare(task.frame, preset())  # the filter's edges, which the window too finds with the blocks
         extraction_seconds = time.perf_counter() - started
     part.rows += [_run_method(method, task, labels, extraction_seconds, pattern, name) for method in methods]
     return part

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..assets import asset_path
 from ..frame import RGBDFrame
 from ..parameters import BlockParameters
 from ..per_frame import once_per_frame
 from .edges import canny_edges, colour_gradient, depth_edges, gradient_strength
+from .network import EdgeNetwork
 
 
 def find_edges(frame: RGBDFrame, parameters: BlockParameters) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
@@ -36,7 +38,19 @@ def find_edges(frame: RGBDFrame, parameters: BlockParameters) -> tuple[NDArray[n
 
 
 @once_per_frame
+def network_strength(frame: RGBDFrame) -> NDArray[np.float32]:
+    """Edge strength of a frame in [0, 1], float32 (H, W): by the bundled edge network, and depth jumps at 1.
+
+    Raises InputError if the network's file is missing or no edge network.
+    """
+    network = EdgeNetwork.load(asset_path("models/edges.onnx"))
+    defaults = BlockParameters()
+    jumps = depth_edges(frame.depth, defaults.depth_jump, defaults.depth_jump_share)
+    return np.where(jumps, np.float32(1.0), network.strength(frame.rgb))
+
+
+@once_per_frame
 def edge_strength(frame: RGBDFrame) -> NDArray[np.float32]:
-    """Edge strength of a frame in [0, 1], float32 (H, W), by the default parameters of the extraction."""
+    """Edge strength of a frame in [0, 1], float32 (H, W): by Canny and depth jumps, as the extraction finds them."""
     strength, _ = find_edges(frame, BlockParameters())
     return strength

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import gc
 import weakref
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from ilf.ebs.strength import edge_strength
+import ilf
+from ilf.ebs.strength import edge_strength, network_strength
 from ilf.frame import RGBDFrame
 
 
@@ -57,3 +59,38 @@ def test_strength_goes_with_the_frame() -> None:
     del frame
     gc.collect()
     assert [kept() for kept in left] == [None, None]
+
+
+def test_network_and_depth_jumps_make_the_filters_edges() -> None:
+    depth = np.full((64, 80), 2.0, np.float32)
+    depth[:, 40:] = 3.0
+    rgb = np.zeros((64, 80, 3), np.uint8)
+    rgb[:32] = (200, 40, 40)
+    strength = network_strength(RGBDFrame(rgb, depth))
+    assert strength.shape == (64, 80)
+    assert strength.dtype == np.float32
+    assert (strength[:, 39] == 1).all()
+    assert strength[29:35, 10:30].max(axis=0).mean() > 0.4
+    assert strength[5:20, 5:30].max() < 0.1
+
+
+@pytest.mark.parametrize("foreign", [False, True], ids=["missing", "foreign"])
+def test_without_the_network_canny_is_taken_and_that_is_said(
+    foreign: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "edges.onnx"
+    if foreign:
+        path.write_bytes(b"no network")
+    monkeypatch.setattr("ilf.ebs.strength.asset_path", lambda name: path)
+    depth = np.full((64, 80), 2.0, np.float32)
+    depth[20:30, 20:30] = np.nan
+    frame, labels = RGBDFrame(np.zeros((64, 80, 3), np.uint8), depth), np.ones((64, 80), np.int32)
+    result = ilf.complete(frame, labels)
+    assert np.isfinite(result.depth).all()
+    assert result.outcomes[1].message.startswith("Edges come from Canny: ")
+    assert "edges.onnx" in result.outcomes[1].message
+    canny = ilf.complete(frame, labels, ilf.preset(edges="canny"))
+    assert np.array_equal(canny.depth, result.depth)
+    assert canny.outcomes[1].message == ""
+    with pytest.warns(RuntimeWarning, match="Edges come from Canny"):
+        ilf.iterate(frame, labels, 1)
