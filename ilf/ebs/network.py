@@ -13,6 +13,9 @@ from ..errors import FormatError, InputError
 
 MULTIPLE = 16
 SCALES = (0.5, 1.0, 1.5)
+LONGEST_SIDE = 1600
+"""Pixels: larger images tell nothing more of the boundaries of objects, and take gigabytes."""
+
 _TRIAL_SIZE = (96, 64)
 
 _networks: dict[Path, tuple[tuple[int, int], EdgeNetwork]] = {}
@@ -67,7 +70,7 @@ class EdgeNetwork:
         Parameters
         ----------
         rgb : ndarray of uint8, shape (H, W, 3)
-            Of any size.
+            Of any size; one with a longer side of more than `LONGEST_SIDE` is looked at scaled down to that.
         multiscale : bool
             The mean over the image at 0.5, 1 and 1.5 times its size: slightly better, 3.5 times as slow.
 
@@ -83,9 +86,10 @@ class EdgeNetwork:
         """
         if rgb.dtype != np.uint8 or rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.size == 0:
             raise InputError(f"Edges need an 8-bit RGB image of shape (H, W, 3), not {rgb.dtype} of shape {rgb.shape}.")
+        full = min(1.0, LONGEST_SIDE / max(rgb.shape[:2]))
         if not multiscale:
-            return self._at_scale(rgb, 1.0)
-        return np.mean([self._at_scale(rgb, scale) for scale in SCALES], axis=0, dtype=np.float32)
+            return self._at_scale(rgb, full)
+        return np.mean([self._at_scale(rgb, full * scale) for scale in SCALES], axis=0, dtype=np.float32)
 
     def _at_scale(self, rgb: NDArray[np.uint8], scale: float) -> NDArray[np.float32]:
         height, width = rgb.shape[:2]

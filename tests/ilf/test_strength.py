@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import ilf
+from ilf.assets import asset_path
+from ilf.ebs.network import EdgeNetwork
 from ilf.ebs.strength import edge_strength, network_strength
 from ilf.frame import RGBDFrame
 
@@ -94,3 +96,15 @@ def test_without_the_network_canny_is_taken_and_that_is_said(
     assert canny.outcomes[1].message == ""
     with pytest.warns(RuntimeWarning, match="Edges come from Canny"):
         ilf.iterate(frame, labels, 1)
+
+
+def test_huge_images_are_looked_at_scaled_down(monkeypatch: pytest.MonkeyPatch) -> None:
+    rgb = np.zeros((300, 480, 3), np.uint8)
+    rgb[:, 240:] = 220
+    network = EdgeNetwork.load(asset_path("models/edges.onnx"))
+    monkeypatch.setattr("ilf.ebs.network.LONGEST_SIDE", 160)
+    sizes = []
+    monkeypatch.setattr(network, "_run", lambda padded: sizes.append(padded.shape) or padded[..., 0] / np.float32(255))
+    strength = network.strength(rgb)
+    assert strength.shape == (300, 480)
+    assert max(sizes[0]) <= 160 + 2 * 32
