@@ -37,6 +37,7 @@ class ExpectedErrors(QObject):
         self._worker.failed.connect(self._fail)
         self._next: tuple[RGBDFrame, Completion] | None = None
         self._present: Completion | None = None
+        self._hopeless: Completion | None = None
 
     @property
     def busy(self) -> bool:
@@ -44,7 +45,12 @@ class ExpectedErrors(QObject):
         return self._worker.busy
 
     def ask(self, frame: RGBDFrame, completion: Completion) -> None:
-        """Find the expected error of a frame's completion; `found` follows, once for all who ask for the same."""
+        """Find the expected error of a frame's completion; `found` follows, once for all who ask for the same.
+
+        Where it could not be found it is not tried again.
+        """
+        if completion is self._hopeless:
+            return
         self._next = None if completion is self._present else (frame, completion)
         if not self._worker.busy:
             self._start()
@@ -72,5 +78,6 @@ class ExpectedErrors(QObject):
         self._start()
 
     def _fail(self, error: Exception) -> None:
+        self._hopeless = self._present
         self.failed.emit(error)
         self._start()

@@ -10,10 +10,10 @@ from enum import StrEnum
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from .blocks import Block, checked_labels, find_blocks
-from .ebs.strength import edge_strength, network_strength
+from .ebs.strength import canny_strength, network_strength
 from .errors import InputError
 from .filter.convergence import IterationRecord
 from .filter.edge_aware import EdgeAwareIteration
@@ -302,8 +302,8 @@ def _edges(frame: RGBDFrame, parameters: Parameters) -> tuple[NDArray[np.float32
         try:
             return network_strength(frame), ""
         except InputError as error:
-            return edge_strength(frame), f"Edges come from Canny: {error}"
-    return edge_strength(frame), ""
+            return canny_strength(frame), f"Edges come from Canny: {error}"
+    return canny_strength(frame), ""
 
 
 def _block_steps(
@@ -342,14 +342,20 @@ def _refusal(frame: RGBDFrame, block: Block, parameters: Parameters) -> BlockOut
     known = int(np.count_nonzero(np.isfinite(frame.depth[block.box][block.mask])))
     if known == pixels and parameters.mode == "fill":
         return BlockOutcome(block.label, Status.NOTHING_MISSING, "All depth is known.", pixels, known)
-    needed = max(parameters.min_known_pixels, math.ceil(parameters.min_known_share * pixels))
-    if known < min(needed, pixels):
+    needed = int(known_needed(pixels, parameters))
+    if known < needed:
         message = (
             f"{known} of {pixels} pixels have depth ({known / pixels:.1%}); at least {needed} are needed. "
             "Merge it with a neighbour on the same surface, or lower the limits under Data."
         )
         return BlockOutcome(block.label, Status.NOT_RECOVERABLE, message, pixels, known)
     return None
+
+
+def known_needed(pixels: ArrayLike, parameters: Parameters) -> NDArray[np.floating]:
+    """Known pixels that blocks of so many pixels need at least to be iterated on."""
+    share = np.ceil(parameters.min_known_share * np.asarray(pixels))
+    return np.minimum(np.maximum(parameters.min_known_pixels, share), pixels)
 
 
 def _block_depth(frame: RGBDFrame, block: Block, surface: NDArray[np.float64], mode: str) -> NDArray[np.float32]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from .completion import Completion
 from .errors import InputError, ParameterError
+from .filter.pyramid import sums_of_four
 from .frame import RGBDFrame
 
 Array = NDArray[np.float32]
@@ -91,6 +92,8 @@ MODELS = {
 DEFAULT_MODEL = "edge-aware"
 """Model of depth that another method has filled in."""
 
+_NUMBERS = {name: np.uint8(number) for number, name in enumerate(MODELS)}
+
 
 def depth_error(frame: RGBDFrame, depth: NDArray[np.floating], model: str = DEFAULT_MODEL) -> Array:
     """Expected error of every filled pixel.
@@ -119,10 +122,7 @@ def depth_error(frame: RGBDFrame, depth: NDArray[np.floating], model: str = DEFA
     """
     if model not in MODELS:
         raise ParameterError(f"There is no error model {model!r}. Known: {', '.join(MODELS)}.")
-    filled = filled_pixels(frame, depth)
-    result = np.full(frame.shape, np.nan, np.float32)
-    result[filled] = MODELS[model].shares(error_features(frame, depth)) * depth[filled]
-    return result
+    return _error(frame, depth, np.full(frame.shape, _NUMBERS[model]))
 
 
 def expected_error(frame: RGBDFrame, completion: Completion) -> Array:
@@ -146,17 +146,21 @@ def expected_error(frame: RGBDFrame, completion: Completion) -> Array:
     InputError
         If the shapes differ.
     """
-    filled = filled_pixels(frame, completion.depth)
-    numbers = {name: number for number, name in enumerate(MODELS)}
-    model = np.full(frame.shape, numbers[DEFAULT_MODEL], np.uint8)
+    model = np.full(frame.shape, _NUMBERS[DEFAULT_MODEL])
     for result in completion.results.values():
-        model[result.block.box][result.block.mask] = numbers[result.parameters.filter]
-    model[completion.guessed] = numbers[DEFAULT_MODEL]
-    features, depth, of_pixel = error_features(frame, completion.depth), completion.depth[filled], model[filled]
-    values = np.empty(depth.shape, np.float32)
-    for name, number in numbers.items():
-        own = of_pixel == number
-        values[own] = MODELS[name].shares(features[own]) * depth[own]
+        model[result.block.box][result.block.mask] = _NUMBERS[result.parameters.filter]
+    model[completion.guessed] = _NUMBERS[DEFAULT_MODEL]
+    return _error(frame, completion.depth, model)
+
+
+def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint8]) -> Array:
+    """Expected error of every filled pixel by the model whose number it has, NaN elsewhere."""
+    filled = filled_pixels(frame, depth)
+    features, depth_there, model_there = error_features(frame, depth), depth[filled], model[filled]
+    values = np.empty(depth_there.shape, np.float32)
+    for name, number in _NUMBERS.items():
+        own = model_there == number
+        values[own] = MODELS[name].shares(features[own]) * depth_there[own]
     error = np.full(frame.shape, np.nan, np.float32)
     error[filled] = values
     return error
@@ -230,7 +234,7 @@ def _bend(depth: Array, distance: Array, wanted: NDArray[np.bool_]) -> Array:
         size = (local.shape[1] << level, local.shape[0] << level)
         full = cv2.resize(local, size, interpolation=cv2.INTER_LINEAR)[: depth.shape[0], : depth.shape[1]]
         bend += full[wanted] * np.maximum(1 - np.abs(level_of_pixel - level), 0)
-        count, total = _halved(count), _halved(total)
+        count, total = sums_of_four(count), sums_of_four(total)
     return bend
 
 
@@ -255,9 +259,3 @@ def _local_mean(sums: Array, counts: Array, usual: float) -> Array:
         cv2.blur(values, window, borderType=cv2.BORDER_CONSTANT) * np.float32(area) for values in (sums, counts)
     )
     return (around + np.float32(usual)) / (number + 1)
-
-
-def _halved(values: Array) -> Array:
-    """Sums over squares of 2 x 2."""
-    even = np.pad(values, [(0, size % 2) for size in values.shape])
-    return even[::2, ::2] + even[1::2, ::2] + even[::2, 1::2] + even[1::2, 1::2]

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .blocks import Block
-from .completion import Completion
-from .ebs.strength import edge_strength
+from .completion import Completion, iterate
 from .errors import InputError
-from .filter.edge_aware import EdgeAwareIteration
 from .frame import RGBDFrame
 from .parameters import preset
 
@@ -40,10 +37,8 @@ def fill_rest(frame: RGBDFrame, completion: Completion) -> Completion:
         raise InputError("There is no depth in this frame, so there is nothing to guess from.")
     if not guessed.any():
         return completion
-    rows, columns = frame.shape
-    everything = Block(1, (slice(0, rows), slice(0, columns)), np.ones(frame.shape, bool))
     completed = RGBDFrame(frame.rgb, completion.depth)
-    iteration = EdgeAwareIteration(completed, everything, preset("best", trend=False), edge_strength(completed))
+    iteration = iterate(completed, np.ones(frame.shape, np.int32), 1, preset("best", trend=False))
     for _ in iteration:
         pass
     surface = iteration.surface.reshape(frame.shape)

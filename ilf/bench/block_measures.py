@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage.measure import label as connected_regions
 
+from ..completion import known_needed
 from ..parameters import Parameters, preset
 from .evidence import JUMP_LENGTH, TOLERANCE, Evidence, apart, both, mark, widened
 
@@ -99,7 +100,7 @@ def recoverable_share(labels: Labels, known: NDArray[np.bool_], parameters: Para
     chosen = parameters or preset()
     pixels = np.bincount(labels.ravel())
     with_depth = np.bincount(labels[known], minlength=pixels.size)
-    enough = with_depth >= np.maximum(chosen.min_known_pixels, chosen.min_known_share * pixels)
+    enough = with_depth >= known_needed(pixels, chosen)
     enough[0] = False
     return float(np.mean(enough[labels[missing]]))
 

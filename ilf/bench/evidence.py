@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from ..blocks import Box
+from ..ebs.edges import filled_depth
 from ..ebs.extraction import find_margins
 from ..frame import RGBDFrame
 
@@ -72,10 +73,9 @@ def margin_window(rgb: NDArray[np.uint8]) -> Box:
 def find_evidence(frame: RGBDFrame) -> Evidence:
     """Jumps and smooth surfaces of a frame's known depth.
 
-    Gaps are filled from the nearest known pixel and a 5 x 5 median takes single outliers out, as in
-    `ilf.ebs.edges.depth_edges`. Neighbours that then differ by more than max(4 cm, 4 %) are a jump if both lie
-    within 3 px of known depth; so jumps are seen across gaps of up to 6 px, and no farther. Jumps count only in
-    8-connected lines of more than 10 px.
+    Neighbours of the filled depth (`ilf.ebs.edges.filled_depth`) that differ by more than max(4 cm, 4 %) are a jump
+    if both lie within 3 px of known depth; so jumps are seen across gaps of up to 6 px, and no farther. Jumps count
+    only in 8-connected lines of more than 10 px.
 
     A pixel lies on a smooth surface if its depth is known, there is no jump, of any length, and no larger hole in the
     13 x 13 pixels around it, and depth has equal slopes on both sides, within noise: the inverse depth, which is linear
@@ -87,8 +87,7 @@ def find_evidence(frame: RGBDFrame) -> Evidence:
     depth, known = frame.depth[window], frame.known[window]
     if not known.any():
         return Evidence(window, known, known, both(known), both(known))
-    distance, (rows, columns) = distance_transform_edt(~known, return_indices=True)
-    depth = np.asarray(cv2.medianBlur(np.ascontiguousarray(depth[rows, columns]), 5), np.float32)
+    depth, distance = filled_depth(depth)
     near = distance <= TRUSTED_DISTANCE
     right, below = (
         (np.abs(one - other) > np.maximum(JUMP, JUMP_SHARE * np.minimum(one, other))) & trusted

@@ -13,7 +13,7 @@ from ..completion import prepare
 from ..confidence import DEFAULT_MODEL
 from ..ebs import extract_blocks
 from ..errors import IlfError
-from ..parameters import PRESETS, preset
+from ..parameters import PRESETS
 from .frames import load_bench_frame
 from .methods import METHODS
 from .parallel import run_units
@@ -51,7 +51,7 @@ class Row:
         Share of that whose error is at most the expected error; None if the method filled nothing.
     seconds : float
     extraction_seconds : float or None
-        Time that the extraction of the blocks took before; None for methods without blocks.
+        Time that the extraction of the blocks took before, and the filter's edges; None for methods without blocks.
     failure : str
         Why the method gave nothing, "" if it did not fail.
     """
@@ -135,7 +135,6 @@ def _run_unit(folder: Path, pattern: str, methods: Sequence[str], seed: int) -> 
     if any(METHODS[method].needs_blocks for method in methods):
         started = time.perf_counter()
         labels = extract_blocks(task.frame)
-        prepare(task.frame, preset())  # the filter's edges, which the window too finds with the blocks
         extraction_seconds = time.perf_counter() - started
     part.rows += [_run_method(method, task, labels, extraction_seconds, pattern, name) for method in methods]
     return part
@@ -144,6 +143,10 @@ def _run_unit(folder: Path, pattern: str, methods: Sequence[str], seed: int) -> 
 def _run_method(name: str, task: Task, labels: np.ndarray, extraction_seconds: float, pattern: str, frame: str) -> Row:
     method = METHODS[name]
     failure = ""
+    if name in PRESETS:
+        started = time.perf_counter()
+        prepare(task.frame, PRESETS[name])
+        extraction_seconds += time.perf_counter() - started
     started = time.perf_counter()
     try:
         depth = method.run(task.frame, labels)

@@ -75,9 +75,8 @@ def canny_edges(dx: NDArray[np.int16], dy: NDArray[np.int16], high: float, low_r
 def depth_edges(depth: NDArray[np.float32], jump: float, share: float) -> NDArray[np.bool_]:
     """Discontinuities of the known depth.
 
-    Gaps are filled from the nearest known pixel and a 5 x 5 median takes single outliers out; a pixel is an
-    edge if it differs from its right or lower neighbour by more than max(jump, share * depth), and known depth
-    is near.
+    A pixel of the filled depth (`filled_depth`) is an edge if it differs from its right or lower neighbour by more
+    than max(jump, share * depth), and known depth is near.
 
     Parameters
     ----------
@@ -92,8 +91,7 @@ def depth_edges(depth: NDArray[np.float32], jump: float, share: float) -> NDArra
     -------
     ndarray of bool, shape (H, W)
     """
-    distance, (rows, columns) = distance_transform_edt(np.isnan(depth), return_indices=True)
-    smooth = cv2.medianBlur(np.ascontiguousarray(depth[rows, columns]), 5)
+    smooth, distance = filled_depth(depth)
     edges = np.zeros(depth.shape, bool)
     for first, second in (
         (np.s_[:, :-1], np.s_[:, 1:]),
@@ -102,6 +100,25 @@ def depth_edges(depth: NDArray[np.float32], jump: float, share: float) -> NDArra
         near = np.minimum(smooth[first], smooth[second])
         edges[first] |= np.abs(smooth[first] - smooth[second]) > np.maximum(jump, share * near)
     return edges & (distance <= _TRUSTED_DISTANCE)
+
+
+def filled_depth(depth: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    """Depth to look for jumps in: gaps filled from the nearest known pixel, outliers taken out by a 5 x 5 median.
+
+    Parameters
+    ----------
+    depth : ndarray of float32, shape (H, W)
+        Depth [m], NaN = missing; at least one known pixel.
+
+    Returns
+    -------
+    filled : ndarray of float32, shape (H, W)
+        Depth [m] everywhere.
+    distance : ndarray of float64, shape (H, W)
+        To the nearest known pixel [px].
+    """
+    distance, (rows, columns) = distance_transform_edt(np.isnan(depth), return_indices=True)
+    return np.asarray(cv2.medianBlur(np.ascontiguousarray(depth[rows, columns]), 5), np.float32), distance
 
 
 def _pick(values: NDArray[Any], channel: NDArray[np.intp]) -> NDArray[np.int16]:

@@ -50,7 +50,7 @@ def network_strength(frame: RGBDFrame) -> NDArray[np.float32]:
 
 
 @once_per_frame
-def edge_strength(frame: RGBDFrame) -> NDArray[np.float32]:
+def canny_strength(frame: RGBDFrame) -> NDArray[np.float32]:
     """Edge strength of a frame in [0, 1], float32 (H, W): by Canny and depth jumps, as the extraction finds them."""
     strength, _ = find_edges(frame, BlockParameters())
     return strength

@@ -23,6 +23,7 @@ from ..parameters import Parameters
 from .band import inner
 from .convergence import IterationRecord, held_out_of
 from .flying import flying_pixels
+from .pyramid import enlarged, largest_of_four, sums_of_four
 from .smoothness import SmoothnessEnergy, Weights, make_weights
 from .trend import noise_of, trend_of
 
@@ -121,7 +122,7 @@ class EdgeAwareIteration(Iterator[IterationRecord]):
         """P_i at the block's pixels [m], in the order of `block.mask`'s True values; the trend before i = 1."""
         grid, u = self._current
         for finer in reversed(self._grids[: self._grids.index(grid)]):
-            u = _enlarged(u, finer.counts.shape)
+            u = enlarged(u, finer.counts.shape)
         return self._view.on_block(u + self._grids[0].trend)
 
     def __next__(self) -> IterationRecord:
@@ -155,7 +156,7 @@ class EdgeAwareIteration(Iterator[IterationRecord]):
         yield coarsest, coarsest.samples(), u
         for grid in others:
             limit = _STEPS if grid is not self._grids[0] else _FINEST_STEPS
-            u = yield from self._descend(grid, self._energy(grid), _enlarged(u, grid.counts.shape), limit)
+            u = yield from self._descend(grid, self._energy(grid), enlarged(u, grid.counts.shape), limit)
         finest = self._grids[0]
         if math.isfinite(self._jump):
             scale = np.full(u.shape, self._jump, np.float32)
@@ -212,12 +213,12 @@ class _Grid:
         """The next level: cells of twice the size."""
         return _Grid(
             cell=2 * self.cell,
-            counts=_sum2(self.counts),
-            totals=_sum2(self.totals),
-            inside=_sum2(self.inside),
-            trend=np.float32(0.25) * _sum2(self.trend, "edge"),
-            edges=np.maximum.reduce(_quarters(self.edges, "edge")),
-            held_out=self.held_out and (_sum2(self.held_out[0]), _sum2(self.held_out[1])),
+            counts=sums_of_four(self.counts),
+            totals=sums_of_four(self.totals),
+            inside=sums_of_four(self.inside),
+            trend=np.float32(0.25) * sums_of_four(self.trend, "edge"),
+            edges=largest_of_four(self.edges),
+            held_out=self.held_out and (sums_of_four(self.held_out[0]), sums_of_four(self.held_out[1])),
         )
 
 
@@ -341,17 +342,3 @@ def _misfit(u: Array, counts: Array, totals: Array, squares: float) -> float:
         return math.nan
     total = inner(counts * u - 2 * totals, u) + squares
     return math.sqrt(max(total, 0.0) / samples)
-
-
-def _quarters(values: Array, mode: str) -> tuple[Array, Array, Array, Array]:
-    even = np.pad(values, [(0, size % 2) for size in values.shape], mode=mode)  # type: ignore[call-overload]
-    return even[::2, ::2], even[1::2, ::2], even[::2, 1::2], even[1::2, 1::2]
-
-
-def _sum2(values: Array, mode: str = "constant") -> Array:
-    return sum(_quarters(values, mode))  # type: ignore[return-value]
-
-
-def _enlarged(values: Array, shape: tuple[int, ...]) -> Array:
-    size = (2 * values.shape[1], 2 * values.shape[0])
-    return np.ascontiguousarray(cv2.resize(values, size, interpolation=cv2.INTER_LINEAR)[: shape[0], : shape[1]])

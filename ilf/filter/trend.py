@@ -36,6 +36,10 @@ _MIXED = 30
 """Weight of mixed third differences, in that of the others: a profile goes on as it is across a wide hole."""
 
 
+_POWERS = tuple((a, b) for a in range(3) for b in range(3 - a))
+"""Of y and x, in the terms of a quadric."""
+
+
 @dataclass(frozen=True, eq=False)
 class Trend:
     """The surface that a block's known depth lies on.
@@ -125,9 +129,6 @@ def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) 
     reach = _REACH * (high - low)
     surface = np.clip(surface, low - reach, high + reach)
     return Trend(surface.astype(np.float32), _spread(rests, counts, sheet, noise))
-
-
-_POWERS = tuple((a, b) for a in range(3) for b in range(3 - a))
 
 
 def _quadric(coefficients: NDArray[np.floating], shape: tuple[int, int], cell: int) -> NDArray[np.float64]:

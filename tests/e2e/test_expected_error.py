@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
+from gui.expected_errors import ExpectedErrors
 from gui.main_window import MainWindow
+from ilf.completion import compose
 from ilf.confidence import expected_error
+from ilf.frame import RGBDFrame
 
 from .conftest import WAIT_MS
 
@@ -57,3 +60,19 @@ def test_a_view_that_is_not_shown_costs_nothing_until_it_is(opened: MainWindow, 
     assert not opened.errors.busy
     opened.centre.setCurrentWidget(opened.views)
     qtbot.waitUntil(lambda: _picture(opened) is not None, timeout=WAIT_MS)
+
+
+def test_what_cannot_be_found_is_said_once(
+    qtbot: QtBot, small_frame: RGBDFrame, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise MemoryError("no room")
+
+    monkeypatch.setattr("gui.expected_errors.expected_error", fail)
+    errors, completion = ExpectedErrors(), compose(small_frame, {})
+    with qtbot.waitSignal(errors.failed, timeout=WAIT_MS):
+        errors.ask(small_frame, completion)
+    errors.ask(small_frame, completion)
+    assert not errors.busy
+    with qtbot.waitSignal(errors.failed, timeout=WAIT_MS):
+        errors.ask(small_frame, compose(small_frame, {}))

@@ -12,7 +12,7 @@ import pytest
 import ilf
 from ilf.assets import asset_path
 from ilf.ebs.network import EdgeNetwork
-from ilf.ebs.strength import edge_strength, network_strength
+from ilf.ebs.strength import canny_strength, network_strength
 from ilf.frame import RGBDFrame
 
 
@@ -26,7 +26,7 @@ def _frame() -> RGBDFrame:
 
 
 def test_strength_is_1_at_colour_edges_and_depth_jumps_and_0_far_from_them() -> None:
-    strength = edge_strength(_frame())
+    strength = canny_strength(_frame())
     assert strength.dtype == np.float32
     assert strength.shape == (60, 80)
     assert strength.min() >= 0
@@ -38,24 +38,24 @@ def test_strength_is_1_at_colour_edges_and_depth_jumps_and_0_far_from_them() -> 
 
 def test_noise_has_strengths_in_between() -> None:
     rgb = np.random.default_rng(0).integers(0, 255, (40, 50, 3), dtype=np.uint8)
-    strength = edge_strength(RGBDFrame(rgb, np.full((40, 50), 2.0)))
+    strength = canny_strength(RGBDFrame(rgb, np.full((40, 50), 2.0)))
     assert 0 <= strength.min() < strength.max() <= 1
     assert ((strength > 0) & (strength < 1)).any()
 
 
 def test_a_frame_has_one_strength_that_cannot_be_changed() -> None:
     frame, other = _frame(), _frame()
-    strength = edge_strength(frame)
-    assert edge_strength(frame) is strength
-    assert edge_strength(other) is not strength
-    assert np.array_equal(edge_strength(other), strength)
+    strength = canny_strength(frame)
+    assert canny_strength(frame) is strength
+    assert canny_strength(other) is not strength
+    assert np.array_equal(canny_strength(other), strength)
     with pytest.raises(ValueError, match="read-only"):
         strength[0, 0] = 1
 
 
 def test_strength_goes_with_the_frame() -> None:
     frame = _frame()
-    left = weakref.ref(frame), weakref.ref(edge_strength(frame))
+    left = weakref.ref(frame), weakref.ref(canny_strength(frame))
     gc.collect()
     assert left[1]() is not None, "kept while the frame is"
     del frame

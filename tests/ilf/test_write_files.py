@@ -5,6 +5,7 @@ import errno
 import io
 import math
 import os
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -104,6 +105,16 @@ def test_places_where_nothing_can_be_written(name, tmp_path):
         with pytest.raises(ExportError, match=message):
             WRITERS[name](target)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["file", name])
+
+
+def test_a_folder_that_lets_nobody_write(tmp_path, monkeypatch):
+    def refuse(*_, **__):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "touch", refuse)
+    with pytest.raises(ExportError, match="not permitted"):
+        write_depth(tmp_path / "depth.png", DEPTH)
+    assert not list(tmp_path.iterdir())
 
 
 def test_read_only_folder(tmp_path):
