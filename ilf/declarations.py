@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Self
@@ -17,6 +17,8 @@ from typing import Any, Self
 from .errors import ParameterError
 
 Value = bool | int | float | str
+
+_LONGEST_TEXT = 100
 
 
 @dataclass(frozen=True)
@@ -41,13 +43,16 @@ class Declaration:
         A sensible step for a spin box.
     choices : tuple of str
         The values that a text parameter may take.
+    offers : callable or None
+        Finds the values that there are to choose from at the time, for a text parameter without `choices`. Others
+        pass the check: what a file from another computer names may be missing here, which shows when it is used.
     special : str
         What the minimum means where it is not a quantity ("auto").
     source : str
         Where it comes from: an equation or section of the paper, or the released code.
     scale : str
         "linear", or "log" for a number whose size is felt by its ratio, as a slider should move it.
-    when : tuple of str
+    when : tuple
         (name, value) of another parameter that must hold for this one to have any effect; empty for always.
     """
 
@@ -61,10 +66,11 @@ class Declaration:
     maximum: float | None = None
     step: float = 1.0
     choices: tuple[str, ...] = ()
+    offers: Callable[[], tuple[str, ...]] | None = None
     special: str = ""
     source: str = ""
     scale: str = "linear"
-    when: tuple[str, ...] = ()
+    when: tuple[str, Value] | tuple[()] = ()
 
     @property
     def kind(self) -> type:
@@ -82,6 +88,10 @@ class Declaration:
             if value not in self.choices:
                 raise ParameterError(f"{self.name} must be one of {', '.join(self.choices)}, not {value!r}.")
             return str(value)
+        if self.kind is str:
+            if not isinstance(value, str) or not 1 <= len(value) <= _LONGEST_TEXT:
+                raise ParameterError(f"{self.name} must be a text of 1 to {_LONGEST_TEXT} characters, not {value!r}.")
+            return value
         if self.kind is bool:
             if not isinstance(value, bool):
                 raise ParameterError(f"{self.name} must be true or false, not {value!r}.")

@@ -262,6 +262,45 @@ class _FloatBox(QDoubleSpinBox):
         return f"{value:.{max(self._step_decimals, _decimals(value))}f}"
 
 
+class _OfferBox(QComboBox):
+    """Chooses among values that come and go; it asks for them anew whenever it shows one or opens.
+
+    Signals
+    -------
+    chosen(str)
+        After every change by the user.
+    """
+
+    chosen = Signal(str)
+
+    def __init__(self, offers: Callable[[], tuple[str, ...]]) -> None:
+        super().__init__()
+        self._offers = offers
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.currentIndexChanged.connect(lambda _: self.chosen.emit(self.currentData()))
+
+    def show_value(self, value: Value) -> None:
+        offered = self._offers()
+        missing = value not in offered
+        with QSignalBlocker(self):
+            self.clear()
+            for name in offered:
+                self.addItem(name, name)
+            if missing:
+                self.addItem(f"missing: {value}", value)
+            self.setCurrentIndex(self.findData(value))
+        # without one of its own it is that of the row
+        self.setToolTip(f"{value} is not on this computer. Choose another, or add it." if missing else "")
+
+    def showPopup(self) -> None:
+        self.show_value(self.currentData())
+        # names may be longer than the field
+        self.view().setMinimumWidth(
+            self.view().sizeHintForColumn(0) + self.view().verticalScrollBar().sizeHint().width()
+        )
+        super().showPopup()
+
+
 def _editor(declaration: Declaration, edited: Callable[[Value], None]) -> tuple[QWidget, Callable[[Value], None]]:
     """The editor of one parameter and the function that shows a value in it without a signal."""
     if declaration.choices:
@@ -270,10 +309,14 @@ def _editor(declaration: Declaration, edited: Callable[[Value], None]) -> tuple[
         combo.addItems(declaration.choices)
         combo.currentTextChanged.connect(edited)
         return combo, _silently(combo, combo.setCurrentText)
+    if declaration.offers is not None:
+        box = _OfferBox(declaration.offers)
+        box.chosen.connect(edited)
+        return box, box.show_value
     if declaration.kind is bool:
-        box = QCheckBox(declaration.label)
-        box.toggled.connect(edited)
-        return box, _silently(box, box.setChecked)
+        tick = QCheckBox(declaration.label)
+        tick.toggled.connect(edited)
+        return tick, _silently(tick, tick.setChecked)
     if declaration.kind is int:
         spin: QSpinBox | QDoubleSpinBox = QSpinBox()
         spin.setSingleStep(max(1, int(declaration.step)))

@@ -11,10 +11,10 @@ from ..ebs import extract
 from ..export import check_not_an_input
 from ..io import write_labels
 from ..io.atomic import write_bytes
+from ..io.folders import made_folder
 from ..io.images import encode_image
 from ..parameters import BlockParameters
 from ..pictures import stage_pictures
-from .folders import made_folder
 from .parsing import Commands, add_block_parameters, add_frame, frame_from, given_parameters
 from .report import table
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from ..assets import asset_path
 from ..errors import ExportError
 from ..io.atomic import write_bytes
-from .folders import made_folder
+from ..io.folders import made_folder
 from .parsing import Commands
 
 SAMPLE = "samples/room"

@@ -10,16 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import FormatError, InputError
+from ..io.files import read_bytes
+from ..models import model_path
 
 MULTIPLE = 16
 SCALES = (0.5, 1.0, 1.5)
 LONGEST_SIDE = 1600
 """Pixels: larger images tell nothing more of the boundaries of objects, and take gigabytes."""
 
-_TRIAL_SIZE = (96, 64)
+_TRIAL_SHAPES = ((48, 48), (64, 96))
 
 _networks: dict[Path, tuple[tuple[int, int], EdgeNetwork]] = {}
 _networks_lock = Lock()
+
+
+class OutOfRange(FormatError):
+    """A network that works, but whose output is not within 0 to 1."""
 
 
 class EdgeNetwork:
@@ -61,8 +67,33 @@ class EdgeNetwork:
         with _networks_lock:
             known = _networks.get(path)
             if known is None or known[0] != version:
-                known = _networks[path] = (version, EdgeNetwork(_read(path), path))
+                known = _networks[path] = (version, EdgeNetwork.read(read_bytes(path), path))
             return known[1]
+
+    @staticmethod
+    def read(content: NDArray[np.uint8], path: Path) -> EdgeNetwork:
+        """The network in a file's content, tried with two images but not kept.
+
+        Parameters
+        ----------
+        content : ndarray of uint8
+        path : Path
+            Where it comes from, for messages.
+
+        Raises
+        ------
+        FormatError
+            If it is no ONNX network, or not one from an image to its edges; `OutOfRange` if only its output is not
+            as it should be.
+        """
+        try:
+            net = cv2.dnn.readNetFromONNX(content)
+        except cv2.error as error:
+            raise FormatError(
+                f"{path.name} cannot be read as an ONNX network. Choose an intact ONNX file that holds its weights, "
+                "or the Canny detector."
+            ) from error
+        return EdgeNetwork(net, path)
 
     def strength(self, rgb: NDArray[np.uint8], multiscale: bool = False) -> NDArray[np.float32]:
         """Boundary strength of an image.
@@ -117,28 +148,32 @@ class EdgeNetwork:
 
     def _try(self) -> None:
         """Refuse a network that is none for edges before it is used."""
-        width, height = _TRIAL_SIZE
-        ramp = np.linspace(0, 255, height * width * 3).astype(np.uint8).reshape(height, width, 3)
-        try:
-            output = self._run(ramp)
-        except cv2.error as error:
-            raise FormatError(
-                f"{self.path.name} is no edge network: it does not take one RGB image of shape (1, 3, H, W)."
-            ) from error
-        if not (np.isfinite(output).all() and output.min() >= -1e-3 and output.max() <= 1 + 1e-3):
-            raise FormatError(
-                f"{self.path.name} is no edge network as needed here: its output is not within 0 to 1. "
-                "Export it with the sigmoid at its end."
-            )
+        for height, width in _TRIAL_SHAPES:
+            ramp = np.linspace(0, 255, height * width * 3).astype(np.uint8).reshape(height, width, 3)
+            try:
+                output = self._run(ramp)
+            except cv2.error as error:
+                raise FormatError(
+                    f"{self.path.name} is no edge network: it does not take one RGB image of shape (1, 3, H, W)."
+                ) from error
+            if not (np.isfinite(output).all() and output.min() >= -1e-3 and output.max() <= 1 + 1e-3):
+                raise OutOfRange(
+                    f"{self.path.name} is no edge network as needed here: its output is not within 0 to 1. "
+                    "If it lacks the sigmoid at its end, import it with --logits."
+                )
 
 
-def _read(path: Path) -> cv2.dnn.Net:
-    try:
-        return cv2.dnn.readNetFromONNX(str(path))
-    except cv2.error as error:
-        raise FormatError(
-            f"{path.name} cannot be read as an ONNX network. Choose an intact ONNX file, or the Canny detector."
-        ) from error
+def load_model(name: str) -> EdgeNetwork:
+    """The network of a name, one of `ilf.models.model_names`, read once and kept until its file changes.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name.
+    FormatError
+        If its file is no edge network.
+    """
+    return EdgeNetwork.load(model_path(name))
 
 
 def pad_image(image: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], tuple[slice, slice]]:

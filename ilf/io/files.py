@@ -38,7 +38,7 @@ def existing_file(path: str | os.PathLike[str]) -> Path:
     if size == 0:
         raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")
     if size > MAX_FILE_BYTES:
-        raise FormatError(f"{found} has {size / 2**30:.1f} GiB; frames have at most 1 GiB. Is this the right file?")
+        raise FormatError(f"{found} has {size / 2**30:.1f} GiB; at most 1 GiB is read. Is this the right file?")
     return found
 
 

@@ -183,3 +183,55 @@ def test_wheel_steps_the_editor_that_has_the_focus(form, qtbot):
     qtbot.waitUntil(editor.hasFocus)
     _wheel(form, editor)
     assert form.parameters() == Parameters(padding=1.75)
+
+
+_offered = ["edges", "hed"]
+
+
+@dataclass(frozen=True)
+class _Network(ParameterSet):
+    model: str = declare("edges", "Edge network", "h.", "g", offers=lambda: tuple(_offered))
+
+
+@pytest.fixture
+def network_form(qtbot, monkeypatch):
+    monkeypatch.setattr("tests.gui.test_parameter_form._offered", ["edges", "hed"])
+    form = ParameterForm(_Network)
+    qtbot.addWidget(form)
+    form.resize(280, 100)
+    form.show()
+    qtbot.waitExposed(form)
+    return form
+
+
+def _items(form: ParameterForm) -> list[str]:
+    combo = form.findChild(QComboBox, "model")
+    return [combo.itemText(row) for row in range(combo.count())]
+
+
+def test_values_that_come_and_go_are_asked_for_when_the_list_opens(network_form, qtbot):
+    combo = network_form.findChild(QComboBox, "model")
+    assert _items(network_form) == ["edges", "hed"]
+    _offered.append("pidinet")
+    with qtbot.assertNotEmitted(network_form.changed):
+        combo.showPopup()
+        combo.hidePopup()
+    assert _items(network_form) == ["edges", "hed", "pidinet"]
+    with qtbot.waitSignal(network_form.changed) as blocker:
+        qtbot.keyClick(combo, Qt.Key.Key_End)
+    assert blocker.args == [_Network(model="pidinet")]
+
+
+def test_a_value_that_is_not_offered_stays_and_is_marked(network_form, qtbot):
+    combo = network_form.findChild(QComboBox, "model")
+    with qtbot.assertNotEmitted(network_form.changed):
+        network_form.set_parameters(_Network(model="elsewhere"))
+        combo.showPopup()
+        combo.hidePopup()
+    assert network_form.parameters() == _Network(model="elsewhere")
+    assert combo.currentText() == "missing: elsewhere"
+    assert "not on this computer" in combo.toolTip()
+    combo.setCurrentIndex(combo.findData("hed"))
+    assert network_form.parameters() == _Network(model="hed")
+    assert _items(network_form) == ["edges", "hed"]
+    assert not combo.toolTip()

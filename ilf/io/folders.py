@@ -1,4 +1,4 @@
-"""Folders that commands write into."""
+"""Folders to write into."""
 
 from __future__ import annotations
 

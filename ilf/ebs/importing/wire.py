@@ -1,0 +1,92 @@
+"""Protocol buffers without a schema: the fields of a message as they stand in the file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+_VARINT, _FIXED64, _BYTES, _FIXED32 = 0, 1, 2, 5
+_FIXED_SIZES = {_FIXED64: 8, _FIXED32: 4}
+
+Field = int | memoryview
+
+
+def fields(message: memoryview) -> Iterator[tuple[int, Field]]:
+    """The fields of a message.
+
+    Parameters
+    ----------
+    message : memoryview of bytes
+
+    Yields
+    ------
+    number : int
+        Of the field.
+    value : int or memoryview
+        An int of a varint; otherwise the bytes, of strings and messages as of fixed numbers.
+
+    Raises
+    ------
+    ValueError
+        If the message is truncated or is none.
+    """
+    at = 0
+    while at < len(message):
+        key, at = _varint(message, at)
+        number, kind = key >> 3, key & 7
+        if kind == _VARINT:
+            value, at = _varint(message, at)
+            yield number, value
+            continue
+        if kind == _BYTES:
+            size, at = _varint(message, at)
+        elif kind in _FIXED_SIZES:
+            size = _FIXED_SIZES[kind]
+        else:
+            raise ValueError("no protocol buffer")
+        if number == 0 or at + size > len(message):
+            raise ValueError("truncated")
+        yield number, message[at : at + size]
+        at += size
+
+
+def values(message: memoryview, number: int) -> list[Field]:
+    """The values of one field, which may be repeated; raises ValueError as `fields` does."""
+    return [value for found, value in fields(message) if found == number]
+
+
+def messages(message: memoryview, number: int) -> list[memoryview]:
+    """The same of a field that holds messages or strings."""
+    return [value for value in values(message, number) if isinstance(value, memoryview)]
+
+
+def text(message: memoryview, number: int) -> str:
+    """The text in a field, "" if it is not there."""
+    found = messages(message, number)
+    return found[-1].tobytes().decode("utf-8", "replace") if found else ""
+
+
+def integers(message: memoryview, number: int) -> list[int]:
+    """The integers of a repeated field, packed or not."""
+    found: list[int] = []
+    for value in values(message, number):
+        if isinstance(value, int):
+            found.append(value)
+            continue
+        at = 0
+        while at < len(value):
+            one, at = _varint(value, at)
+            found.append(one)
+    return found
+
+
+def _varint(message: memoryview, at: int) -> tuple[int, int]:
+    """A number of variable length, and where it ends."""
+    value = shift = 0
+    while at < len(message) and shift < 70:
+        byte = message[at]
+        value |= (byte & 0x7F) << shift
+        at += 1
+        if byte < 0x80:
+            return value, at
+        shift += 7
+    raise ValueError("truncated")
