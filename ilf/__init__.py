@@ -3,7 +3,7 @@
 from .completion import Completion, complete, iterate
 from .confidence import expected_error
 from .dense import fill_rest
-from .ebs import extract_blocks
+from .ebs import edge_strength, extract_blocks
 from .errors import IlfError
 from .frame import CameraIntrinsics, RGBDFrame
 from .io import load_frame
@@ -19,6 +19,7 @@ __all__ = [
     "Parameters",
     "RGBDFrame",
     "complete",
+    "edge_strength",
     "expected_error",
     "extract_blocks",
     "fill_rest",

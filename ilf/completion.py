@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .blocks import Block, checked_labels, find_blocks
-from .ebs.strength import canny_strength, network_strength
+from .ebs.strength import canny_strength, combined_strength
 from .errors import InputError
 from .filter.convergence import IterationRecord
 from .filter.edge_aware import EdgeAwareIteration
@@ -300,7 +300,7 @@ def _edges(frame: RGBDFrame, parameters: Parameters) -> tuple[NDArray[np.float32
     """The frame's edge strength, and why it is not the one that was asked for, if so."""
     if parameters.edges == "network":
         try:
-            return network_strength(frame), ""
+            return combined_strength(frame, parameters.model, parameters.multiscale), ""
         except InputError as error:
             return canny_strength(frame), f"Edges come from Canny: {error}"
     return canny_strength(frame), ""

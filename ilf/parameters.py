@@ -6,10 +6,12 @@ from dataclasses import dataclass
 
 from .declarations import ParameterSet, declare
 from .errors import ParameterError
+from .models import BUNDLED, model_names
 
 _EDGES, _AREAS = "Edges", "Blocks"
 _OUTPUT, _SCHEDULE, _STOP, _COLOUR, _DATA = "Output", "Pass band", "Stopping", "Colour", "Data"
 _SMOOTH, _SOFT = "Smoothness", "Edges"
+_HED, _DEPTH, _NETWORK = ("detector", "hed"), ("use_depth", True), ("edges", "network")
 _IDEAL, _EDGE_AWARE = ("filter", "ideal"), ("filter", "edge-aware")
 
 
@@ -17,8 +19,25 @@ _IDEAL, _EDGE_AWARE = ("filter", "ideal"), ("filter", "edge-aware")
 class BlockParameters(ParameterSet):
     """Parameters of EBS, the extraction of boundaries and surfaces. Lengths in pixels of the frame."""
 
+    detector: str = declare(
+        "hed", "Colour edges from", "hed: an edge network, which finds the boundaries of objects. canny: every strong "
+        "change of colour.", _EDGES, choices=("hed", "canny"), source="section 2: HED and Canny",
+    )  # fmt: skip
+    model: str = declare(
+        BUNDLED, "Edge network", "The bundled network, or one of your own: 'ilf models import FILE'.", _EDGES,
+        offers=model_names, source="section 2", when=_HED,
+    )  # fmt: skip
+    multiscale: bool = declare(
+        False, "Three scales", "Let the network look at the image at three sizes: slightly better, 3.5 times as slow.",
+        _EDGES, source="not in the paper", when=_HED,
+    )  # fmt: skip
+    threshold: float = declare(
+        0.0, "Threshold", "Strength of the network's edges that counts as a boundary. 'auto' takes it from the image "
+        "by Otsu's rule.", _EDGES, minimum=0.0, maximum=1.0, step=0.01, special="auto", source="section 2", when=_HED,
+    )  # fmt: skip
     canny_sigma: float = declare(
-        1.5, "Smoothing", "Gaussian blur of the colour image before Canny looks for edges.", _EDGES,
+        1.5, "Canny smoothing", "Gaussian blur of the colour image before Canny looks for edges, which lead the "
+        "contraction of boundaries.", _EDGES,
         unit="px", minimum=0.0, maximum=10.0, step=0.1, source="section 2",
     )  # fmt: skip
     canny_high: float = declare(
@@ -31,30 +50,43 @@ class BlockParameters(ParameterSet):
         "of the threshold.", _EDGES, minimum=0.05, maximum=1.0, step=0.05, source="section 2",
     )  # fmt: skip
     use_depth: bool = declare(
-        True, "Depth jumps are edges", "Discontinuities of the known depth join the colour edges.", _EDGES,
-        source="section 2: EBS takes colour and depth",
+        True, "Known depth counts", "Jumps of the known depth are boundaries, and neighbours whose depth goes on from "
+        "one to the other merge.", _EDGES, source="section 2: EBS takes colour and depth",
     )  # fmt: skip
     depth_jump: float = declare(
         0.04, "Jump, at least", "Smallest difference between neighbours that counts as a depth jump.", _EDGES,
-        unit="m", minimum=0.001, maximum=5.0, step=0.01,
+        unit="m", minimum=0.001, maximum=5.0, step=0.01, scale="log", when=_DEPTH,
     )  # fmt: skip
     depth_jump_share: float = declare(
         0.04, "Jump, share of depth", "The same, as a share of the depth itself; the larger of the two counts.",
-        _EDGES, minimum=0.0, maximum=1.0, step=0.01,
+        _EDGES, minimum=0.0, maximum=1.0, step=0.01, when=_DEPTH,
+    )  # fmt: skip
+    use_creases: bool = declare(
+        True, "Creases are edges", "Where one plane meets another, as at the foot of a wall, is a boundary even "
+        "without a change of colour.", _EDGES, source="not in the paper", when=_DEPTH,
     )  # fmt: skip
     dilation: int = declare(
-        3, "Dilation", "Radius by which edges are dilated until boundaries are watertight.", _AREAS,
+        2, "Dilation", "Radius by which edges are dilated to close the gaps in boundaries.", _AREAS,
         unit="px", minimum=0, maximum=50, source="section 2",
     )  # fmt: skip
+    granularity: float = declare(
+        0.5, "Granularity", "From 0, few large blocks, which only depth jumps and the strongest edges part, to 1, many "
+        "small ones.", _AREAS, minimum=0.0, maximum=1.0, step=0.05, source="not in the paper",
+    )  # fmt: skip
     min_size: float = declare(
-        0.4, "Smallest block", "Regions below this share of the frame are not blocks of their own; "
+        0.2, "Smallest block", "Regions below this share of the frame are not blocks of their own; "
         "their neighbours take them in.", _AREAS,
-        unit="% of frame", minimum=0.0, maximum=50.0, step=0.1, source="section 2; released code: 1.14 %",
+        unit="% of frame", minimum=0.0, maximum=50.0, step=0.1, scale="log", source="section 2; released code: 1.14 %",
     )  # fmt: skip
     min_known_share: float = declare(
         0.05, "Known share, at least", "Regions where a smaller share of the pixels has depth are not blocks of their "
         "own; their neighbours take them in.", _AREAS, minimum=0.0, maximum=1.0, step=0.01,
-        source="section 2: existence rate; released code: 0.52",
+        source="section 2",
+    )  # fmt: skip
+    existence_rate: float = declare(
+        0.0, "Existence rate", "Blocks where a smaller share of the pixels has depth are halved, up to twice, and only "
+        "the parts that reach it are kept. The rest belongs to no block and stays missing.", _AREAS,
+        minimum=0.0, maximum=1.0, step=0.01, special="off", source="section 2; released code: 0.52",
     )  # fmt: skip
     margin: int = declare(
         -1, "Margin", "Width of the frame's rim that belongs to no block. 'auto' finds the white border "
@@ -80,7 +112,7 @@ class Parameters(ParameterSet):
         unit="x", minimum=0.001, maximum=1e6, step=0.1, source="not in the paper", scale="log", when=_EDGE_AWARE,
     )  # fmt: skip
     slope_weight: float = declare(
-        0.02, "Weight of slope", "Of squared differences between neighbours, a known pixel having weight 1. It keeps "
+        0.03, "Weight of slope", "Of squared differences between neighbours, a known pixel having weight 1. It keeps "
         "large holes near the depth around them.", _SMOOTH, minimum=0.0, maximum=1e6, step=0.01,
         source="not in the paper", scale="log", when=_EDGE_AWARE,
     )  # fmt: skip
@@ -103,12 +135,20 @@ class Parameters(ParameterSet):
         step=0.001, source="not in the paper", when=_EDGE_AWARE,
     )  # fmt: skip
     edges: str = declare(
-        "network", "Edges from", "network: the bundled edge network, which finds the boundaries of objects. canny: "
+        "network", "Edges from", "network: an edge network, which finds the boundaries of objects. canny: "
         "every strong change of colour. Depth jumps are edges with both.", _SOFT, choices=("network", "canny"),
         source="section 2: HED and Canny", when=_EDGE_AWARE,
     )  # fmt: skip
+    model: str = declare(
+        BUNDLED, "Edge network", "The bundled network, or one of your own: 'ilf models import FILE'.", _SOFT,
+        offers=model_names, source="section 2", when=_NETWORK,
+    )  # fmt: skip
+    multiscale: bool = declare(
+        False, "Three scales", "Let the network look at the image at three sizes: slightly better, 3.5 times as slow.",
+        _SOFT, source="not in the paper", when=_NETWORK,
+    )  # fmt: skip
     edge_scale: float = declare(
-        0.1, "Edge strength that cuts", "Edge strength at which smoothness falls to 37 %; a smaller value makes faint "
+        0.13, "Edge strength that cuts", "Edge strength at which smoothness falls to 37 %; a smaller value makes faint "
         "edges count.", _SOFT, minimum=0.01, maximum=10.0, step=0.01, source="not in the paper", scale="log",
         when=_EDGE_AWARE,
     )  # fmt: skip
@@ -117,7 +157,7 @@ class Parameters(ParameterSet):
         minimum=0.0, maximum=10.0, step=0.05, source="not in the paper", when=_EDGE_AWARE,
     )  # fmt: skip
     trust_distance: float = declare(
-        6.0, "Edges count in full from", "Distance to known depth from which on edges count in full; nearer, in "
+        4.0, "Edges count in full from", "Distance to known depth from which on edges count in full; nearer, in "
         "proportion: among dense samples the depth itself says where the jumps are.", _SOFT,
         unit="px", minimum=0.1, maximum=100.0, step=0.5, source="not in the paper", when=_EDGE_AWARE,
     )  # fmt: skip

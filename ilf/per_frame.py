@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from functools import wraps
 from threading import Lock
-from typing import Any
+from typing import Any, Concatenate, ParamSpec
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -13,21 +13,27 @@ from numpy.typing import NDArray
 
 from .frame import RGBDFrame
 
-Picture = Callable[[RGBDFrame], NDArray[Any]]
+P = ParamSpec("P")
+Picture = Callable[Concatenate[RGBDFrame, P], NDArray[Any]]
 
 
-def once_per_frame(work_out: Picture) -> Picture:
-    """The same function with a memory: its arrays are read-only. From any thread."""
-    known: WeakKeyDictionary[RGBDFrame, NDArray[Any]] = WeakKeyDictionary()
+def once_per_frame(work_out: Picture[P]) -> Picture[P]:
+    """The same function with a memory: its arrays are read-only. From any thread.
+
+    What it takes beside the frame must be hashable; there is one picture for each.
+    """
+    known: WeakKeyDictionary[RGBDFrame, dict[Hashable, NDArray[Any]]] = WeakKeyDictionary()
     lock = Lock()
 
     @wraps(work_out)
-    def remembered(frame: RGBDFrame) -> NDArray[Any]:
+    def remembered(frame: RGBDFrame, *args: P.args, **kwargs: P.kwargs) -> NDArray[Any]:
+        key = args, tuple(sorted(kwargs.items()))
         with lock:
-            if frame not in known:
-                picture = np.asarray(work_out(frame))
+            pictures = known.setdefault(frame, {})
+            if key not in pictures:
+                picture = np.asarray(work_out(frame, *args, **kwargs))
                 picture.flags.writeable = False
-                known[frame] = picture
-            return known[frame]
+                pictures[key] = picture
+            return pictures[key]
 
     return remembered

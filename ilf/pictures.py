@@ -5,6 +5,7 @@ from __future__ import annotations
 import colorsys
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -38,9 +39,8 @@ def block_overlay(rgb: NDArray[np.uint8], labels: NDArray[np.int32]) -> NDArray[
     -------
     ndarray of uint8, shape (H, W, 3)
     """
-    present, compact = np.unique(labels, return_inverse=True)
-    colours = np.array([block_colour(int(label)) for label in present], np.float32)[compact.reshape(labels.shape)]
-    tinted = np.round(_OPACITY * colours + (1 - _OPACITY) * rgb).astype(np.uint8)
+    table = np.array([block_colour(label) for label in range(int(labels.max()) + 1)], np.uint8)
+    tinted = cv2.addWeighted(table[labels], _OPACITY, rgb, 1 - _OPACITY, 0)
     picture = np.where((labels > 0)[..., None], tinted, rgb)
     picture[outlines(labels)] = 255
     return picture

@@ -68,8 +68,10 @@ def _slic_merged(rgb: NDArray[np.uint8], segments: int, compactness: float, merg
 
 # The settings of the public ones have the highest boundary F of several that were tried on seven real frames.
 BLOCK_METHODS: dict[str, BlockMethod] = {
-    "canny": _ebs(use_depth=False),
-    "canny+depth": _ebs(),
+    "canny": _ebs(detector="canny", use_depth=False),
+    "network": _ebs(use_depth=False),
+    "canny+depth": _ebs(detector="canny"),
+    "combined": _ebs(),
     "felzenszwalb": _public(_felzenszwalb, scale=400.0, sigma=0.8, min_share=0.004),
     "slic": _public(_slic_merged, segments=400, compactness=30.0, merged_below=29.0),
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from typing import Any, TypeVar
@@ -28,7 +29,8 @@ def run_units(
     jobs : int
         Processes that share the units; with 1 all is done in this one.
     on_done : callable, optional
-        Called with a unit's number whenever one is done, in any order.
+        Called with a unit's number whenever one is done, in any order. What it raises ends the work, after the units
+        that are under way.
     """
     report = on_done or (lambda number: None)
     results: dict[int, Result] = {}
@@ -37,9 +39,18 @@ def run_units(
             results[number] = function(*unit)
             report(number)
     else:
-        with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
+        # Ctrl+C reaches every process of a terminal; here it is answered once
+        pool = ProcessPoolExecutor(
+            jobs,
+            mp_context=multiprocessing.get_context("spawn"),
+            initializer=signal.signal,
+            initargs=(signal.SIGINT, signal.SIG_IGN),
+        )
+        try:
             numbers = {pool.submit(function, *unit): number for number, unit in enumerate(units)}
             for done in as_completed(numbers):
                 results[numbers[done]] = done.result()
                 report(numbers[done])
+        finally:
+            pool.shutdown(cancel_futures=True)
     return [results[number] for number in range(len(units))]

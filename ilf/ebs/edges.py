@@ -1,4 +1,4 @@
-"""Edges of the colour image and of the known depth: where boundaries of surfaces are looked for (section 2)."""
+"""Edges of the colour image: where boundaries of surfaces are looked for (section 2)."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
-_TRUSTED_DISTANCE = 3.0
-"""How far [px] from known depth a jump is still one: farther inside a hole, it is only where two nearest fills meet."""
-
-_OTSU_SHARE = 0.6
+_GRADIENT_SHARE, _NETWORK_SHARE = 0.6, 0.5
 """Otsu's threshold parts strong edges from all others; watertight boundaries need the fainter ones too."""
+
+
+_FAINTEST = 0.1
+"""Least threshold that Otsu's rule may give for the network's strength: an image of one colour has no edges."""
 
 
 def colour_gradient(rgb: NDArray[np.uint8], sigma: float) -> tuple[NDArray[np.int16], NDArray[np.int16]]:
@@ -64,61 +64,27 @@ def canny_edges(dx: NDArray[np.int16], dy: NDArray[np.int16], high: float, low_r
     if top == 0:
         return np.zeros(dx.shape, bool)
     if high == 0:
-        levels = (np.clip(magnitude / top, 0, 1) * 255).astype(np.uint8)
-        otsu = cv2.threshold(levels, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[0] / 255
-        high = _OTSU_SHARE * otsu
+        high = _GRADIENT_SHARE * _otsu(magnitude / top)
     threshold = high * top
     edges = cv2.Canny(dx, dy, low_ratio * threshold, threshold, L2gradient=True)
     return edges > 0
 
 
-def depth_edges(depth: NDArray[np.float32], jump: float, share: float) -> NDArray[np.bool_]:
-    """Discontinuities of the known depth.
-
-    A pixel of the filled depth (`filled_depth`) is an edge if it differs from its right or lower neighbour by more
-    than max(jump, share * depth), and known depth is near.
+def otsu_edges(strength: NDArray[np.float32], threshold: float) -> NDArray[np.bool_]:
+    """Binarised edge strength.
 
     Parameters
     ----------
-    depth : ndarray of float32, shape (H, W)
-        Depth [m], NaN = missing; at least one known pixel.
-    jump : float
-        Smallest jump [m].
-    share : float
-        Smallest jump as a share of the nearer depth.
+    strength : ndarray of float32, shape (H, W)
+        In [0, 1].
+    threshold : float
+        Strength from which on there is an edge; 0 takes half of Otsu's threshold, 0.1 at least.
 
     Returns
     -------
     ndarray of bool, shape (H, W)
     """
-    smooth, distance = filled_depth(depth)
-    edges = np.zeros(depth.shape, bool)
-    for first, second in (
-        (np.s_[:, :-1], np.s_[:, 1:]),
-        (np.s_[:-1, :], np.s_[1:, :]),
-    ):
-        near = np.minimum(smooth[first], smooth[second])
-        edges[first] |= np.abs(smooth[first] - smooth[second]) > np.maximum(jump, share * near)
-    return edges & (distance <= _TRUSTED_DISTANCE)
-
-
-def filled_depth(depth: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """Depth to look for jumps in: gaps filled from the nearest known pixel, outliers taken out by a 5 x 5 median.
-
-    Parameters
-    ----------
-    depth : ndarray of float32, shape (H, W)
-        Depth [m], NaN = missing; at least one known pixel.
-
-    Returns
-    -------
-    filled : ndarray of float32, shape (H, W)
-        Depth [m] everywhere.
-    distance : ndarray of float64, shape (H, W)
-        To the nearest known pixel [px].
-    """
-    distance, (rows, columns) = distance_transform_edt(np.isnan(depth), return_indices=True)
-    return np.asarray(cv2.medianBlur(np.ascontiguousarray(depth[rows, columns]), 5), np.float32), distance
+    return strength >= (threshold or max(_NETWORK_SHARE * _otsu(strength), _FAINTEST))
 
 
 def _pick(values: NDArray[Any], channel: NDArray[np.intp]) -> NDArray[np.int16]:
@@ -129,3 +95,8 @@ def _magnitude(dx: NDArray[np.int16], dy: NDArray[np.int16]) -> tuple[NDArray[np
     """Length of the gradient, and its 99th percentile."""
     magnitude = np.hypot(dx.astype(np.float32), dy.astype(np.float32))
     return magnitude, float(np.percentile(magnitude, 99))
+
+
+def _otsu(strength: NDArray[np.float32]) -> float:
+    levels = (np.clip(strength, 0, 1) * 255).astype(np.uint8)
+    return cv2.threshold(levels, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[0] / 255

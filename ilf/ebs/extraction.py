@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..frame import RGBDFrame
-from ..parameters import BlockParameters
-from .boundaries import contract, dilate, regions_between
+from ..parameters import BlockParameters, Parameters
+from .boundaries import contract, dilate, regions_between, snap_to_jumps
+from .existence import keep_existing
+from .merging import Fitness, RegionGraph, numbered
 from .strength import find_edges
+
+_USUAL_LIMIT = 0.2
+"""Cost of a border up to which regions merge at a granularity of 0.5; it is 1 at 0 and the square of this at 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,15 +26,17 @@ class Extraction:
     Attributes
     ----------
     strength : ndarray of float32
-        Edge strength in [0, 1]; Canny edges and depth jumps stand at 1.
+        Edge strength in [0, 1]; depth jumps stand at 1.
     edges : ndarray of bool
-        Canny edges of the colour, and depth jumps where they are asked for.
+        The same, binarised.
     dilated : ndarray of bool
-        The same, dilated until watertight.
+        The binarised edges, dilated.
     contracted : ndarray of int32
-        Regions after the contraction, small ones and those without depth still among them.
+        Regions that touch each other after the contraction: more and smaller ones than blocks.
     blocks : ndarray of int32
         The label map: operation blocks 1, 2, ... from the largest down, 0 = none.
+    note : str
+        What the user should know of how it came about: "" if all went as asked for.
     """
 
     strength: NDArray[np.float32]
@@ -36,10 +44,13 @@ class Extraction:
     dilated: NDArray[np.bool_]
     contracted: NDArray[np.int32]
     blocks: NDArray[np.int32]
+    note: str = ""
 
 
 def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extraction:
     """Extract boundaries and surfaces, and keep the picture of every stage.
+
+    The edge network's strength is remembered with the frame, so that other parameters cost only what follows it.
 
     Parameters
     ----------
@@ -47,13 +58,20 @@ def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extr
     parameters : BlockParameters, optional
     """
     chosen = parameters or BlockParameters()
-    strength, edges = find_edges(frame, chosen)
-    dilated = dilate(edges, chosen.dilation)
     margins = find_margins(frame.rgb) if chosen.margin < 0 else (chosen.margin,) * 4
     inside = _inside(frame.shape, margins)
-    contracted = contract(regions_between(dilated | ~inside), strength, inside)
-    blocks = grow_over_small(contracted, strength, inside, frame.known, chosen)
-    return Extraction(strength, edges, dilated, contracted, blocks)
+    found = find_edges(frame, chosen)
+    regions = contract(regions_between(found.edges, chosen.dilation, inside), found.guide, inside)
+    if found.relief is not None:
+        regions = snap_to_jumps(regions, found.relief.jumps)
+    smallest = max(chosen.min_size / 100 * regions.size, 1)
+    graph = RegionGraph(regions, found.strength, frame, found.relief)
+    graph.merge_below(_USUAL_LIMIT ** (2 * chosen.granularity))
+    graph.take_in_unfit(Fitness(smallest, chosen.min_known_share, Parameters().min_known_pixels))
+    blocks = graph.labels()
+    if chosen.existence_rate > 0:
+        blocks = numbered(keep_existing(blocks, frame.known, chosen.existence_rate, smallest))
+    return Extraction(found.strength, found.edges, dilate(found.edges, chosen.dilation), regions, blocks, found.note)
 
 
 def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None) -> NDArray[np.int32]:
@@ -67,49 +85,19 @@ def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None) 
     Returns
     -------
     ndarray of int32, shape (H, W)
-        Label map: blocks 1, 2, ... from the largest down, 0 = none. Neighbouring blocks touch.
+        Label map: blocks 1, 2, ... from the largest down, 0 = none. Neighbouring blocks touch, every block is one
+        4-connected region, and all but the margin is in a block, unless nothing is known at all or an existence rate
+        is asked for.
+
+    Warns
+    -----
+    RuntimeWarning
+        If Canny's edges stand in for the network's, because it is missing or none.
     """
-    return extract(frame, parameters).blocks
-
-
-def grow_over_small(
-    regions: NDArray[np.int32],
-    strength: NDArray[np.float32],
-    inside: NDArray[np.bool_],
-    known: NDArray[np.bool_],
-    parameters: BlockParameters,
-) -> NDArray[np.int32]:
-    """Let neighbours take in the regions that cannot be blocks: too small, or with too little known depth.
-
-    Parameters
-    ----------
-    regions : ndarray of int32, shape (H, W)
-        Watertight regions.
-    strength : ndarray of float32, shape (H, W)
-        Edge strength; a region goes to the neighbour behind the weakest edge.
-    inside : ndarray of bool, shape (H, W)
-        False in the margin, which belongs to no block.
-    known : ndarray of bool, shape (H, W)
-        Pixels with depth.
-    parameters : BlockParameters
-
-    Returns
-    -------
-    ndarray of int32, shape (H, W)
-        Label map, blocks numbered from the largest down. All 0 if no region is fit to be a block.
-    """
-    smallest = parameters.min_size / 100 * regions.size
-    count = int(regions.max()) + 1
-    sizes = np.bincount(regions[inside], minlength=count)
-    with_depth = np.bincount(regions[inside & known], minlength=count)
-    fit = (sizes >= max(smallest, 1)) & (with_depth >= parameters.min_known_share * sizes)
-    fit[0] = False
-    seeds = np.where(fit[regions] & inside, regions, 0).astype(np.int32)
-    grown = contract(seeds, strength, inside)
-    order = np.argsort(-np.bincount(grown.ravel(), minlength=count)[1:], kind="stable") + 1
-    numbers = np.zeros(count, np.int32)
-    numbers[order] = np.arange(1, count)
-    return numbers[grown]
+    extraction = extract(frame, parameters)
+    if extraction.note:
+        warnings.warn(extraction.note, RuntimeWarning, stacklevel=2)
+    return extraction.blocks
 
 
 def find_margins(rgb: NDArray[np.uint8]) -> tuple[int, int, int, int]:

@@ -19,9 +19,9 @@ from ilf.bench.block_measures import (
     recoverable_share,
     score_blocks,
 )
-from ilf.bench.evidence import REACH, both, mark
 from ilf.cli import main
 from ilf.completion import Status
+from ilf.ebs.pairs import both, mark
 from ilf.errors import InputError
 
 from .small_frames import write_small_frame
@@ -33,6 +33,9 @@ STEP = np.where(COLUMNS < 60, 1.0, 1.5)
 
 HALVES = np.where(COLUMNS < 60, 1, 2).astype(np.int32)
 WHOLE = np.ones(SHAPE, np.int32)
+
+REACH = 10
+"""Over how many pixels around there must be depth to say whether a surface goes on."""
 
 
 def frame_of(depth, missing=False):
@@ -250,7 +253,7 @@ def folders(tmp_path):
 def test_only_depth_finds_a_jump_without_colour(folders):
     result = run_block_bench(BlockPlan((folders / "grey",), tuple(BLOCK_METHODS)))
     recall = {row.method: row.recall for row in result.rows}
-    assert recall.pop("canny+depth") > 0.9
+    assert min(recall.pop("canny+depth"), recall.pop("combined")) > 0.9
     assert set(recall.values()) == {0.0}
     assert all(row.seconds > 0 and not row.failure for row in result.rows)
 
@@ -266,7 +269,9 @@ def test_methods_part_colours_and_leave_the_margins_out(name):
     inside[4:-4, 6:-6] = True
     np.testing.assert_array_equal(labels > 0, inside)
     score = score_blocks(labels, find_evidence(frame))
-    assert (score.purity, score.recall) == (1.0, 1.0)
+    assert score.recall == 1.0
+    if name != "network":  # its boundaries are true to a pixel, not to the line between two
+        assert score.purity == 1.0
 
 
 def test_summary_is_the_mean_over_frames_that_have_a_value_and_failures_count(folders, monkeypatch):
@@ -319,7 +324,7 @@ def test_command_end_to_end(folders, tmp_path, capsys):
     [
         ([], 2, "Give folders of frames after 'blocks'"),
         (["frames", "--pattern", "areas"], 2, "leave out --pattern and --seed"),
-        (["frames", "--methods", "watershed"], 1, "There is no method 'watershed'. Known: all, canny, canny+depth"),
+        (["frames", "--methods", "watershed"], 1, "There is no method 'watershed'. Known: all, canny, network"),
         (["frames/broken"], 1, "No frame could be read"),
         (["missing"], 1, "missing is not a folder"),
     ],

@@ -8,9 +8,12 @@ from scipy.ndimage import label as components
 
 import ilf
 from ilf.ebs import extract
-from ilf.ebs.boundaries import contract, dilate, outlines, regions_between
-from ilf.ebs.edges import canny_edges, colour_gradient, depth_edges, gradient_strength
+from ilf.ebs.boundaries import contract, dilate, outlines, regions_between, snap_to_jumps
+from ilf.ebs.edges import canny_edges, colour_gradient, gradient_strength, otsu_edges
+from ilf.ebs.existence import keep_existing
 from ilf.ebs.extraction import find_margins
+from ilf.ebs.pairs import mark
+from ilf.ebs.relief import find_relief
 from ilf.frame import RGBDFrame
 from ilf.parameters import BlockParameters
 
@@ -83,6 +86,89 @@ def test_regions_without_depth_are_taken_in_by_neighbours(frame: RGBDFrame) -> N
     assert own[55, 45] != own[100, 60]
 
 
+def test_a_hole_without_depth_of_its_own_ends_in_a_block_that_has_some() -> None:
+    """Edges all around a hole, as a dark object makes them, and a jump beside it."""
+    rng = np.random.default_rng(4)
+    rgb = np.full((120, 160, 3), 90, np.uint8)
+    depth = np.full((120, 160), 2.0)
+    depth[:, 100:] = 3.0
+    for _ in range(12):
+        row, column = rng.integers(5, 90), rng.integers(5, 130)
+        rgb[row : row + 25, column : column + 22] = rng.integers(0, 255, 3)
+        depth[row : row + 25, column : column + 22] = np.nan
+    frame = RGBDFrame(rgb, depth)
+    for parameters in (BlockParameters(granularity=granularity) for granularity in (0.0, 0.5, 1.0)):
+        blocks = ilf.extract_blocks(frame, parameters)
+        known = np.bincount(blocks[frame.known], minlength=blocks.max() + 1)
+        pixels = np.bincount(blocks.ravel())
+        assert (blocks > 0).all()
+        assert (known[1:] >= 0.05 * pixels[1:]).all()
+
+
+def test_depth_that_goes_on_merges_what_colour_parts(frame: RGBDFrame) -> None:
+    """A picture on a wall: one block where the depth is seen, two where colour alone counts."""
+    flat = RGBDFrame(frame.rgb, np.full(frame.shape, 2.0))
+    seen = ilf.extract_blocks(flat)
+    assert seen[55, 45] == seen[100, 60]
+    colour = ilf.extract_blocks(flat, BlockParameters(use_depth=False))
+    assert colour[55, 45] != colour[100, 60]
+    hidden = np.full(frame.shape, 2.0)
+    hidden[22:88, 12:78] = np.nan
+    hidden[40:70, 30:60] = 2.0
+    one_plane = ilf.extract_blocks(RGBDFrame(frame.rgb, hidden))
+    assert one_plane[55, 45] == one_plane[100, 60]
+    hidden[40:70, 30:60] = 1.5
+    two_planes = ilf.extract_blocks(RGBDFrame(frame.rgb, hidden))
+    assert two_planes[55, 45] != two_planes[100, 60]
+
+
+def test_a_crease_is_a_boundary_that_colour_does_not_show() -> None:
+    rows = np.mgrid[:120, :160][0]
+    depth = 1 / np.where(rows < 60, 0.5, 0.5 + 0.012 * (rows - 60))
+    frame = RGBDFrame(np.full((120, 160, 3), 120, np.uint8), depth)
+    blocks = ilf.extract_blocks(frame)
+    assert blocks.max() == 2
+    assert (blocks[:57, 12:-12] == blocks[0, 80]).all()
+    assert (blocks[63:, 12:-12] == blocks[-1, 80]).all()
+    assert ilf.extract_blocks(frame, BlockParameters(use_creases=False)).max() == 1
+    assert ilf.extract_blocks(frame, BlockParameters(granularity=0.0)).max() == 1
+
+
+def test_granularity_goes_from_few_blocks_to_many() -> None:
+    """Weaker and weaker edges of colour, and one jump, which parts at any granularity."""
+    rgb = np.full((120, 200, 3), 40, np.uint8)
+    for number, level in enumerate((240, 200, 175, 160), 1):
+        rgb[:, 40 * number :] = level
+    depth = np.full((120, 200), 2.0)
+    depth[60:] = 3.0
+    frame = RGBDFrame(rgb, depth)
+    counts = [ilf.extract_blocks(frame, BlockParameters(granularity=value / 4)).max() for value in range(5)]
+    assert counts == sorted(counts)
+    assert counts[0] == 2
+    assert counts[-1] > counts[0]
+    for value in (0.0, 1.0):
+        blocks = ilf.extract_blocks(frame, BlockParameters(granularity=value))
+        assert not set(blocks[:57].ravel()) & set(blocks[63:].ravel())
+
+
+def test_existence_rate_leaves_what_is_not_known_to_no_block(frame: RGBDFrame) -> None:
+    depth = frame.depth.copy()
+    depth[:, :60] = np.nan
+    blocks = ilf.extract_blocks(RGBDFrame(frame.rgb, depth), BlockParameters(existence_rate=0.9))
+    shares = [np.isfinite(depth[blocks == number]).mean() for number in range(1, blocks.max() + 1)]
+    assert min(shares) >= 0.9
+    assert (blocks == 0).any()
+
+
+def test_without_the_network_canny_stands_in_and_that_is_said(frame: RGBDFrame) -> None:
+    missing = BlockParameters(model="nowhere")
+    extraction = extract(frame, missing)
+    assert extraction.note.startswith("Canny's edges stand in for the network's: There is no edge network 'nowhere'")
+    with pytest.warns(RuntimeWarning, match="stand in"):
+        blocks = ilf.extract_blocks(frame, missing)
+    assert np.array_equal(blocks, ilf.extract_blocks(frame, BlockParameters(detector="canny")))
+
+
 def test_margin_belongs_to_no_block(frame: RGBDFrame) -> None:
     blocks = ilf.extract_blocks(frame, BlockParameters(margin=7))
     assert not blocks[:7].any()
@@ -129,26 +215,91 @@ def test_grey_image_has_no_colour_edges() -> None:
     assert not gradient_strength(*gradient).any()
 
 
-def test_depth_edges_need_known_depth_nearby() -> None:
+def test_a_threshold_is_otsus_or_the_chosen_one() -> None:
+    strength = np.zeros((10, 40), np.float32)
+    strength[:, 10], strength[:, 20], strength[:, 30] = 0.2, 0.6, 0.9
+    assert np.array_equal(np.flatnonzero(otsu_edges(strength, 0.7)[0]), [30])
+    assert np.array_equal(np.flatnonzero(otsu_edges(strength, 0.1)[0]), [10, 20, 30])
+    found = np.flatnonzero(otsu_edges(strength, 0.0)[0])
+    assert {20, 30} <= set(found) <= {10, 20, 30}
+    assert not otsu_edges(np.zeros((10, 40), np.float32), 0.0).any()
+
+
+def test_jumps_need_known_depth_nearby_and_scale_with_distance() -> None:
     depth = np.full((40, 60), 1.0, np.float32)
     depth[:, 30:] = 2.0
-    assert depth_edges(depth, 0.04, 0.04)[:, 28:31].any(axis=1).all()
+    assert np.array_equal(np.flatnonzero(find_relief(depth, 0.04, 0.04).edges.all(axis=0)), [29])
     depth[:, 15:45] = np.nan
-    assert not depth_edges(depth, 0.04, 0.04).any()
+    assert not find_relief(depth, 0.04, 0.04).edges.any()
+    far = np.full((20, 40), 5.0, np.float32)
+    far[:, 20:] = 5.15
+    assert not find_relief(far, 0.04, 0.04).edges.any()
+    assert find_relief(far, 0.04, 0.02).edges.any()
 
 
-def test_depth_edges_scale_with_distance() -> None:
-    depth = np.full((20, 40), 5.0, np.float32)
-    depth[:, 20:] = 5.15
-    assert not depth_edges(depth, 0.04, 0.04).any()
-    assert depth_edges(depth, 0.04, 0.02).any()
+def test_short_jumps_are_edges_but_part_nothing() -> None:
+    depth = np.full((60, 80), 1.0, np.float32)
+    depth[20:24, 40:44] = 1.5
+    depth[50:, 10:] = 2.0
+    relief = find_relief(depth, 0.04, 0.04)
+    assert relief.edges[15:30].any()
+    assert not mark(relief.jumps)[15:30].any()
+    assert mark(relief.jumps)[49, 15:75].all()
+
+
+def test_planes_do_not_bend_and_corners_do() -> None:
+    rows, columns = np.mgrid[:60, :90]
+    inverse = 0.4 + 0.002 * columns + 0.001 * rows
+    plane = (1 / inverse).astype(np.float32)
+    flat = find_relief(plane, 0.04, 0.04)
+    assert flat.judged[10:-10, 10:-10].all()
+    assert flat.bend[10:-10, 10:-10].max() < 0.05
+    corner = (1 / np.minimum(inverse, 0.4 + 0.002 * (90 - columns) + 0.001 * rows)).astype(np.float32)
+    ridge = find_relief(corner, 0.04, 0.04).bend[30]
+    assert 42 <= np.argmax(ridge) <= 47
+    assert ridge.max() > 1
+    assert ridge[12:34].max() < 0.05
+
+
+def test_no_depth_has_no_relief() -> None:
+    relief = find_relief(np.full((20, 30), np.nan, np.float32), 0.04, 0.04)
+    for picture in (relief.near, relief.edges, relief.judged, relief.bend):
+        assert not picture.any()
 
 
 def test_dilation_closes_gaps() -> None:
     edges = np.zeros((21, 21), bool)
     edges[10, :8] = edges[10, 12:] = True
-    assert regions_between(dilate(edges, 0)).max() == 1
-    assert regions_between(dilate(edges, 2)).max() == 2
+    everywhere = np.ones_like(edges)
+    assert np.array_equal(dilate(edges, 0), edges)
+    assert dilate(edges, 2)[10].all()
+    assert not dilate(np.zeros_like(edges), 5).any()
+    assert regions_between(edges, 2, everywhere).max() == 2
+    assert regions_between(np.zeros_like(edges), 2, everywhere).max() == 1
+    assert not regions_between(edges, 2, ~everywhere).any()
+
+
+def test_a_neck_parts_regions_before_they_are_merged() -> None:
+    """A wall with a gap wider than the dilation closes: two regions, which merge again if nothing else parts them."""
+    edges = np.zeros((60, 60), bool)
+    edges[30, :20] = edges[30, 34:] = True
+    regions = regions_between(edges, 2, np.ones_like(edges))
+    assert regions[10, 30] != regions[50, 30]
+
+
+def test_existence_rate_halves_blocks_and_drops_what_is_not_known() -> None:
+    labels = np.ones((20, 80), np.int32)
+    known = np.zeros((20, 80), bool)
+    known[:, :30] = True
+    assert np.array_equal(keep_existing(labels, known, 0.3, 1), labels)
+    halved = keep_existing(labels, known, 0.52, 1)
+    assert (halved[:, :38] == 2).all()
+    assert not halved[:, 42:].any()
+    twice = keep_existing(labels, known, 0.9, 1)
+    assert (twice[:, :18] == 2).all()
+    assert not twice[:, 22:].any()
+    assert not keep_existing(labels, known, 0.9, 1000).any()
+    assert not keep_existing(labels, np.zeros_like(known), 0.52, 1).any()
 
 
 def test_contraction_ends_on_the_strongest_line() -> None:
@@ -160,6 +311,26 @@ def test_contraction_ends_on_the_strongest_line() -> None:
     assert (grown[:, :13] == 1).all()
     assert (grown[:, 14:] == 2).all()
     assert not contract(np.zeros((4, 4), np.int32), strength[:4, :4]).any()
+
+
+def test_boundaries_beside_a_jump_snap_to_it() -> None:
+    """A boundary 4 px off a jump moves to it, and stays elsewhere; each region stays in one piece."""
+    columns = np.mgrid[:40, :60][1]
+    regions = np.where(columns < 30, 1, 2).astype(np.int32)
+    right = np.zeros((40, 59), bool)
+    right[:20, 33] = True
+    nothing = np.zeros((39, 60), bool)
+    snapped = snap_to_jumps(regions, (right, nothing))
+    assert (snapped[:17, :34] == snapped[0, 0]).all()
+    assert (snapped[:17, 34:] == snapped[0, 59]).all()
+    assert (snapped[26:, :30] == snapped[0, 0]).all()
+    assert (snapped[26:, 30:] == snapped[0, 59]).all()
+    assert snapped.max() == 2
+    assert np.array_equal(snap_to_jumps(regions, (np.zeros_like(right), nothing)), regions)
+    far = np.zeros_like(right)
+    far[:, 50] = True
+    assert np.array_equal(snap_to_jumps(regions, (far, nothing)) == snapped[0, 0], regions == 1)
+    assert not snap_to_jumps(np.zeros_like(regions), (right, nothing)).any()
 
 
 def test_outlines_are_between_labels() -> None:

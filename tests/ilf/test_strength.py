@@ -12,7 +12,8 @@ import pytest
 import ilf
 from ilf.assets import asset_path
 from ilf.ebs.network import EdgeNetwork
-from ilf.ebs.strength import canny_strength, network_strength
+from ilf.ebs.strength import DETECTORS, canny_strength, combined_strength
+from ilf.errors import InputError
 from ilf.frame import RGBDFrame
 
 
@@ -68,7 +69,7 @@ def test_network_and_depth_jumps_make_the_filters_edges() -> None:
     depth[:, 40:] = 3.0
     rgb = np.zeros((64, 80, 3), np.uint8)
     rgb[:32] = (200, 40, 40)
-    strength = network_strength(RGBDFrame(rgb, depth))
+    strength = combined_strength(RGBDFrame(rgb, depth), "edges", False)
     assert strength.shape == (64, 80)
     assert strength.dtype == np.float32
     assert (strength[:, 39] == 1).all()
@@ -83,7 +84,7 @@ def test_without_the_network_canny_is_taken_and_that_is_said(
     path = tmp_path / "edges.onnx"
     if foreign:
         path.write_bytes(b"no network")
-    monkeypatch.setattr("ilf.ebs.strength.asset_path", lambda name: path)
+    monkeypatch.setattr("ilf.models.asset_path", lambda name: path)
     depth = np.full((64, 80), 2.0, np.float32)
     depth[20:30, 20:30] = np.nan
     frame, labels = RGBDFrame(np.zeros((64, 80, 3), np.uint8), depth), np.ones((64, 80), np.int32)
@@ -108,3 +109,37 @@ def test_huge_images_are_looked_at_scaled_down(monkeypatch: pytest.MonkeyPatch) 
     strength = network.strength(rgb)
     assert strength.shape == (300, 480)
     assert max(sizes[0]) <= 160 + 2 * 32
+
+
+@pytest.mark.parametrize("detector", DETECTORS)
+def test_every_detector_gives_a_strength(detector: str) -> None:
+    frame = _frame()
+    strength = ilf.edge_strength(frame, detector)
+    assert strength.dtype == np.float32
+    assert strength.shape == frame.shape
+    assert strength.min() >= 0
+    assert strength.max() <= 1
+    strength[:] = 0  # the caller's own
+    again = ilf.edge_strength(frame, detector)
+    colour, depth = again[5:35, 28:32].max() > 0.5, again[38:42, 50:].max() == 1
+    assert (colour, depth) == (detector != "depth", detector in ("depth", "combined"))
+
+
+def test_colour_alone_serves_the_network_and_canny() -> None:
+    frame = _frame()
+    for detector in ("hed", "canny"):
+        assert np.array_equal(ilf.edge_strength(frame.rgb, detector), ilf.edge_strength(frame, detector))
+    for detector in ("depth", "combined"):
+        with pytest.raises(InputError, match="needs a frame with depth"):
+            ilf.edge_strength(frame.rgb, detector)
+    with pytest.raises(InputError, match="8-bit RGB"):
+        ilf.edge_strength(frame.rgb[..., 0], "canny")
+    with pytest.raises(InputError, match="no detector 'sobel'"):
+        ilf.edge_strength(frame, "sobel")
+    with pytest.raises(InputError, match="no edge network 'mine'"):
+        ilf.edge_strength(frame, "hed", model="mine")
+
+
+def test_three_scales_differ_from_one() -> None:
+    frame = _frame()
+    assert not np.array_equal(ilf.edge_strength(frame, "hed", multiscale=True), ilf.edge_strength(frame, "hed"))
