@@ -1,4 +1,4 @@
-"""The command line: `ilf complete`, `blocks`, `info`, `bench`, `sample`, `models`; no Qt."""
+"""The command line: `ilf complete`, `blocks`, `info`, `bench`, `experiments`, `sample`, `models`; no Qt."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from .. import __version__
 from ..errors import IlfError
-from . import bench, blocks, complete, info, models, sample
+from . import bench, blocks, complete, experiments, info, models, sample
 from .parsing import Parser, UsageError
 
 
@@ -52,7 +52,7 @@ def build_parser() -> Parser:
     )
     parser.add_argument("--version", action="version", version=f"ilf {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for module in (complete, blocks, info, bench, sample, models):
+    for module in (complete, blocks, info, bench, experiments, sample, models):
         module.add_command(commands)
     return parser
 

@@ -12,7 +12,7 @@ from ..bench.results import write_csv, write_json
 from ..errors import InputError
 from . import bench_blocks
 from .comparison import Column, advance, comparison_table, skipped_lines, unit_bar, warn
-from .parsing import Commands
+from .parsing import Commands, count, seed
 
 _PATTERNS_USED = "random,areas"
 
@@ -62,13 +62,13 @@ def add_command(commands: Commands) -> None:
         help="any of all; " + "; ".join(f"{group} = {','.join(names)}" for group, names in GROUPS.items())
         + f"; with {bench_blocks.MODE!r} any of all,{','.join(BLOCK_METHODS)} (default: all)",
     )  # fmt: skip
-    parser.add_argument("--limit", type=_count, metavar="N", help="take the first N frames only")
+    parser.add_argument("--limit", type=count, metavar="N", help="take the first N frames only")
     parser.add_argument(
-        "--seed", type=_seed, metavar="N", help="what the hidden pixels follow from, 0 or more (default: 0)"
+        "--seed", type=seed, metavar="N", help="what the hidden pixels follow from, 0 or more (default: 0)"
     )
     parser.add_argument(
         "--jobs",
-        type=_count,
+        type=count,
         default=1,
         metavar="N",
         help="frames at the same time; more than 1 spoils the seconds (default: 1)",
@@ -125,17 +125,3 @@ def _tables(result: BenchResult) -> list[str]:
         lines.append(f"{pattern}: {PATTERNS[pattern]} ({frames} frame{'s' * (frames != 1)}, seed {result.plan.seed})")
         lines += comparison_table(_COLUMNS, of_pattern)
     return lines
-
-
-def _count(text: str) -> int:
-    return _whole_number(text, 1)
-
-
-def _seed(text: str) -> int:
-    return _whole_number(text, 0)
-
-
-def _whole_number(text: str, least: int) -> int:
-    if not text.isdecimal() or int(text) < least:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {least} on")
-    return int(text)

@@ -137,6 +137,22 @@ def _reader(declaration: Declaration) -> Callable[[str], Value]:
     return read
 
 
+def count(text: str) -> int:
+    """A whole number from 1 on."""
+    return _whole_number(text, 1)
+
+
+def seed(text: str) -> int:
+    """A whole number from 0 on."""
+    return _whole_number(text, 0)
+
+
+def _whole_number(text: str, least: int) -> int:
+    if not text.isdecimal() or int(text) < least:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {least} on")
+    return int(text)
+
+
 def _metavar(declaration: Declaration) -> str:
     if declaration.choices:
         return "|".join(declaration.choices)

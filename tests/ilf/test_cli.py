@@ -152,7 +152,8 @@ def test_every_declared_parameter_has_a_flag(kind, prefix):
             flag = f"{prefix}{name.replace('_', '-')}"
             words = [flag if value else flag.replace("--", "--no-", 1)]
         else:
-            value = declaration.choices[-1] if declaration.choices else declaration.kind(declaration.maximum)
+            value = declaration.maximum if declaration.kind is not str else "mine"
+            value = declaration.choices[-1] if declaration.choices else declaration.kind(value)
             words = [f"{prefix}{name.replace('_', '-')}", str(value)]
         arguments = build_parser().parse_args(["complete", "a", "b", *words])
         assert parsing.given_parameters(arguments, kind) == {name: value}

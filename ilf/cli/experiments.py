@@ -1,0 +1,158 @@
+"""`ilf experiments`: the paper's experiments, and a report of what came out."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..io.folders import made_folder
+from .comparison import warn
+from .parsing import Commands, count, seed
+from .progress import Bar
+
+if TYPE_CHECKING:
+    from ..experiments import Progress
+
+_OUT = "experiments"
+"""Where results go if nothing is said."""
+
+
+def add_command(commands: Commands) -> None:
+    """Add the command to the parser."""
+    parser = commands.add_parser(
+        "experiments",
+        help="run the paper's experiments again, and report them beside the paper",
+        description="Run the paper's experiments again with fixed seeds, and report what came out beside what the "
+        "paper says.",
+        allow_abbrev=False,
+    )
+    actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
+    listing = actions.add_parser("list", help="name the experiments", allow_abbrev=False)
+    listing.set_defaults(command=_list)
+    _add_run(actions)
+    reporting = actions.add_parser(
+        "report",
+        help="write one HTML page of all results in a folder",
+        description="Write report.html, which needs no other file, from the results in a folder.",
+        allow_abbrev=False,
+    )
+    _add_out(reporting)
+    reporting.add_argument(
+        "--markdown",
+        metavar="FILE",
+        help="also write Markdown, with figures, but for those of your frames, in images/experiments beside it",
+    )
+    reporting.set_defaults(command=_report)
+
+
+def _add_run(actions: Commands) -> None:
+    parser = actions.add_parser(
+        "run",
+        help="run one experiment, or all",
+        description="Run experiments. Each writes NAME.json, NAME.csv and its figures as PNG and SVG when it is done; "
+        "after Ctrl+C the finished ones are whole.",
+        allow_abbrev=False,
+    )
+    parser.add_argument(
+        "names", metavar="NAME", help="any of the names that `ilf experiments list` shows, separated by commas, or all"
+    )
+    _add_out(parser)
+    parser.add_argument(
+        "--data",
+        type=Path,
+        metavar="PATH",
+        help="folder of frames for real and table, as `ilf bench` takes it, or nyu_depth_v2_labeled.mat (default: the "
+        "bundled sample)",
+    )
+    parser.add_argument(
+        "--split",
+        type=Path,
+        metavar="FILE",
+        help="which frames of nyu_depth_v2_labeled.mat: splits.mat (its test frames), or a text file with one number "
+        "from 1 per line (default: splits.mat beside it, or else all frames)",
+    )
+    parser.add_argument("--limit", type=count, metavar="N", help="take the first N frames of the data only")
+    parser.add_argument(
+        "--quick", action="store_true", help="fewer points, smaller grids, few frames: a check, not numbers"
+    )
+    parser.add_argument(
+        "--seed", type=seed, default=0, metavar="N", help="what noise and hidden pixels follow from (default: 0)"
+    )
+    parser.add_argument(
+        "--jobs",
+        type=count,
+        default=1,
+        metavar="N",
+        help="processes that share the work; more than 1 spoils the seconds (default: 1)",
+    )
+    parser.add_argument(
+        "--progress",
+        action=argparse.BooleanOptionalAction,
+        help="progress bar on stderr (default: if that is a terminal)",
+    )
+    parser.set_defaults(command=_run)
+
+
+def _add_out(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--out", default=_OUT, metavar="DIR", help=f"folder of the results (default: {_OUT})")
+
+
+def _list(arguments: argparse.Namespace) -> None:
+    from ..experiments import EXPERIMENTS
+
+    width = max(map(len, EXPERIMENTS))
+    for name, experiment in EXPERIMENTS.items():
+        print(f"{name:{width}}  {experiment.title} ({experiment.source})")
+
+
+def _run(arguments: argparse.Namespace) -> None:
+    from ..experiments import EXPERIMENTS, Settings, chosen_experiments, run_experiment, write_result
+    from ..experiments.sources import find_sources
+
+    names = chosen_experiments(arguments.names)
+    settings = Settings(
+        data=arguments.data,
+        split=arguments.split,
+        limit=arguments.limit,
+        quick=arguments.quick,
+        seed=arguments.seed,
+        jobs=arguments.jobs,
+    )
+    if any(EXPERIMENTS[name].needs_frames for name in names):
+        find_sources(settings)  # says what is wrong with the data before anything is run or made
+    folder = made_folder(arguments.out)
+    for name in names:
+        with _bar(arguments, name) as bar:
+            result = run_experiment(name, settings, partial(_advance, bar))
+        files = write_result(result, EXPERIMENTS[name], folder)
+        print(f"{name}: {len(result.rows)} rows in {result.seconds:.0f} s, {files[0]}", flush=True)
+        if EXPERIMENTS[name].needs_frames:
+            warn(f"{name}: {note}" for note in result.notes)
+    print(f"Report them: ilf experiments report --out {folder}")
+
+
+def _report(arguments: argparse.Namespace) -> None:
+    from ..experiments import write_report
+
+    for path in write_report(arguments.out, markdown_file=arguments.markdown):
+        print(f"Written: {path}")
+
+
+def _bar(arguments: argparse.Namespace, name: str) -> Bar:
+    shown = sys.stderr.isatty() if arguments.progress is None else arguments.progress
+    return Bar(
+        total=0,
+        disable=not shown,
+        mininterval=0,
+        leave=False,
+        dynamic_ncols=True,
+        bar_format=f"{name} {{n_fmt}}/{{total_fmt}} |{{bar:30}}| {{elapsed}}",
+    )
+
+
+def _advance(bar: Bar, progress: Progress) -> None:
+    bar.total = progress.total
+    bar.update(progress.done - bar.n)

@@ -1,0 +1,168 @@
+"""An experiment's result as files: rows as JSON and CSV, longer tables as CSV, figures as PNG and SVG."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..bench.result_files import write_content
+from ..errors import FormatError, InputError
+from ..io.atomic import write_bytes
+from ..io.files import read_json
+from .experiment import Drawing, Experiment, Result, Row
+
+PNG_DPI = 110
+
+
+@dataclass(frozen=True)
+class StoredFigure:
+    """A figure that lies in files: their stem, and what `Drawing` says about it."""
+
+    stem: str
+    caption: str
+    shows_data: bool
+
+
+@dataclass(frozen=True)
+class StoredResult:
+    """What NAME.json holds: see `Result`; figures by their files."""
+
+    experiment: str
+    title: str
+    source: str
+    about: str
+    parameters: dict[str, Any]
+    seed: int
+    quick: bool
+    seconds: float
+    notes: list[str]
+    figures: list[StoredFigure]
+    rows: list[Row]
+
+
+def write_result(result: Result, experiment: Experiment, folder: str | os.PathLike[str]) -> list[Path]:
+    """Write a result into a folder, every file atomically and NAME.json last, so what it names is there.
+
+    Parameters
+    ----------
+    result : Result
+        As `run_experiment` gives it.
+    experiment : Experiment
+        The one that it is of.
+    folder : path-like
+        There already.
+
+    Returns
+    -------
+    list of Path
+        NAME.json, NAME.csv, NAME-TABLE.csv and NAME-FIGURE.png and .svg, in this order.
+
+    Raises
+    ------
+    ExportError
+        If a file cannot be written.
+    """
+    root, name = Path(folder), result.experiment
+    written = []
+    for stem, rows in ((name, result.rows), *((f"{name}-{key}", table) for key, table in result.tables.items())):
+        written.append(root / f"{stem}.csv")
+        write_bytes(written[-1], _csv(rows))
+    drawings = experiment.draw(result)
+    for drawing in drawings:
+        for suffix in ("png", "svg"):
+            written.append(root / f"{name}-{drawing.key}.{suffix}")
+            write_bytes(written[-1], rendered(drawing, suffix))
+    content = {
+        "experiment": name,
+        "title": experiment.title,
+        "source": experiment.source,
+        "about": experiment.about,
+        "parameters": result.parameters,
+        "seed": result.seed,
+        "quick": result.quick,
+        "seconds": result.seconds,
+        "notes": result.notes,
+        "figures": [
+            {"stem": f"{name}-{drawing.key}", "caption": drawing.caption, "shows_data": drawing.shows_data}
+            for drawing in drawings
+        ],
+        "rows": result.rows,
+    }
+    write_content(root / f"{name}.json", _without_nan(content))
+    return [root / f"{name}.json", *written]
+
+
+def rendered(drawing: Drawing, form: str) -> bytes:
+    """A figure as the content of a "png" or "svg" file, always the same for the same figure."""
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    buffer = io.BytesIO()
+    FigureCanvasAgg(drawing.figure)
+    # names in an SVG are random and its date is today's without these
+    with matplotlib.rc_context({"svg.hashsalt": drawing.key}):
+        drawing.figure.savefig(buffer, format=form, dpi=PNG_DPI, metadata={"Date": None} if form == "svg" else None)
+    return buffer.getvalue()
+
+
+def read_result(path: str | os.PathLike[str]) -> StoredResult:
+    """Read NAME.json.
+
+    Raises
+    ------
+    InputError
+        If there is no such file.
+    FormatError
+        If it is not what `write_result` writes.
+    """
+    content = read_json(path)
+    try:
+        fields = {name: content[name] for name in StoredResult.__dataclass_fields__}
+        fields["figures"] = [StoredFigure(**figure) for figure in fields["figures"]]
+        stored = StoredResult(**fields)
+        if not (stored.rows and all(isinstance(row, dict) for row in stored.rows)):
+            raise TypeError("rows")
+    except (KeyError, TypeError) as error:
+        raise FormatError(f"{path} is not the result of an experiment ({error}). Run the experiment again.") from error
+    return stored
+
+
+def stored_results(folder: str | os.PathLike[str], names: Sequence[str]) -> list[StoredResult]:
+    """The results that lie in a folder, in the order of the names.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    FormatError
+        If one cannot be read.
+    """
+    root = Path(folder)
+    found = [root / f"{name}.json" for name in names if (root / f"{name}.json").is_file()]
+    if not found:
+        raise InputError(f"{root} has no results of experiments. Run them first: ilf experiments run all --out {root}.")
+    return [read_result(path) for path in found]
+
+
+def _csv(rows: Sequence[Row]) -> bytes:
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    text = io.StringIO()
+    writer = csv.DictWriter(text, names, restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue().encode()
+
+
+def _without_nan(value: Any) -> Any:
+    """JSON knows no NaN: None stands for it."""
+    if isinstance(value, dict):
+        return {name: _without_nan(item) for name, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_nan(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

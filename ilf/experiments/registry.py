@@ -1,0 +1,104 @@
+"""All experiments by name, and how one is run."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+from ..bench.choices import chosen_names
+from ..errors import ParameterError
+from .convergence import run_convergence
+from .convergence_view import compare_convergence, draw_convergence
+from .cylinder import CYLINDER, CYLINDER_NOISE
+from .experiment import Experiment, Progress, Result, Settings
+from .limits import LIMITS
+from .real import run_real
+from .real_view import compare_real, draw_real
+from .sphere import SPHERE
+from .table import run_table
+from .table_view import compare_table, draw_table
+
+_CONVERGENCE = Experiment(
+    name="convergence",
+    title="How the iteration goes on",
+    source="Fig. 2 and 3",
+    about="One block in colour with exact truth: sigma_i, the L1 norm and the error against iteration, with and "
+    "without colour.",
+    run=run_convergence,
+    draw=draw_convergence,
+    compare=compare_convergence,
+)
+
+_REAL = Experiment(
+    name="real",
+    title="Real frames, and a halogen-like spot",
+    source="Fig. 7 and 8",
+    about="Frames of several sensors, raw and completed, and their clouds; a round spot of 15 cm is punched into known "
+    "depth.",
+    run=run_real,
+    draw=draw_real,
+    compare=compare_real,
+    needs_frames=True,
+)
+
+_TABLE = Experiment(
+    name="table",
+    title="Errors over all operation blocks",
+    source="Fig. 9 and Table 1",
+    about="Known depth is hidden, every method completes it, and errors are taken over all blocks, weighted by pixels; "
+    "the paper's selective mean stands beside them.",
+    run=run_table,
+    draw=draw_table,
+    compare=compare_table,
+    needs_frames=True,
+)
+
+EXPERIMENTS: dict[str, Experiment] = {
+    experiment.name: experiment
+    for experiment in (_CONVERGENCE, CYLINDER, SPHERE, CYLINDER_NOISE, _REAL, _TABLE, LIMITS)
+}
+"""Name -> experiment, in the order of the paper."""
+
+ALL = "all"
+"""The name that means all of them."""
+
+
+def chosen_experiments(names: str) -> list[str]:
+    """Names of the experiments that a comma-separated list means, each once; "all" means all of them.
+
+    Raises
+    ------
+    ParameterError
+        For an unknown name.
+    """
+    return chosen_names(names, EXPERIMENTS, {ALL: tuple(EXPERIMENTS)}, what="experiment")
+
+
+def run_experiment(
+    name: str, settings: Settings | None = None, on_progress: Callable[[Progress], None] | None = None
+) -> Result:
+    """Run one experiment.
+
+    Parameters
+    ----------
+    name : str
+        One of `EXPERIMENTS`.
+    settings : Settings, optional
+    on_progress : callable, optional
+        Called with every `Progress`; raise `Cancelled` in it to stop.
+
+    Raises
+    ------
+    ParameterError
+        For an unknown name.
+    InputError, FormatError
+        If the data cannot be used.
+    """
+    if name not in EXPERIMENTS:
+        raise ParameterError(f"There is no experiment {name!r}. Known: {', '.join(EXPERIMENTS)}.")
+    chosen = settings or Settings()
+    report = on_progress or (lambda progress: None)
+    started = time.perf_counter()
+    result = EXPERIMENTS[name].run(chosen, lambda done, total: report(Progress(name, done, total)))
+    return replace(result, experiment=name, seed=chosen.seed, quick=chosen.quick, seconds=time.perf_counter() - started)
