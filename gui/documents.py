@@ -26,7 +26,6 @@ from ilf.completion import compose
 from ilf.errors import IlfError
 from ilf.export import ExportOptions, ExportReport, export, output_folder_name
 from ilf.io import read_labels
-from ilf.parameters import BlockParameters
 from ilf.run_record import make_run_record
 
 if TYPE_CHECKING:
@@ -67,8 +66,8 @@ class Documents(QObject):
         self._window.log.add(message)
 
     def report(self, what: str, error: Exception) -> None:
-        """Say plainly what went wrong. What IlfError and the operating system say is meant for people."""
-        text = str(error) if isinstance(error, (IlfError, OSError)) else f"{type(error).__name__}: {error}"
+        """Say plainly what went wrong."""
+        text = error_text(error)
         self._window.log.add(f"{what}: {text}")
         box = QMessageBox(QMessageBox.Icon.Warning, what, text, QMessageBox.StandardButton.Ok, self._window)
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -132,14 +131,6 @@ class Documents(QObject):
         else:
             self._workspace.replace_labels(labels, "Load blocks")
 
-    def extract(self) -> None:
-        """Extract the blocks again, with the parameters of the panel."""
-        self._loader.extract(self._workspace.session)
-
-    def take_extraction_parameters(self, parameters: BlockParameters) -> None:
-        """The user set other parameters of EBS; they are used at the next extraction."""
-        self._workspace.extraction_parameters = parameters
-
     # frames
 
     def show_frame(self, key: str) -> None:
@@ -172,7 +163,8 @@ class Documents(QObject):
         return self._may_discard(self._workspace.sessions)
 
     def _may_discard(self, sessions: list[Session]) -> bool:
-        unsaved = [session.name for session in sessions if session.unsaved or self._runs.session is session]
+        running = None if self._runs.resolving else self._runs.session
+        unsaved = [session.name for session in sessions if session.unsaved or session is running]
         if not unsaved or self.discard_silently:
             return True
         answer = QMessageBox.question(
@@ -291,6 +283,11 @@ class Documents(QObject):
     def shutdown(self) -> None:
         """Wait for an export that is under way, before the window closes."""
         self._exporter.shutdown()
+
+
+def error_text(error: Exception) -> str:
+    """What to tell of an error. What IlfError and the operating system say is meant for people."""
+    return str(error) if isinstance(error, (IlfError, OSError)) else f"{type(error).__name__}: {error}"
 
 
 def _export_folder(session: Session) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import Counter, deque
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
@@ -16,7 +17,7 @@ from gui.session import Session
 from gui.worker import Worker
 from gui.workspace import Workspace
 from ilf.completion import prepare
-from ilf.ebs import extract_blocks
+from ilf.ebs import Extraction, extract
 from ilf.frame import RGBDFrame
 from ilf.io import load_frame
 from ilf.parameters import BlockParameters, Parameters, preset
@@ -33,6 +34,9 @@ class _Opened:
     key: str
     labels: NDArray[np.int32]
     extraction: BlockParameters | None
+    found: Extraction | None = None
+    """What has just been extracted; None if the blocks come from a record."""
+    seconds: float = 0.0
     edited: bool = False
     parameters: dict[int, Parameters] | None = None
     warnings: tuple[str, ...] = ()
@@ -41,8 +45,9 @@ class _Opened:
 @dataclass(frozen=True, eq=False)
 class _Extracted:
     session: Session
-    labels: NDArray[np.int32]
-    extraction: BlockParameters
+    found: Extraction
+    parameters: BlockParameters
+    seconds: float
 
 
 Job = Callable[[], _Opened | _Extracted]
@@ -57,6 +62,9 @@ class FrameLoader(QObject):
         What is being done, or "" when idle.
     message(str)
         What an opening or an extraction gave.
+    extracted(object, object, object, float)
+        An RGBDFrame that is about to become the present one or is it, BlockParameters, the Extraction with them, and
+        the seconds that it took.
     failed(str, object)
         What was tried, and the exception.
     idle()
@@ -65,6 +73,7 @@ class FrameLoader(QObject):
 
     busy_changed = Signal(str)
     message = Signal(str)
+    extracted = Signal(object, object, object, float)
     failed = Signal(str, object)
     idle = Signal()
 
@@ -106,14 +115,17 @@ class FrameLoader(QObject):
         self._workspace.show_session(session)
         return True
 
-    def extract(self, session: Session) -> None:
-        """Extract the blocks of an open frame again, with the workspace's parameters."""
+    def extract(self, session: Session, found: Extraction | None = None) -> None:
+        """Extract the blocks of an open frame again, with the workspace's parameters.
+
+        With `found`, which must be what they give, it need not be done again: the blocks are there at once.
+        """
         parameters = self._workspace.extraction_parameters
         frame = session.frame
-        self._add(
-            f"Extract blocks of {session.name}",
-            lambda: _Extracted(session, extract_blocks(frame, parameters), parameters),
-        )
+        if found is not None:
+            self._take_extraction(_Extracted(session, found, parameters, 0.0))
+        else:
+            self._add(f"Extract blocks of {session.name}", lambda: _extract(session, frame, parameters))
 
     def shutdown(self) -> bool:
         """Stop before the window closes. True if the thread has ended."""
@@ -144,17 +156,24 @@ class FrameLoader(QObject):
         if isinstance(outcome, _Opened):
             if not self._shown_already(outcome.origin, outcome.key):
                 self._add_session(outcome)
-            session = self._workspace.session
-        else:
-            session = outcome.session
-            if session in self._workspace.sessions:
-                self._workspace.set_extracted(session, outcome.labels, outcome.extraction)
-        covered = float((session.labels > 0).mean())
-        count = len(session.counts())
-        self.message.emit(f"{session.name}: {count} block{'s' * (count != 1)} cover {covered:.1%} of the frame.")
+            self._tell_blocks(self._workspace.session, outcome.found.note if outcome.found is not None else "")
+        elif outcome.session in self._workspace.sessions:
+            if outcome.session is self._workspace.session:
+                self.extracted.emit(outcome.session.frame, outcome.parameters, outcome.found, outcome.seconds)
+            self._take_extraction(outcome)
         self._next()
 
+    def _take_extraction(self, outcome: _Extracted) -> None:
+        kept = self._workspace.set_extracted(outcome.session, outcome.found.blocks, outcome.parameters)
+        self._tell_blocks(outcome.session, " ".join(filter(None, (_describe_kept(*kept), outcome.found.note))))
+
+    def _tell_blocks(self, session: Session, note: str) -> None:
+        text = f"{session.name}: {describe_blocks(len(session.counts()), session.labels)}."
+        self.message.emit(f"{text} {note}".strip())
+
     def _add_session(self, opened: _Opened) -> None:
+        if opened.found is not None:
+            self.extracted.emit(opened.frame, opened.extraction, opened.found, opened.seconds)
         session = Session(opened.frame, opened.origin, opened.key)
         session.take_blocks(opened.labels, opened.extraction, opened.edited)
         replaced = self._workspace.session_of(opened.key)
@@ -186,11 +205,38 @@ class FrameLoader(QObject):
         self._next()
 
 
+def describe_blocks(count: int, labels: NDArray[np.int32]) -> str:
+    """How many blocks there are in a label map, and how much of the frame they cover."""
+    covered = float((labels > 0).mean())
+    return f"{count} block{'s' * (count != 1)} cover{'s' * (count == 1)} {covered:.1%} of the frame"
+
+
+def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
+    """What an extraction has left as it was; "" for nothing."""
+    counts = [f"{locked} locked"] * (locked > 0) + [f"{by_hand} made by hand"] * (by_hand > 0)
+    if not counts:
+        return ""
+    text = f"Kept: {', '.join(counts)}."
+    if all_kept and by_hand:
+        text += " Those are all blocks: switch off 'Keep blocks made by hand' to have them extracted anew."
+    return text
+
+
+def _timed(frame: RGBDFrame, parameters: BlockParameters) -> tuple[Extraction, float]:
+    begun = time.perf_counter()
+    return extract(frame, parameters), time.perf_counter() - begun
+
+
+def _extract(session: Session, frame: RGBDFrame, parameters: BlockParameters) -> _Extracted:
+    found, seconds = _timed(frame, parameters)
+    return _Extracted(session, found, parameters, seconds)
+
+
 def _open(source: FrameSource, parameters: BlockParameters) -> _Opened:
     frame = load_frame(source.rgb, source.depth, depth_units=source.depth_units, intrinsics=source.intrinsics)
-    labels = extract_blocks(frame, parameters)
+    found, seconds = _timed(frame, parameters)
     prepare(frame, preset())  # here and now, rather than when the first slider is moved
-    return _Opened(frame, source, source.key, labels, parameters)
+    return _Opened(frame, source, source.key, found.blocks, parameters, found, seconds)
 
 
 def _open_run(path: Path) -> _Opened:

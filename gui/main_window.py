@@ -24,6 +24,7 @@ from gui.actions import Actions
 from gui.documents import Documents
 from gui.editor import Editor
 from gui.expected_errors import ExpectedErrors
+from gui.experiments.menu import ExperimentsMenu
 from gui.loader import FrameLoader
 from gui.panels.block_table import BlockTable
 from gui.panels.extraction_panel import ExtractionPanel
@@ -32,21 +33,25 @@ from gui.panels.frame_list import FrameList
 from gui.panels.log import LogPanel
 from gui.presenter import Presenter
 from gui.runs import RunController
+from gui.stage_presenter import StagePresenter
 from gui.views.cloud_view import CloudView
 from gui.views.colour_maps import DEPTH_MAPS
 from gui.views.curves import CurvesPanel
 from gui.views.linked_views import LAYOUTS, LinkedViews
+from gui.views.stages import STAGES
 from gui.workspace import Workspace
 
 _LAYOUT_TEXTS = {
     "grid": "Four views",
     "grid-difference": "Four, difference",
+    "grid-extraction": "Four, extraction",
     "row": "Side by side",
     "colour": "Colour + blocks",
     "depth-in": "Depth in",
     "depth-out": "Depth out",
     "difference": "Difference",
     "expected-error": "Expected error",
+    "extraction": "Extraction",
 }
 _OPACITY = 45
 DEFAULT_SIZE = (1440, 900)
@@ -83,6 +88,7 @@ class MainWindow(QMainWindow):
         self.editor = Editor(self.workspace, self.views, self)
         self.documents = Documents(self, self.workspace, self.loader, self.runs)
         self.presenter = Presenter(self)
+        self.stages = StagePresenter(self)
 
         self.centre = QTabWidget()
         self.centre.setDocumentMode(True)
@@ -170,9 +176,27 @@ class MainWindow(QMainWindow):
         for dock in self._docks:
             view.addAction(dock.toggleViewAction())
         view.addSeparator()
+        view.addMenu(self._layout_menu())
+        self._fill(view.addMenu("&Stage of the extraction"), " ".join(f"stage_{name}" for name in STAGES))
         view.addMenu(self._depth_map_menu())
         view.addMenu(self.documents.theme_menu())
+        self.experiments = ExperimentsMenu(self)
+        self.menuBar().addMenu(self.experiments)
         self._fill(self.menuBar().addMenu("&Help"), "about")
+
+    def _layout_menu(self) -> QMenu:
+        menu = QMenu("&Layout", self)
+        group = QActionGroup(menu)
+        for name in LAYOUTS:
+            if name == LAYOUTS[len(LAYOUTS) - len(self.views.cells)]:
+                menu.addSeparator()
+            action = menu.addAction(_LAYOUT_TEXTS[name])
+            action.setCheckable(True)
+            action.setChecked(name == LAYOUTS[0])
+            group.addAction(action)
+            action.triggered.connect(lambda _=False, name=name: self.views.set_layout(name))
+            self.views.layoutChanged.connect(lambda shown, name=name, action=action: action.setChecked(shown == name))
+        return menu
 
     def _depth_map_menu(self) -> QMenu:
         menu = QMenu("Depth &colours", self)
@@ -235,7 +259,7 @@ class MainWindow(QMainWindow):
             "save_picture": documents.ask_save_picture,
             "close_frame": documents.close_frame,
             "quit": self.close,
-            "extract": documents.extract,
+            "extract": self.stages.extract,
             "new_block": editor.new_block,
             "delete_blocks": editor.delete_selected,
             "merge_blocks": editor.merge_selected,
@@ -246,7 +270,7 @@ class MainWindow(QMainWindow):
             "run_selected": lambda: runs.start(set(workspace.session.selected) & set(workspace.session.counts())),
             "step": self._step,
             "cancel": runs.cancel,
-            "clear_results": workspace.clear_results,
+            "clear_results": runs.clear_results,
             "give_up": editor.cancel,
             "brush_smaller": lambda: editor.change_brush(-1),
             "brush_larger": lambda: editor.change_brush(1),
@@ -264,8 +288,11 @@ class MainWindow(QMainWindow):
         for name in editor.tools:
             self.actions_[f"tool_{name}"].triggered.connect(lambda _=False, name=name: editor.set_tool(name))
 
+        self._connect_extraction()
+
         workspace.sessions_changed.connect(presenter.show_frames)
         workspace.session_changed.connect(presenter.show_session)
+        workspace.session_changed.connect(self.stages.refresh)
         workspace.labels_changed.connect(presenter.show_labels)
         workspace.infos_changed.connect(presenter.show_infos)
         workspace.results_changed.connect(presenter.show_results)
@@ -310,7 +337,20 @@ class MainWindow(QMainWindow):
         self.blocks.contextMenuRequested.connect(lambda place, _: presenter.show_block_menu(place))
         self.filter_panel.edited.connect(presenter.take_parameters)
         self.filter_panel.scope_changed.connect(presenter.show_parameters)
-        self.extraction_panel.edited.connect(documents.take_extraction_parameters)
+
+    def _connect_extraction(self) -> None:
+        stages, panel = self.stages, self.extraction_panel
+        for name in STAGES:
+            self.actions_[f"stage_{name}"].triggered.connect(lambda _=False, name=name: stages.show_stage(name))
+        self.actions_[f"stage_{self.views.extraction.stage}"].setChecked(True)
+        self.views.extraction.stageChanged.connect(lambda name: self.actions_[f"stage_{name}"].setChecked(True))
+        self.views.extraction.stageChanged.connect(lambda _: stages.refresh())
+        self.views.layoutChanged.connect(lambda _: stages.refresh())
+        self.centre.currentChanged.connect(lambda _: stages.refresh())
+        self.loader.extracted.connect(stages.hold)
+        panel.edited.connect(stages.take_parameters)
+        panel.preview_switched.connect(stages.switch)
+        panel.keeping_switched.connect(stages.take_keeping)
 
     def _pause(self, checked: bool) -> None:
         (self.runs.pause if checked else self.runs.resume)()
@@ -355,8 +395,10 @@ class MainWindow(QMainWindow):
             return
         self.runs.shutdown()
         self.errors.shutdown()
+        self.stages.shutdown()
         self.loader.shutdown()
         self.documents.shutdown()
+        self.experiments.shutdown()
         if self._remembers:
             settings = QSettings()
             settings.setValue("window/geometry", self.saveGeometry())

@@ -101,6 +101,7 @@ class RunController(QObject):
         self._preview_time = 0.0
         self._report_time = 0.0
         self._stopping = False
+        self._abandoned = False
         self._resolving = 0
         self._next: _FollowUp | None = None
         self._patience = QTimer(self, singleShot=True)
@@ -229,12 +230,21 @@ class RunController(QObject):
             self._worker.cancel()
             self.state_changed.emit()
 
+    def clear_results(self) -> None:
+        """Forget all results of the present frame, also the one that a re-solve under way is about to give."""
+        if self._resolving and self.session is self._workspace.session:
+            self._abandoned = True
+            self.cancel()
+        self._workspace.clear_results()
+
     def shutdown(self) -> bool:
         """Stop for good, before the window closes. True if the thread has ended."""
         self._patience.stop()
         return self._worker.shutdown()
 
     def _take(self, batch: list[tuple[Progress, Previews | None]]) -> None:
+        if self._abandoned:
+            return
         fresh: dict[int, list[IterationRecord]] = {}
         for progress, _ in batch:
             if progress.record is not None:
@@ -262,6 +272,8 @@ class RunController(QObject):
         self.state_changed.emit()
 
     def _end(self, how: str) -> None:
+        if self._abandoned:
+            self._unreported.clear()
         self._report()
         run, self._run = self._run, None
         session, self.session = self.session, None
@@ -271,7 +283,7 @@ class RunController(QObject):
         seconds = time.perf_counter() - self._started
         self._patience.stop()
         self._preview_time = self._report_time = 0.0
-        self._stopping = False
+        self._stopping = self._abandoned = False
         self.live = {}
         if following is not None and self._workspace.has_session and following.session is self._workspace.session:
             following.action()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +10,19 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoGroup
 
 from gui.commands import EditInfo, EditLabels
+from gui.reextraction import flow_around, keep_under, made_by_hand
 from gui.session import BlockNotes, Session
 from ilf.completion import BlockResult
 from ilf.ebs.edit import LabelPatch, patch_between
 from ilf.parameters import DEFAULT_PRESET, BlockParameters, Parameters, preset
+
+
+class Kept(NamedTuple):
+    """How many blocks stayed as they were when blocks were extracted again, and whether there are no others."""
+
+    locked: int
+    by_hand: int
+    all_of_them: bool
 
 
 class Workspace(QObject):
@@ -40,6 +49,8 @@ class Workspace(QObject):
         self.undo_group = QUndoGroup(self)
         self.parameters: Parameters = preset(DEFAULT_PRESET)
         self.extraction_parameters = BlockParameters()
+        self.keeps_handmade = True
+        """Whether blocks that were made by hand stay when blocks are extracted again, as locked ones do."""
         self._session: Session | None = None
 
     @property
@@ -84,17 +95,25 @@ class Workspace(QObject):
         session.undo_stack.clear()  # commands and session hold each other, and would never be freed
         self.sessions_changed.emit()
 
-    def set_extracted(self, session: Session, labels: NDArray[np.int32], used: BlockParameters) -> None:
-        """Take the blocks of another extraction as one undoable step; locked blocks stay as they are."""
+    def set_extracted(self, session: Session, labels: NDArray[np.int32], used: BlockParameters) -> Kept:
+        """Take the blocks of another extraction as one undoable step, around the blocks that stay as they are."""
         self.prepare_change(session)
-        kept = _keep_locked(session.labels, labels, session.locked)
-        self._replace(session, kept, "Extract blocks", used, None if session.locked else kept.copy())
+        present = session.labels
+        locked = session.locked & set(session.counts())
+        by_hand = made_by_hand(present, session.notes.extracted) - locked if self.keeps_handmade else frozenset()
+        kept = locked | by_hand
+        around = flow_around(present, kept, labels, used.min_size / 100 * labels.size)
+        # what stays is not from this extraction, and is therefore still told apart at the next one
+        extracted = np.where(np.isin(present, list(kept)), 0, around).astype(np.int32)
+        self._replace(session, around, "Extract blocks", used, extracted, kept)
+        return Kept(len(locked), len(by_hand), kept == set(session.counts()))
 
     def replace_labels(self, labels: NDArray[np.int32], text: str) -> None:
         """Take another label map for the present frame as one undoable step; locked blocks stay."""
         session = self.session
         self.prepare_change(session)
-        self._replace(session, _keep_locked(session.labels, labels, session.locked), text, None, None)
+        locked = session.locked
+        self._replace(session, keep_under(session.labels, locked, labels), text, None, None, locked)
 
     def _replace(
         self,
@@ -103,15 +122,16 @@ class Workspace(QObject):
         text: str,
         extraction: BlockParameters | None,
         extracted: NDArray[np.int32] | None,
+        kept: frozenset[int],
     ) -> None:
         patch = patch_between(session.labels, labels)
         if patch is None:
             session.notes.extraction, session.notes.extracted = extraction, extracted
             return
-        old, locked = session.notes, session.locked
+        old = session.notes
         notes = BlockNotes(
-            {label: info for label, info in old.infos.items() if label in locked},
-            {label: values for label, values in old.parameters.items() if label in locked},
+            {label: info for label, info in old.infos.items() if label in kept},
+            {label: values for label, values in old.parameters.items() if label in kept},
             extraction,
             extracted,
         )
@@ -171,8 +191,13 @@ class Workspace(QObject):
         """Called by commands after the label map has changed."""
         if session is not self._session:
             return
-        present = set(np.unique(patch.before)) | set(np.unique(patch.after))
-        gone = [label for label in session.selected if label in present and not (session.labels == label).any()]
+        left = session.counts()
+        # a block that is yet to be painted has never been there
+        gone = [
+            label
+            for label in session.selected
+            if label not in left and ((patch.before == label).any() or (patch.after == label).any())
+        ]
         self.labels_changed.emit(patch.box)
         self.results_changed.emit()
         if gone:
@@ -182,12 +207,3 @@ class Workspace(QObject):
         """Called by commands after a name, colour or lock has changed."""
         if session is self._session:
             self.infos_changed.emit()
-
-
-def _keep_locked(present: NDArray[np.int32], labels: NDArray[np.int32], locked: frozenset[int]) -> NDArray[np.int32]:
-    """Another label map around the locked blocks, whose numbers the new blocks leave free."""
-    if not locked:
-        return labels
-    free = (number for number in itertools.count(1) if number not in locked)
-    numbers = np.array([0, *itertools.islice(free, int(labels.max()))], np.int32)
-    return np.where(np.isin(present, list(locked)), present, numbers[labels])

@@ -18,6 +18,7 @@ DEPTH_MAPS = {
 """Colour maps offered for depth: our name -> pyqtgraph's."""
 
 _ERROR_MAP = "inferno"
+_STRENGTH_MAP = "magma"
 _SAMPLES = 50_000
 _SMALLEST_DIFFERENCE = 1.0
 
@@ -43,6 +44,11 @@ def difference_table(dark: bool) -> NDArray[np.uint8]:
 def error_table() -> NDArray[np.uint8]:
     """Lookup table of expected errors, from small and dark to large and bright."""
     return _table(_ERROR_MAP)
+
+
+def strength_table() -> NDArray[np.uint8]:
+    """Lookup table of edge strength, from none and dark to sure and bright."""
+    return _table(_STRENGTH_MAP)
 
 
 def to_indices(values: NDArray[np.floating], low: float, high: float) -> NDArray[np.uint8]:

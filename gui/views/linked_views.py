@@ -1,4 +1,4 @@
-"""The window's centre: colour + blocks, depth in, depth out, difference and expected error, all linked."""
+"""The window's centre: colour + blocks, depth in and out, difference, expected error, extraction, all linked."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPoint, QSize, Qt, Signal
-from PySide6.QtGui import QBrush, QColor, QPainterPath, QPalette
-from PySide6.QtWidgets import QGridLayout, QLabel, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtGui import QBrush, QColor, QPainterPath
+from PySide6.QtWidgets import QGridLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from .. import theme
 from ..tools.pointer import PointerHandler
@@ -21,9 +21,11 @@ from .colour_maps import (
     robust_error_levels,
     to_indices,
 )
+from .empty_hint import EmptyHint
 from .items import hatch_brush
 from .navigation import Navigation
 from .overlay import BlockOverlay, block_outline
+from .stage_cell import StageCell
 from .view_cell import ViewCell
 from .view_transform import ViewTransform
 
@@ -39,17 +41,17 @@ _FIRST_THREE = ("colour", "depth-in", "depth-out")
 _GRIDS = {
     "grid": dict(zip((*_FIRST_THREE, "expected-error"), _SQUARE, strict=True)),
     "grid-difference": dict(zip((*_FIRST_THREE, "difference"), _SQUARE, strict=True)),
+    "grid-extraction": dict(zip(("colour", "depth-in", "extraction", "depth-out"), _SQUARE, strict=True)),
     "row": dict(zip((*_FIRST_THREE, "expected-error"), _LINE, strict=True)),
 }
-LAYOUTS = (*_GRIDS, *_CELLS)
+LAYOUTS = (*_GRIDS, *_CELLS, "extraction")
 """Names that `LinkedViews.set_layout` takes."""
 
-_HINT = "Drop a colour and a depth file here, or open a frame (Ctrl+O)"
 _NO_RESULT = "No result yet"
 
 
 class LinkedViews(QWidget):
-    """Five views of one frame, up to four at a time, with one pan, one zoom and one crosshair.
+    """Six views of one frame, up to four at a time, with one pan, one zoom and one crosshair.
 
     The left button goes to the pointer handler first and pans if that does not want it; the middle button and
     space + left pan; the wheel zooms at the cursor; arrows, plus and minus do the same by keyboard.
@@ -82,13 +84,14 @@ class LinkedViews(QWidget):
         self._layout_name = self._layout_before = "grid"
 
         self.cells = {name: ViewCell(title, unit, self._navigation.handle) for name, (title, unit) in _CELLS.items()}
+        self.extraction = self.cells["extraction"] = StageCell(self._navigation.handle)
         self._views = [cell.view for cell in self.cells.values()]
         self._overlay = BlockOverlay()
         self.cells["colour"].view.place(self._overlay.item, 1)
         self._filled = self.cells["difference"].view.add_layer(-0.5)
         self._measured = self.cells["expected-error"].view.add_layer(-0.5)
 
-        self._hint = _Hint()
+        self._hint = EmptyHint()
         self._sheet = QWidget()
         self._sheet.setObjectName("sheet")
         self._grid = QGridLayout(self._sheet)
@@ -159,6 +162,7 @@ class LinkedViews(QWidget):
         self.set_preview(None)
         self.set_result(None)
         self.set_expected_error(None)
+        self.extraction.show_message("")
 
     def set_result(self, depth_out: NDArray[np.float32] | None) -> None:
         """Show completed depth [m], float32 (H, W), NaN where not recovered, and its difference; None for none.
@@ -192,6 +196,11 @@ class LinkedViews(QWidget):
     def shows_expected_error(self) -> bool:
         """Whether the view of the expected error is to be seen."""
         return self.cells["expected-error"].isVisible()
+
+    @property
+    def shows_extraction(self) -> bool:
+        """Whether the view of the extraction is to be seen."""
+        return self.extraction.isVisible()
 
     # blocks, selection, preview
 
@@ -283,7 +292,7 @@ class LinkedViews(QWidget):
         self._show_transform()
 
     def set_layout(self, name: str) -> None:
-        """Arrange the views: "grid", "row", or one alone by its name."""
+        """Arrange the views: by one of `LAYOUTS`, some of them or one alone."""
         if name not in LAYOUTS:
             raise ValueError(f"layout must be one of {', '.join(LAYOUTS)}, not {name!r}")
         if name == self._layout_name:
@@ -406,28 +415,6 @@ class LinkedViews(QWidget):
         if event.type() == QEvent.Type.PaletteChange:
             self._take_theme()
         super().changeEvent(event)
-
-
-class _Hint(QWidget):
-    """What to do while no frame is open."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._picture = QLabel(alignment=Qt.AlignmentFlag.AlignCenter)
-        self._text = QLabel(_HINT, alignment=Qt.AlignmentFlag.AlignCenter, wordWrap=True)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(24, 24, 24, 24)
-        layout.setSpacing(12)
-        layout.addStretch()
-        layout.addWidget(self._picture)
-        layout.addWidget(self._text)
-        layout.addStretch()
-
-    def set_colours(self, colours: theme.Colours) -> None:
-        palette = QPalette(self._text.palette())
-        palette.setColor(QPalette.ColorRole.WindowText, colours.muted)
-        self._text.setPalette(palette)
-        self._picture.setPixmap(theme.icon("ph.image", palette).pixmap(QSize(48, 48)))
 
 
 def _mark_table(colour: QColor) -> NDArray[np.uint8]:

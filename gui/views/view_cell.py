@@ -14,6 +14,7 @@ from .image_view import ImageView
 
 _PAD = 8
 _SWATCH = 11
+_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 class TitleStrip(QWidget):
@@ -25,6 +26,7 @@ class TitleStrip(QWidget):
         super().__init__(parent)
         self.title = title
         self._legend: list[tuple[QBrush, str]] = []
+        self._text = ""
         self._colours: Colours | None = None
         font = self.font()
         font.setPointSizeF(font.pointSizeF() * 0.9)
@@ -36,6 +38,17 @@ class TitleStrip(QWidget):
         """Take the colours of the theme."""
         self._colours = colours
         self.update()
+
+    @property
+    def caption_end(self) -> int:
+        """Where the caption ends and other things may begin, in pixels from the left."""
+        return 2 * _PAD + self.fontMetrics().horizontalAdvance(self.title)
+
+    def set_text(self, text: str) -> None:
+        """What there is to say of the picture; at the right, where a legend would be."""
+        if text != self._text:
+            self._text = text
+            self.update()
 
     def set_legend(self, legend: list[tuple[QBrush, str]]) -> None:
         """Swatches and what they stand for, from left to right."""
@@ -51,7 +64,8 @@ class TitleStrip(QWidget):
         metrics = self.fontMetrics()
         painter.drawText(self.rect().adjusted(_PAD, 0, 0, 0), Qt.AlignmentFlag.AlignVCenter, self.title)
         right = self.width() - _PAD
-        caption_end = 2 * _PAD + metrics.horizontalAdvance(self.title)
+        painter.drawText(self.rect().adjusted(0, 0, -_PAD, 0), _RIGHT, self._text)
+        caption_end = self.caption_end
         for brush, text in reversed(self._legend):
             left = right - metrics.horizontalAdvance(text)
             swatch = QRect(left - 5 - _SWATCH, (self.height() - _SWATCH) // 2, _SWATCH, _SWATCH)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 from PySide6.QtCore import QSettings
-from PySide6.QtWidgets import QSlider
+from PySide6.QtWidgets import QMessageBox, QSlider
 from pytestqt.qtbot import QtBot
 
 import ilf
@@ -110,6 +111,40 @@ def test_a_run_takes_the_place_of_a_re_solve(opened: MainWindow, qtbot: QtBot) -
     with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
         opened.actions_["run"].trigger()
     assert [result.outcome.iterations for result in _results(opened).values()] == [4] * len(labels)
+
+
+def test_clearing_results_drops_what_a_re_solve_is_about_to_give(
+    opened: MainWindow, qtbot: QtBot, run_all: Run
+) -> None:
+    run_all(opened)
+    workspace = opened.workspace
+    workspace.select(list(workspace.session.counts())[:1])
+    opened.filter_panel.edited.emit(ilf.preset("paper", max_iterations=3))
+    for thread in threading.enumerate():
+        if thread.name == "ilf-worker":
+            thread.join()  # the result is there, and waits for the window to take it
+    opened.actions_["clear_results"].trigger()
+    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
+    assert not _results(opened)
+    with qtbot.waitSignal(opened.runs.resolved, timeout=WAIT_MS):
+        opened.filter_panel.edited.emit(ilf.preset("paper", max_iterations=4))
+    assert len(_results(opened)) == 1
+
+
+def test_a_frame_closes_without_a_question_during_a_re_solve(
+    opened: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no_question(*_: object) -> None:
+        raise AssertionError("a re-solve is not worth a question")
+
+    monkeypatch.setattr(QMessageBox, "question", no_question)
+    opened.documents.discard_silently = False
+    opened.workspace.select(list(opened.workspace.session.counts())[:1])
+    opened.filter_panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
+    assert opened.runs.state is RunState.RESOLVING
+    opened.actions_["close_frame"].trigger()
+    assert not opened.workspace.has_session
+    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
 
 
 @pytest.mark.parametrize("what", ["run", "slider"])

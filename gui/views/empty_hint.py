@@ -1,0 +1,34 @@
+"""What the views show while no frame is open."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QPalette
+from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
+
+from .. import theme
+
+_HINT = "Drop a colour and a depth file here, or open a frame (Ctrl+O)"
+
+
+class EmptyHint(QWidget):
+    """What to do while no frame is open."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._picture = QLabel(alignment=Qt.AlignmentFlag.AlignCenter)
+        self._text = QLabel(_HINT, alignment=Qt.AlignmentFlag.AlignCenter, wordWrap=True)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(24, 24, 24, 24)
+        layout.setSpacing(12)
+        layout.addStretch()
+        layout.addWidget(self._picture)
+        layout.addWidget(self._text)
+        layout.addStretch()
+
+    def set_colours(self, colours: theme.Colours) -> None:
+        """Take the colours of the theme."""
+        palette = QPalette(self._text.palette())
+        palette.setColor(QPalette.ColorRole.WindowText, colours.muted)
+        self._text.setPalette(palette)
+        self._picture.setPixmap(theme.icon("ph.image", palette).pixmap(QSize(48, 48)))

@@ -1,0 +1,57 @@
+"""The stages of EBS as pictures for a view."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gui.views.colour_maps import to_indices
+from ilf.ebs import Extraction
+from ilf.pictures import block_overlay
+
+STAGES = {
+    "strength": "Strength",
+    "binarised": "Binarised",
+    "dilated": "Dilated",
+    "contracted": "Contracted",
+    "blocks": "Blocks",
+}
+"""Stages in their order: name -> text."""
+
+_DIMMED = 0.55
+_EDGE, _AROUND = (255, 214, 64), (40, 140, 255)
+_OPACITY = 0.75
+"""Of both: what edges lie on shows through."""
+
+
+def stage_picture(stage: str, rgb: NDArray[np.uint8], extraction: Extraction) -> NDArray[np.uint8]:
+    """Picture of one stage.
+
+    Parameters
+    ----------
+    stage : str
+        One of `STAGES`.
+    rgb : ndarray of uint8, shape (H, W, 3)
+    extraction : Extraction
+
+    Returns
+    -------
+    ndarray of uint8
+        "strength": indices 1-255 for 0 to 1, shape (H, W). The others: shape (H, W, 3). Edges are drawn over the
+        dimmed colour image, with what the dilation adds around them; regions are tinted and outlined.
+    """
+    if stage == "strength":
+        return to_indices(extraction.strength, 0.0, 1.0)
+    if stage in ("contracted", "blocks"):
+        return block_overlay(rgb, getattr(extraction, stage))
+    picture = cv2.convertScaleAbs(rgb, alpha=_DIMMED)
+    if stage == "dilated":
+        _tint(picture, extraction.dilated & ~extraction.edges, _AROUND)
+    _tint(picture, extraction.edges, _EDGE)
+    return picture
+
+
+def _tint(picture: NDArray[np.uint8], where: NDArray[np.bool_], colour: tuple[int, int, int]) -> None:
+    tinted = cv2.addWeighted(np.full_like(picture, colour), _OPACITY, picture, 1 - _OPACITY, 0)
+    cv2.copyTo(tinted, where.view(np.uint8), picture)

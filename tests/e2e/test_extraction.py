@@ -1,0 +1,281 @@
+"""The stages of the extraction follow its sliders, the blocks follow "Extract blocks", and work by hand stays."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QCheckBox, QLabel, QMessageBox, QSlider
+from pytestqt.qtbot import QtBot
+
+from gui.frame_source import FrameSource
+from gui.main_window import MainWindow
+from ilf import BlockParameters, RGBDFrame
+from ilf.ebs import extract
+from ilf.pictures import block_overlay
+
+from .conftest import WAIT_MS, open_frame, write_frame
+
+
+@pytest.fixture
+def staged(opened: MainWindow, qtbot: QtBot) -> MainWindow:
+    """The window with the small frame and the view of the extraction beside the others."""
+    opened.views.set_layout("grid-extraction")
+    _settle(opened, qtbot)
+    return opened
+
+
+def _settle(window: MainWindow, qtbot: QtBot) -> None:
+    qtbot.waitUntil(lambda: not window.stages.busy and not window.loader.busy, timeout=WAIT_MS)
+
+
+def _picture(window: MainWindow) -> NDArray[np.uint8] | None:
+    return window.views.extraction.view.image.image
+
+
+def _slide(window: MainWindow, name: str, value: int) -> None:
+    window.extraction_panel.form.findChild(QSlider, f"slider_{name}").setValue(value)
+
+
+def _click(window: MainWindow, text: str) -> None:
+    box = next(box for box in window.extraction_panel.findChildren(QCheckBox) if box.text() == text)
+    box.click()
+
+
+def _said(window: MainWindow) -> list[str]:
+    texts: list[str] = []
+    window.loader.message.connect(texts.append)
+    return texts
+
+
+def _summary(window: MainWindow) -> str:
+    return window.extraction_panel.findChild(QLabel, "summary").text()
+
+
+def _cut_off_by_hand(window: MainWindow) -> int:
+    """Paint a new block, named Mine, with a stroke across the block at the right."""
+    session, view = window.workspace.session, window.views.cells["colour"].view
+    window.actions_["new_block"].trigger()
+    (label,) = session.selected
+    window.editor.brush_radius = 3.0
+    start, end = (view.viewportTransform().map(QPointF(x, 24)).toPoint() for x in (44, 56))
+    QTest.mousePress(view.viewport(), Qt.MouseButton.LeftButton, pos=start)
+    QTest.mouseMove(view.viewport(), end)
+    QTest.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=end)
+    window.workspace.edit_info(label, "Rename block", name="Mine")
+    return label
+
+
+def test_a_slider_moves_the_picture_and_not_the_blocks(staged: MainWindow, qtbot: QtBot) -> None:
+    session = staged.workspace.session
+    before, steps = session.labels.copy(), session.undo_stack.count()
+    staged.stages.show_stage("dilated")
+    _settle(staged, qtbot)
+    pictures = []
+    for radius in (0, 1, 4):
+        _slide(staged, "dilation", radius)
+        _settle(staged, qtbot)
+        pictures.append(_picture(staged))
+        assert staged.workspace.extraction_parameters.dilation == radius
+    changes = [int((pictures[0] != other).any(axis=2).sum()) for other in pictures]
+    assert changes == sorted(set(changes))
+    staged.extraction_panel.edited.emit(BlockParameters(min_size=48.0))
+    staged.stages.show_stage("blocks")
+    _settle(staged, qtbot)
+    found = extract(session.frame, staged.workspace.extraction_parameters).blocks
+    np.testing.assert_array_equal(_picture(staged), block_overlay(session.frame.rgb, found))
+    np.testing.assert_array_equal(session.labels, before)
+    assert session.undo_stack.count() == steps
+
+
+def test_extract_takes_what_the_preview_has_found_at_once(
+    staged: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = staged.workspace.session
+    before = session.labels.copy()
+    staged.extraction_panel.edited.emit(BlockParameters(min_size=48.0))
+    _settle(staged, qtbot)
+    expected = extract(session.frame, staged.workspace.extraction_parameters).blocks
+    monkeypatch.delattr("gui.loader.extract")
+    staged.actions_["extract"].trigger()
+    assert not staged.loader.busy
+    np.testing.assert_array_equal(session.labels, expected)
+    assert not np.array_equal(expected, before)
+    assert not session.edited
+    assert session.notes.extraction == staged.workspace.extraction_parameters
+    assert session.undo_stack.count() == 1
+    staged.workspace.undo_group.undo()
+    np.testing.assert_array_equal(session.labels, before)
+
+
+@pytest.mark.parametrize("layout", ["grid", "grid-extraction"])
+def test_extract_keeps_a_block_made_by_hand_again_and_again(opened: MainWindow, qtbot: QtBot, layout: str) -> None:
+    opened.views.set_layout(layout)
+    session, said = opened.workspace.session, _said(opened)
+    mine = _cut_off_by_hand(opened)
+    before, steps, used = session.labels.copy(), session.undo_stack.count(), session.notes.extraction
+    stays = before == mine
+    for smallest in (48.0, 47.0):
+        opened.extraction_panel.edited.emit(BlockParameters(min_size=smallest))
+        _settle(opened, qtbot)
+        opened.actions_["extract"].trigger()
+        _settle(opened, qtbot)
+        np.testing.assert_array_equal(session.labels == mine, stays)
+        assert len(session.counts()) == 2, "the block that the stroke cut into is extracted anew"
+        assert session.info(mine).name == "Mine"
+        assert session.edited
+        assert "Kept: 1 made by hand." in said[-1]
+    while session.undo_stack.index() > steps:
+        opened.workspace.undo_group.undo()
+    np.testing.assert_array_equal(session.labels, before)
+    assert session.notes.extraction == used
+    _click(opened, "Keep blocks made by hand")
+    opened.actions_["extract"].trigger()
+    _settle(opened, qtbot)
+    assert len(session.counts()) == 1
+    assert not session.edited
+    assert "Kept" not in said[-1]
+
+
+def test_a_loaded_map_is_all_by_hand_and_the_message_says_what_to_do(
+    opened: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    session, said = opened.workspace.session, _said(opened)
+    cv2.imwrite(str(tmp_path / "labels.png"), np.full(session.frame.shape, 5, np.uint16))
+    opened.documents.load_blocks(str(tmp_path / "labels.png"))
+    opened.actions_["extract"].trigger()
+    _settle(opened, qtbot)
+    assert (session.labels == 5).all()
+    assert "switch off 'Keep blocks made by hand'" in said[-1]
+
+
+def test_with_the_preview_off_the_view_follows_extract_alone(staged: MainWindow, qtbot: QtBot) -> None:
+    session = staged.workspace.session
+    before = _picture(staged)
+    _click(staged, "Preview")
+    staged.extraction_panel.edited.emit(BlockParameters(min_size=48.0))
+    _settle(staged, qtbot)
+    np.testing.assert_array_equal(_picture(staged), before)
+    assert "With other values" in _summary(staged)
+    staged.actions_["extract"].trigger()
+    _settle(staged, qtbot)
+    np.testing.assert_array_equal(_picture(staged), block_overlay(session.frame.rgb, session.labels))
+    assert len(session.counts()) == 1
+    assert "With other values" not in _summary(staged)
+    staged.extraction_panel.edited.emit(BlockParameters())
+    staged.views.set_layout("grid")
+    _click(staged, "Preview")
+    assert staged.views.shows_extraction, "switching the preview on shows it"
+    _settle(staged, qtbot)
+    np.testing.assert_array_equal(_picture(staged), before)
+
+
+def test_nothing_is_extracted_for_a_view_that_is_not_to_be_seen(opened: MainWindow, qtbot: QtBot) -> None:
+    _slide(opened, "dilation", 5)
+    assert not opened.stages.busy
+    opened.actions_["stage_strength"].trigger()
+    assert opened.views.shows_extraction
+    _settle(opened, qtbot)
+    assert _picture(opened).ndim == 2
+    assert opened.layouts.currentData() == "grid-extraction"
+
+
+@pytest.fixture
+def gate(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
+    """Previews wait until it is set."""
+    opened = threading.Event()
+
+    def waiting(frame: RGBDFrame, parameters: BlockParameters) -> object:
+        assert opened.wait(20)
+        return extract(frame, parameters)
+
+    monkeypatch.setattr("gui.extraction_preview.extract", waiting)
+    return opened
+
+
+def test_frames_change_and_close_while_a_preview_is_under_way(
+    staged: MainWindow, qtbot: QtBot, gate: threading.Event, tmp_path: Path
+) -> None:
+    first = staged.workspace.session.frame
+    folder = write_frame(tmp_path / "other", RGBDFrame(first.rgb[:40], first.depth[:40]))
+    _slide(staged, "dilation", 5)
+    assert staged.stages.busy
+    open_frame(staged, qtbot, FrameSource(str(folder)))
+    second = staged.workspace.session
+    gate.set()
+    _settle(staged, qtbot)
+    assert _picture(staged).shape[:2] == (40, 64)
+    gate.clear()
+    staged.stages.show_stage("blocks")
+    _slide(staged, "dilation", 4)
+    staged.workspace.undo_group.undo()
+    staged.actions_["close_frame"].trigger()
+    gate.set()
+    _settle(staged, qtbot)
+    assert second not in staged.workspace.sessions
+    assert _picture(staged).shape[:2] == first.shape
+    staged.actions_["close_frame"].trigger()
+    _settle(staged, qtbot)
+    assert not staged.workspace.has_session
+    assert _summary(staged) == ""
+
+
+def test_closing_the_window_waits_for_the_preview(staged: MainWindow, qtbot: QtBot, gate: threading.Event) -> None:
+    _slide(staged, "dilation", 5)
+    assert staged.stages.busy
+    gate.set()
+    staged.close()
+    assert not [thread for thread in threading.enumerate() if thread.name == "ilf-worker"]
+
+
+def test_a_preview_that_fails_says_why_without_a_dialog(
+    staged: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object) -> None:
+        raise MemoryError("no memory for the regions")
+
+    def no_dialog(*_: object) -> None:
+        raise AssertionError("a dialog at every move of a slider")
+
+    monkeypatch.setattr("gui.extraction_preview.extract", broken)
+    monkeypatch.setattr(QMessageBox, "open", no_dialog)
+    _slide(staged, "dilation", 5)
+    _settle(staged, qtbot)
+    assert "no memory for the regions" in _summary(staged)
+    assert "no memory for the regions" in staged.log.toPlainText()
+    assert _picture(staged) is None
+    monkeypatch.undo()
+    _slide(staged, "dilation", 4)
+    _settle(staged, qtbot)
+    assert _picture(staged) is not None
+    assert "no memory" not in _summary(staged)
+
+
+def test_an_edge_network_that_is_missing_is_said_and_does_not_stop_anything(staged: MainWindow, qtbot: QtBot) -> None:
+    said = _said(staged)
+    staged.extraction_panel.edited.emit(BlockParameters(model="elsewhere"))
+    _settle(staged, qtbot)
+    assert "Canny" in _summary(staged)
+    assert "elsewhere" in _summary(staged)
+    staged.actions_["extract"].trigger()
+    assert "elsewhere" in said[-1]
+    staged.views.set_layout("grid")
+    staged.extraction_panel.edited.emit(BlockParameters(model="elsewhere", min_size=1.0))
+    staged.actions_["extract"].trigger()
+    _settle(staged, qtbot)
+    assert "elsewhere" in said[-1]
+
+
+def test_stages_by_keyboard(staged: MainWindow, qtbot: QtBot) -> None:
+    shown: list[str] = []
+    staged.views.extraction.stageChanged.connect(shown.append)
+    for key in (Qt.Key.Key_1, Qt.Key.Key_4):
+        qtbot.keyClick(staged, key, Qt.KeyboardModifier.AltModifier)
+    assert shown == ["strength", "contracted"]
+    assert staged.actions_["stage_contracted"].isChecked()

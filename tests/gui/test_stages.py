@@ -1,0 +1,163 @@
+"""Stages of the extraction: their pictures, their view, and the preview that answers the latest question."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QComboBox, QToolButton
+
+from gui.extraction_preview import ExtractionPreview, Question
+from gui.views.stage_cell import StageCell
+from gui.views.stages import STAGES, stage_picture
+from ilf import BlockParameters
+from ilf.ebs import Extraction, extract
+
+WAIT_MS = 20_000
+CANNY = BlockParameters(detector="canny")
+
+
+def _extraction(height: int = 8, width: int = 12) -> Extraction:
+    edges = np.zeros((height, width), bool)
+    edges[:, 6] = True
+    dilated = edges.copy()
+    dilated[:, 5:8] = True
+    labels = np.where(np.arange(width) < 6, 1, 2) * np.ones((height, 1), np.int32)
+    strength = np.linspace(0, 1, width, dtype=np.float32) * np.ones((height, 1), np.float32)
+    return Extraction(strength, edges, dilated, labels.astype(np.int32), labels.astype(np.int32), "")
+
+
+def test_pictures_of_the_stages() -> None:
+    extraction, rgb = _extraction(), np.full((8, 12, 3), 100, np.uint8)
+    strength, binarised, dilated, contracted, blocks = (stage_picture(stage, rgb, extraction) for stage in STAGES)
+    assert strength[0, [0, -1]].tolist() == [1, 255]
+    dimmed, edge, around = binarised[0, 0], binarised[0, 6], dilated[0, 5]
+    assert (dimmed < 100).all()
+    assert (binarised[0, 5] == dimmed).all()
+    assert (dilated[0, 6] == edge).all()
+    assert len({tuple(colour) for colour in (dimmed, edge, around)}) == 3
+    np.testing.assert_array_equal(contracted, blocks)
+    assert (blocks[0, 0] != blocks[0, -1]).any()
+
+
+@pytest.fixture
+def cell(qtbot):
+    widget = StageCell(lambda view, event: False)
+    qtbot.addWidget(widget)
+    widget.resize(900, 300)
+    widget.show()
+    qtbot.waitExposed(widget)
+    return widget
+
+
+def test_stages_are_buttons_where_there_is_room_and_a_box_where_not(cell, qtbot) -> None:
+    box = cell.findChild(QComboBox)
+    buttons = cell.findChildren(QToolButton)
+    assert [button.text() for button in buttons if button.isVisible()] == list(STAGES.values())
+    assert not box.isVisible()
+    with qtbot.waitSignal(cell.stageChanged) as changed:
+        qtbot.mouseClick(buttons[1], Qt.MouseButton.LeftButton)
+    assert changed.args == ["binarised"]
+    assert box.currentData() == "binarised"
+    cell.resize(300, 300)
+    assert box.isVisible()
+    assert not any(button.isVisible() for button in buttons)
+    with qtbot.waitSignal(cell.stageChanged) as changed:
+        qtbot.keyClick(box, Qt.Key.Key_Down)
+    assert changed.args == ["dilated"]
+    assert buttons[2].isChecked()
+    with qtbot.assertNotEmitted(cell.stageChanged):
+        cell.set_stage("dilated")
+    with pytest.raises(ValueError, match="strength"):
+        cell.set_stage("edges")
+
+
+def test_only_strength_has_a_colour_bar(cell) -> None:
+    extraction, rgb = _extraction(), np.full((8, 12, 3), 100, np.uint8)
+    for stage in STAGES:
+        cell.show_picture(stage, stage_picture(stage, rgb, extraction))
+        assert cell.bar._levels == ((0.0, 1.0) if stage == "strength" else None)
+        assert cell.view.image.image is not None
+    cell.show_message("none")
+    assert cell.view.image.image is None
+
+
+@pytest.fixture
+def preview(qtbot):
+    found = ExtractionPreview()
+    yield found
+    assert found.shutdown()
+
+
+@pytest.fixture
+def gate(monkeypatch):
+    """Extractions wait until it is set, and are counted in `gate.asked`."""
+    opened = threading.Event()
+    opened.asked = []
+
+    def waiting(frame, parameters):
+        opened.asked.append(parameters)
+        assert opened.wait(20)
+        return extract(frame, parameters)
+
+    monkeypatch.setattr("gui.extraction_preview.extract", waiting)
+    return opened
+
+
+def test_of_many_questions_the_last_is_answered_and_none_queues(preview, gate, small_frame, qtbot) -> None:
+    answers = []
+    preview.found.connect(answers.append)
+    values = [CANNY.replace(dilation=radius) for radius in range(6)]
+    for parameters in values:
+        preview.ask(Question(small_frame, parameters, "dilated"))
+    gate.set()
+    qtbot.waitUntil(lambda: not preview.busy, timeout=WAIT_MS)
+    assert gate.asked == [values[0], values[-1]]
+    assert answers[-1].question.parameters == values[-1]
+    expected = stage_picture("dilated", small_frame.rgb, extract(small_frame, values[-1]))
+    np.testing.assert_array_equal(answers[-1].picture, expected)
+    preview.ask(Question(small_frame, values[-1], "strength"))
+    qtbot.waitUntil(lambda: not preview.busy, timeout=WAIT_MS)
+    assert len(gate.asked) == 2, "another stage of what is held costs no extraction"
+    assert answers[-1].picture.ndim == 2
+    assert preview.held(small_frame, values[-1]) is answers[-1].extraction
+    assert preview.held(small_frame, values[0]) is None
+
+
+def test_what_was_asked_about_another_frame_is_neither_told_nor_held(preview, gate, small_frame, qtbot) -> None:
+    other = replace(small_frame, name="other")
+    answers = []
+    preview.found.connect(answers.append)
+    preview.ask(Question(small_frame, CANNY, "blocks"))
+    preview.turn_to(other)
+    gate.set()
+    qtbot.waitUntil(lambda: not preview.busy, timeout=WAIT_MS)
+    assert not answers
+    assert preview.held(small_frame, CANNY) is None
+    preview.ask(Question(other, CANNY, "blocks"))
+    qtbot.waitUntil(lambda: bool(answers), timeout=WAIT_MS)
+
+
+def test_a_failure_is_told_once_and_not_tried_again(preview, small_frame, qtbot, monkeypatch) -> None:
+    tried = []
+
+    def broken(frame, parameters):
+        tried.append(parameters)
+        raise MemoryError("no memory")
+
+    monkeypatch.setattr("gui.extraction_preview.extract", broken)
+    question = Question(small_frame, CANNY, "blocks")
+    with qtbot.waitSignal(preview.failed, timeout=WAIT_MS) as failed:
+        preview.ask(question)
+    assert "no memory" in str(failed.args[0])
+    preview.ask(question)
+    assert not preview.busy
+    monkeypatch.undo()
+    with qtbot.waitSignal(preview.found, timeout=WAIT_MS):
+        preview.ask(replace(question, parameters=CANNY.replace(dilation=1)))
+    with qtbot.waitSignal(preview.found, timeout=WAIT_MS):
+        preview.ask(question)
+    assert len(tried) == 1
