@@ -298,7 +298,7 @@ def _stepper(frame: RGBDFrame, block: Block, parameters: Parameters) -> tuple[St
 
 def _edges(frame: RGBDFrame, parameters: Parameters) -> tuple[NDArray[np.float32], str]:
     """The frame's edge strength, and why it is not the one that was asked for, if so."""
-    if parameters.edges == "network":
+    if parameters.edges == "hed":
         try:
             return combined_strength(frame, parameters.model, parameters.multiscale), ""
         except InputError as error:

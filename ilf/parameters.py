@@ -8,10 +8,10 @@ from .declarations import ParameterSet, declare
 from .errors import ParameterError
 from .models import BUNDLED, model_names
 
-_EDGES, _AREAS = "Edges", "Blocks"
+_BLOCKS, _EDGES, _BOUNDARIES = "Blocks", "Edges", "Boundaries"
 _OUTPUT, _SCHEDULE, _STOP, _COLOUR, _DATA = "Output", "Pass band", "Stopping", "Colour", "Data"
 _SMOOTH, _SOFT = "Smoothness", "Edges"
-_HED, _DEPTH, _NETWORK = ("detector", "hed"), ("use_depth", True), ("edges", "network")
+_HED, _DEPTH, _NETWORK = ("detector", "hed"), ("use_depth", True), ("edges", "hed")
 _IDEAL, _EDGE_AWARE = ("filter", "ideal"), ("filter", "edge-aware")
 
 
@@ -19,6 +19,25 @@ _IDEAL, _EDGE_AWARE = ("filter", "ideal"), ("filter", "edge-aware")
 class BlockParameters(ParameterSet):
     """Parameters of EBS, the extraction of boundaries and surfaces. Lengths in pixels of the frame."""
 
+    granularity: float = declare(
+        0.5, "Granularity", "From 0, few large blocks, which only depth jumps and the strongest edges part, to 1, many "
+        "small ones.", _BLOCKS, minimum=0.0, maximum=1.0, step=0.05, source="not in the paper",
+    )  # fmt: skip
+    min_size: float = declare(
+        0.2, "Smallest block", "Regions below this share of the frame are not blocks of their own; "
+        "their neighbours take them in.", _BLOCKS,
+        unit="% of frame", minimum=0.0, maximum=50.0, step=0.1, scale="log", source="section 2; released code: 1.14 %",
+    )  # fmt: skip
+    min_known_share: float = declare(
+        0.05, "Known share, at least", "Regions where a smaller share of the pixels has depth are not blocks of their "
+        "own; their neighbours take them in.", _BLOCKS, minimum=0.0, maximum=1.0, step=0.01,
+        source="section 2",
+    )  # fmt: skip
+    existence_rate: float = declare(
+        0.0, "Existence rate", "Blocks where a smaller share of the pixels has depth are halved, up to twice, and only "
+        "the parts that reach it are kept. The rest belongs to no block and stays missing.", _BLOCKS,
+        minimum=0.0, maximum=1.0, step=0.01, special="off", source="section 2; released code: 0.52",
+    )  # fmt: skip
     detector: str = declare(
         "hed", "Colour edges from", "hed: an edge network, which finds the boundaries of objects. canny: every strong "
         "change of colour.", _EDGES, choices=("hed", "canny"), source="section 2: HED and Canny",
@@ -66,31 +85,12 @@ class BlockParameters(ParameterSet):
         "without a change of colour.", _EDGES, source="not in the paper", when=_DEPTH,
     )  # fmt: skip
     dilation: int = declare(
-        2, "Dilation", "Radius by which edges are dilated to close the gaps in boundaries.", _AREAS,
+        2, "Dilation", "Radius by which edges are dilated to close the gaps in boundaries.", _BOUNDARIES,
         unit="px", minimum=0, maximum=50, source="section 2",
-    )  # fmt: skip
-    granularity: float = declare(
-        0.5, "Granularity", "From 0, few large blocks, which only depth jumps and the strongest edges part, to 1, many "
-        "small ones.", _AREAS, minimum=0.0, maximum=1.0, step=0.05, source="not in the paper",
-    )  # fmt: skip
-    min_size: float = declare(
-        0.2, "Smallest block", "Regions below this share of the frame are not blocks of their own; "
-        "their neighbours take them in.", _AREAS,
-        unit="% of frame", minimum=0.0, maximum=50.0, step=0.1, scale="log", source="section 2; released code: 1.14 %",
-    )  # fmt: skip
-    min_known_share: float = declare(
-        0.05, "Known share, at least", "Regions where a smaller share of the pixels has depth are not blocks of their "
-        "own; their neighbours take them in.", _AREAS, minimum=0.0, maximum=1.0, step=0.01,
-        source="section 2",
-    )  # fmt: skip
-    existence_rate: float = declare(
-        0.0, "Existence rate", "Blocks where a smaller share of the pixels has depth are halved, up to twice, and only "
-        "the parts that reach it are kept. The rest belongs to no block and stays missing.", _AREAS,
-        minimum=0.0, maximum=1.0, step=0.01, special="off", source="section 2; released code: 0.52",
     )  # fmt: skip
     margin: int = declare(
         -1, "Margin", "Width of the frame's rim that belongs to no block. 'auto' finds the white border "
-        "of NYU images.", _AREAS, unit="px", minimum=-1, maximum=500, special="auto",
+        "of NYU images.", _BOUNDARIES, unit="px", minimum=-1, maximum=500, special="auto",
     )  # fmt: skip
 
 
@@ -135,8 +135,8 @@ class Parameters(ParameterSet):
         step=0.001, source="not in the paper", when=_EDGE_AWARE,
     )  # fmt: skip
     edges: str = declare(
-        "network", "Edges from", "network: an edge network, which finds the boundaries of objects. canny: "
-        "every strong change of colour. Depth jumps are edges with both.", _SOFT, choices=("network", "canny"),
+        "hed", "Edges from", "hed: an edge network, which finds the boundaries of objects. canny: "
+        "every strong change of colour. Depth jumps are edges with both.", _SOFT, choices=("hed", "canny"),
         source="section 2: HED and Canny", when=_EDGE_AWARE,
     )  # fmt: skip
     model: str = declare(

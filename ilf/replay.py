@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .ebs import extract_blocks
+from .ebs import extract
 from .errors import InputError
 from .export import LABELS_FILE, ExportOptions
 from .frame import RGBDFrame
@@ -118,9 +118,10 @@ def _labels(record: RunRecord, frame: RGBDFrame, folder: Path) -> tuple[NDArray[
     """The recorded label map and warnings: extracted again, or read from the file beside the record."""
     extracted = record.extraction is not None and not record.edited
     if extracted:
-        labels = extract_blocks(frame, record.extraction)
-        if labels_sha256(labels) == record.labels_sha256:
-            return labels, ()
+        again = extract(frame, record.extraction)
+        notes = (again.note,) if again.note else ()
+        if labels_sha256(again.blocks) == record.labels_sha256:
+            return again.blocks, notes
     saved = _saved_labels(record, folder)
     name = record.labels_file or LABELS_FILE
     if not extracted:
@@ -135,8 +136,10 @@ def _labels(record: RunRecord, frame: RGBDFrame, folder: Path) -> tuple[NDArray[
     if versions:
         problem += f" by {versions}"
     if saved is None:
-        raise InputError(f"{problem}. Install the recorded versions, or put the run's {name} beside the record.")
-    return saved, (f"{problem}; those of {name} are used.",)
+        raise InputError(
+            " ".join((*notes, f"{problem}. Install the recorded versions, or put the run's {name} beside the record."))
+        )
+    return saved, (*notes, f"{problem}; those of {name} are used.")
 
 
 def _saved_labels(record: RunRecord, folder: Path) -> NDArray[np.int32] | None:

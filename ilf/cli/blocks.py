@@ -15,6 +15,7 @@ from ..io.folders import made_folder
 from ..io.images import encode_image
 from ..parameters import BlockParameters
 from ..pictures import stage_pictures
+from .comparison import warn
 from .parsing import Commands, add_block_parameters, add_frame, frame_from, given_parameters
 from .report import table
 
@@ -57,6 +58,7 @@ def run(arguments: argparse.Namespace) -> None:
         made_folder(path.parent)
         # the encoder takes colours with blue first
         write_bytes(path, encode_image(".png", picture[..., ::-1] if picture.ndim == 3 else picture))
+    warn([extraction.note] if extraction.note else [])
     if arguments.quiet:
         return
     pixels = np.bincount(labels.ravel())

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..completion import CompletionRun, ParameterChoice, compose
-from ..ebs import extract_blocks
+from ..ebs import extract
 from ..errors import InputError
 from ..export import (
     CLOUD_AXES,
@@ -148,16 +148,18 @@ def _new_job(arguments: argparse.Namespace) -> _Job:
     extraction = None if arguments.labels is not None else BlockParameters().replace(**block_changes)
     if extraction is None:
         labels = read_labels(arguments.labels, frame.shape)
+        note = ""
         way_out = "It holds 0 only: give a label map with blocks."
     else:
-        labels = extract_blocks(frame, extraction)
+        extracted = extract(frame, extraction)
+        labels, note = extracted.blocks, extracted.note
         way_out = (
             f"Lower --{BLOCK_PREFIX}min-size or --{BLOCK_PREFIX}min-known-share, or draw blocks and give --labels."
         )
     if not labels.any():
         raise InputError(f"There are no blocks, so there is nothing to complete. {way_out}")
     doubt = doubtful_scale(frame.depth, float(str(frame.sources["depth_units"])))
-    warnings: tuple[str, ...] = (doubt,) if doubt else ()
+    warnings = tuple(filter(None, (note, doubt)))
     if frame.intrinsics is None and options.cloud is not None and not _cloud_flags(arguments):
         options = replace(options, cloud=None)
         warnings += (

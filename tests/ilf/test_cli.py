@@ -135,6 +135,20 @@ def test_without_the_expected_error_the_replay_has_none_either(files, capsys):
     assert "--no-expected-error" in fails(capsys, *again, status=2)
 
 
+def test_a_missing_edge_network_is_said_by_every_command(files, capsys):
+    model = ["--blocks-model", "mine"]
+    commands = (
+        ["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK, *model],
+        ["complete", "--replay", "out/run.json", "--out", "again", "--quiet"],
+        ["blocks", *files, "--out", "blocks.png", "--quiet", *model],
+    )
+    for command in commands:
+        assert main(command) == 0
+        warnings = [line for line in capsys.readouterr().err.splitlines() if "There is no edge network 'mine'" in line]
+        assert len(warnings) == 1
+        assert warnings[0].startswith("ilf: warning: Canny's edges stand in for the network's: ")
+
+
 def test_replay_that_comes_out_differently_is_said(files, capsys):
     main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK])
     record = json.loads(Path("out/run.json").read_text())

@@ -10,6 +10,7 @@ import pytest
 import ilf
 from ilf import replay as replay_module
 from ilf.completion import CompletionRun, compose
+from ilf.ebs import extract
 from ilf.errors import FormatError, InputError
 from ilf.export import ExportOptions, export
 from ilf.replay import replay
@@ -229,7 +230,11 @@ def test_replay_where_the_extraction_has_changed(tmp_path, monkeypatch):
     """Another version of a library may find other blocks: the written ones are used, and the user is told."""
     run = Run(tmp_path)
     run.changed(set_at("versions", "scipy", "0.1"))
-    monkeypatch.setattr(replay_module, "extract_blocks", lambda frame, _: np.ones(frame.shape, np.int32))
+
+    def one_block(frame, parameters):
+        return replace(extract(frame, parameters), blocks=np.ones(frame.shape, np.int32))
+
+    monkeypatch.setattr(replay_module, "extract", one_block)
     again = replayed(run.path, tmp_path / "again")
     assert labels_sha256(again.labels) == labels_sha256(run.labels)
     (warning,) = again.warnings
