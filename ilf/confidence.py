@@ -84,7 +84,7 @@ class ErrorModel:
 # Fitted by `python -m ilf.bench.calibration --method best --fit FRAMES` (ideal: --method paper) to 14 real frames of 12
 # data sets, 42.77 % of the known depth kept or a quarter of it hidden in ellipses: 68 % quantile of |error| / depth.
 MODELS = {
-    "edge-aware": ErrorModel(-1.869, 0.19, 0.069, 0.254, 0.558, 0.803, 0.242),
+    "edge-aware": ErrorModel(-1.731, 0.159, 0.069, 0.259, 0.553, 0.823, 0.263),
     "ideal": ErrorModel(-2.185, -0.002, 0.127, 0.065, 0.773, 0.784, 0.203),
 }
 """Low-pass filter, as in `Parameters.filter`, -> how its errors grow."""

@@ -24,7 +24,7 @@ class BlockParameters(ParameterSet):
         "small ones.", _BLOCKS, minimum=0.0, maximum=1.0, step=0.05, source="not in the paper",
     )  # fmt: skip
     min_size: float = declare(
-        0.2, "Smallest block", "Regions below this share of the frame are not blocks of their own; "
+        0.5, "Smallest block", "Regions below this share of the frame are not blocks of their own; "
         "their neighbours take them in.", _BLOCKS,
         unit="% of frame", minimum=0.0, maximum=50.0, step=0.1, scale="log", source="section 2; released code: 1.14 %",
     )  # fmt: skip
@@ -81,7 +81,7 @@ class BlockParameters(ParameterSet):
         _EDGES, minimum=0.0, maximum=1.0, step=0.01, when=_DEPTH,
     )  # fmt: skip
     use_creases: bool = declare(
-        True, "Creases are edges", "Where one plane meets another, as at the foot of a wall, is a boundary even "
+        False, "Creases are edges", "Where one plane meets another, as at the foot of a wall, is a boundary even "
         "without a change of colour.", _EDGES, source="not in the paper", when=_DEPTH,
     )  # fmt: skip
     dilation: int = declare(
@@ -148,7 +148,7 @@ class Parameters(ParameterSet):
         _SOFT, source="not in the paper", when=_NETWORK,
     )  # fmt: skip
     edge_scale: float = declare(
-        0.13, "Edge strength that cuts", "Edge strength at which smoothness falls to 37 %; a smaller value makes faint "
+        0.14, "Edge strength that cuts", "Edge strength at which smoothness falls to 37 %; a smaller value makes faint "
         "edges count.", _SOFT, minimum=0.01, maximum=10.0, step=0.01, source="not in the paper", scale="log",
         when=_EDGE_AWARE,
     )  # fmt: skip

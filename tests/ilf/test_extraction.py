@@ -126,12 +126,12 @@ def test_a_crease_is_a_boundary_that_colour_does_not_show() -> None:
     rows = np.mgrid[:120, :160][0]
     depth = 1 / np.where(rows < 60, 0.5, 0.5 + 0.012 * (rows - 60))
     frame = RGBDFrame(np.full((120, 160, 3), 120, np.uint8), depth)
-    blocks = ilf.extract_blocks(frame)
+    blocks = ilf.extract_blocks(frame, BlockParameters(use_creases=True))
     assert blocks.max() == 2
     assert (blocks[:57, 12:-12] == blocks[0, 80]).all()
     assert (blocks[63:, 12:-12] == blocks[-1, 80]).all()
-    assert ilf.extract_blocks(frame, BlockParameters(use_creases=False)).max() == 1
-    assert ilf.extract_blocks(frame, BlockParameters(granularity=0.0)).max() == 1
+    assert ilf.extract_blocks(frame).max() == 1
+    assert ilf.extract_blocks(frame, BlockParameters(use_creases=True, granularity=0.0)).max() == 1
 
 
 def test_granularity_goes_from_few_blocks_to_many() -> None:
