@@ -9,7 +9,7 @@ from .frame import CameraIntrinsics, RGBDFrame
 from .io import load_frame
 from .parameters import BlockParameters, Parameters, preset
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = [
     "BlockParameters",

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .blocks import Block, checked_labels, find_blocks
+from .ebs.network import load_model
 from .ebs.strength import canny_strength, combined_strength
 from .errors import InputError
 from .filter.convergence import IterationRecord
@@ -282,10 +283,15 @@ def iterate(frame: RGBDFrame, blocks: NDArray[np.integer], label: int, parameter
     return stepper
 
 
-def prepare(frame: RGBDFrame, parameters: Parameters) -> None:
-    """Work out beforehand what every run of a frame with such parameters needs: the frame's edges, once."""
-    if parameters.filter == "edge-aware":
-        _edges(frame, parameters)
+def prepare(frame: RGBDFrame, parameters: Parameters) -> str:
+    """Work out beforehand what every run of a frame with such parameters needs: the frame's edges, once.
+
+    Returns
+    -------
+    str
+        Why the edges are not those that the parameters ask for; "" if they are.
+    """
+    return _edges(frame, parameters)[1] if parameters.filter == "edge-aware" else ""
 
 
 def _stepper(frame: RGBDFrame, block: Block, parameters: Parameters) -> tuple[Stepper, str]:
@@ -300,7 +306,7 @@ def _edges(frame: RGBDFrame, parameters: Parameters) -> tuple[NDArray[np.float32
     """The frame's edge strength, and why it is not the one that was asked for, if so."""
     if parameters.edges == "hed":
         try:
-            return combined_strength(frame, parameters.model, parameters.multiscale), ""
+            return combined_strength(frame, load_model(parameters.model), parameters.multiscale), ""
         except InputError as error:
             return canny_strength(frame), f"Edges come from Canny: {error}"
     return canny_strength(frame), ""

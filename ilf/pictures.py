@@ -57,10 +57,11 @@ def stage_pictures(rgb: NDArray[np.uint8], extraction: Extraction) -> dict[str, 
     Returns
     -------
     dict
-        "edges" and "dilated": uint8 (H, W), 255 on the boundaries. "contracted" and "blocks": uint8 (H, W, 3),
-        the regions laid over the colour image.
+        "strength": uint8 (H, W), 255 where it is 1. "edges" and "dilated": uint8 (H, W), 255 on the boundaries.
+        "contracted" and "blocks": uint8 (H, W, 3), the regions laid over the colour image.
     """
     return {
+        "strength": np.round(extraction.strength * 255).astype(np.uint8),
         "edges": extraction.edges.astype(np.uint8) * 255,
         "dilated": extraction.dilated.astype(np.uint8) * 255,
         "contracted": block_overlay(rgb, extraction.contracted),

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from . import __version__
 from .ebs import extract
 from .errors import InputError
 from .export import LABELS_FILE, ExportOptions
@@ -86,11 +87,12 @@ def replay(
 
 
 def version_differences(record: RunRecord) -> str:
-    """Libraries whose versions are not those of the record, in words; "" if all are the same."""
-    present = library_versions()
+    """The program and libraries whose versions are not those of the record, in words; "" if all are the same."""
+    recorded = {"ilf": record.version, **record.versions}
+    present = {"ilf": __version__, **library_versions()}
     return ", ".join(
         f"{name} {version} (here {present.get(name)})"
-        for name, version in record.versions.items()
+        for name, version in recorded.items()
         if version != present.get(name)
     )
 

@@ -219,7 +219,7 @@ def read_run_record(path: str | os.PathLike[str]) -> RunRecord:
     try:
         return _parsed(_Section("run record", data))
     except (InputError, ParameterError) as error:
-        raise FormatError(f"{Path(path).absolute()}: {error} Was the record made by a newer version?") from error
+        raise FormatError(f"{Path(path).absolute()}: {error} Was the record made by another version?") from error
 
 
 @dataclass(frozen=True)
@@ -264,7 +264,7 @@ def _parsed(record: _Section) -> RunRecord:
         raise FormatError(f"'file' in the blocks must be a plain file name, not {labels_file!r:.60}.")
     extraction = record.get("extraction", dict, type(None))
     inputs = record.get("inputs", dict, type(None))
-    common = Parameters.from_dict(record.get("parameters", dict))
+    common = Parameters.from_dict(_renamed(record.get("parameters", dict)))
     own = record.section("block_parameters")
     outcomes = tuple(
         _parsed_outcome(_Section("blocks_outcome", values)) for values in record.items("blocks_outcome", dict)
@@ -280,7 +280,7 @@ def _parsed(record: _Section) -> RunRecord:
         edited=blocks.get("edited", bool),
         labels_file=labels_file,
         parameters={
-            outcome.label: common.replace(**own.get(str(outcome.label), dict))
+            outcome.label: common.replace(**_renamed(own.get(str(outcome.label), dict)))
             if str(outcome.label) in own.values
             else common
             for outcome in outcomes
@@ -289,6 +289,11 @@ def _parsed(record: _Section) -> RunRecord:
         options=_parsed_options(record.section("export")),
         outcomes=outcomes,
     )
+
+
+def _renamed(values: dict[str, Any]) -> dict[str, Any]:
+    """Parameters of a record, with what has another name since as it is called now."""
+    return values | {"edges": "hed"} if values.get("edges") == "network" else values
 
 
 def _parsed_inputs(inputs: _Section) -> RecordedInputs:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,8 @@ from numpy.typing import NDArray
 from skimage.graph import cut_threshold, rag_mean_color
 from skimage.segmentation import felzenszwalb, slic
 
-from ..ebs import extract_blocks
+from ..ebs import extract
+from ..errors import InputError
 from ..frame import RGBDFrame
 from ..parameters import BlockParameters
 from .choices import chosen_names
@@ -40,7 +40,14 @@ class BlockMethod:
 def _ebs(**changes: Any) -> BlockMethod:
     """EBS with its default parameters, some of them changed."""
     parameters = BlockParameters().replace(**changes)
-    return BlockMethod(partial(extract_blocks, parameters=parameters), parameters.to_dict())
+
+    def run(frame: RGBDFrame) -> Labels:
+        extraction = extract(frame, parameters)
+        if extraction.note:
+            raise InputError(extraction.note)
+        return extraction.blocks
+
+    return BlockMethod(run, parameters.to_dict())
 
 
 def _public(segment: Callable[..., NDArray[np.integer]], **settings: Any) -> BlockMethod:

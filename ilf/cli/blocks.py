@@ -35,7 +35,9 @@ def add_command(commands: Commands) -> None:
     output = parser.add_argument_group("output")
     output.add_argument("--out", metavar="FILE.png", required=True, help="the label map")
     output.add_argument(
-        "--stages", metavar="DIR", help="folder for pictures of every stage: edges, dilated, contracted, blocks"
+        "--stages",
+        metavar="DIR",
+        help="folder for pictures of every stage of the extraction",
     )
     output.add_argument("--quiet", action="store_true", help="print nothing but errors")
     add_block_parameters(parser)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..completion import CompletionRun, ParameterChoice, compose
+from ..completion import CompletionRun, ParameterChoice, compose, prepare
 from ..ebs import extract
 from ..errors import InputError
 from ..export import (
@@ -129,9 +129,11 @@ def run(arguments: argparse.Namespace) -> None:
             progress.update(step)
     completion = compose(frame, steps.results)
     seconds = time.perf_counter() - started
+    used = {result.parameters for result in steps.results.values()}
+    notes = dict.fromkeys(filter(None, (prepare(frame, parameters) for parameters in used)))
     record = make_run_record(frame, job.labels, job.extraction, job.edited, completion, options, inputs=job.inputs)
     report = export(folder, frame, job.labels, completion, options, run_record=record)
-    warnings = [*job.warnings, *_outcome_warning(job.record, record), *report.warnings]
+    warnings = [*job.warnings, *notes, *_outcome_warning(job.record, record), *report.warnings]
     for warning in warnings:
         print("ilf: warning:", warning, file=sys.stderr)
     if not arguments.quiet:

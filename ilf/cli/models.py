@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from ..ebs.importing import INPUTS, add_model
+from ..errors import InputError
 from ..models import BUNDLED, model_names, model_path, models_folder, remove_model
 from .parsing import Commands
 from .report import table
@@ -55,10 +56,13 @@ def run_list(arguments: argparse.Namespace) -> None:
     """Show what there is."""
     rows = []
     for name in model_names():
-        path = model_path(name)
-        rows.append((name, _size(path), "bundled" if name == BUNDLED else "your own"))
+        try:
+            size = _size(model_path(name))
+        except (InputError, OSError):
+            size = "missing"
+        rows.append((name, size, "bundled" if name == BUNDLED else "your own"))
     print("\n".join(table(("name", "size", "origin"), rows)))
-    print(f"\nThe bundled network is {model_path(BUNDLED)}, your own are in {models_folder()}")
+    print(f"\nYour own networks are in {models_folder()}")
 
 
 def run_import(arguments: argparse.Namespace) -> None:

@@ -49,17 +49,20 @@ def regions_between(edges: NDArray[np.bool_], radius: float, inside: NDArray[np.
     Returns
     -------
     ndarray of int32, shape (H, W)
-        Regions 1, 2, ...; 0 on the dilated edges and outside.
+        Regions 1, 2, ...; 0 on the dilated edges and outside. All of the inside where edges leave nothing.
     """
     distance = np.where(inside, distance_to(edges), -1)
     regions = np.zeros(edges.shape, np.int32)
     for further in (*_NECKS, 0):
-        parts = cv2.connectedComponents((distance > radius + further).astype(np.uint8), connectivity=4)[1]
+        parts = _parts(distance > radius + further)
         new = np.bincount(parts.ravel()) >= _SPECK
         new[0] = False
         new[parts[regions > 0]] = False
         numbers = np.cumsum(new, dtype=np.int32) + regions.max()
         regions = np.where(new[parts], numbers[parts], regions)
+    if not regions.any():
+        # edges everywhere tell nothing apart
+        regions = _parts(inside)
     return regions
 
 
@@ -68,6 +71,10 @@ def distance_to(edges: NDArray[np.bool_]) -> NDArray[np.float32]:
     if not edges.any():
         return np.full(edges.shape, np.inf, np.float32)
     return np.asarray(cv2.distanceTransform((~edges).astype(np.uint8), cv2.DIST_L2, 5), np.float32)
+
+
+def _parts(mask: NDArray[np.bool_]) -> NDArray[np.int32]:
+    return np.asarray(cv2.connectedComponents(mask.astype(np.uint8), connectivity=4)[1], np.int32)
 
 
 def contract(
@@ -121,9 +128,9 @@ def snap_to_jumps(regions: NDArray[np.int32], jumps: Pairs) -> NDArray[np.int32]
     """
     parted = apart(regions)
     inner = mark((jumps[0] & ~parted[0], jumps[1] & ~parted[1])) & (regions > 0)
-    band = distance_to(inner) <= _SNAP
     if not inner.any():
         return regions
+    band = distance_to(inner) <= _SNAP
     # a rim of no region, so that every pixel has four neighbours
     old = np.pad(regions, 1)
     grown = np.where(np.pad(band, 1), 0, old).ravel()
@@ -144,7 +151,4 @@ def snap_to_jumps(regions: NDArray[np.int32], jumps: Pairs) -> NDArray[np.int32]
 
 def outlines(labels: NDArray[np.int32]) -> NDArray[np.bool_]:
     """Pixels whose right or lower neighbour has another label: the picture of a label map's boundaries."""
-    lines = np.zeros(labels.shape, bool)
-    lines[:, :-1] |= labels[:, :-1] != labels[:, 1:]
-    lines[:-1, :] |= labels[:-1, :] != labels[1:, :]
-    return lines
+    return mark(apart(labels))

@@ -88,7 +88,10 @@ class RegionGraph:
             self._borders[one][other] = self._borders[other][one] = border
 
     def merge_below(self, limit: float) -> None:
-        """Unite neighbours, the least parted first, until all borders cost `limit` or more."""
+        """Unite neighbours, the least parted first, as long as a border costs less than `limit`.
+
+        A border counts with its cost when it came about, or what it has risen to since.
+        """
         heap: list[tuple[float, int, int, int, NDArray[np.float64]]] = []
         serial = itertools.count()
 
@@ -113,7 +116,10 @@ class RegionGraph:
                 push(kept, neighbour)
 
     def take_in_unfit(self, fitness: Fitness) -> None:
-        """Unite every region that cannot be a block, the smallest first, with the neighbour it is least parted from."""
+        """Unite every region that cannot be a block, the smallest first, with the neighbour it is least parted from.
+
+        One that has no neighbours left is a block nevertheless, unless nothing of it is known.
+        """
 
         def unfit(region: int) -> bool:
             pixels = self.pixels[region]
@@ -131,7 +137,7 @@ class RegionGraph:
             if unfit(kept):
                 heapq.heappush(heap, (self.pixels[kept], kept))
         for region in range(1, self.pixels.size):
-            if self._parent[region] == region and unfit(region):
+            if self._parent[region] == region and self.known[region] == 0:
                 self._parent[region] = 0
 
     def labels(self) -> NDArray[np.int32]:

@@ -101,7 +101,7 @@ class EdgeNetwork:
         Parameters
         ----------
         rgb : ndarray of uint8, shape (H, W, 3)
-            Of any size; one with a longer side of more than `LONGEST_SIDE` is looked at scaled down to that.
+            Of any size; one with a longer side of more than `LONGEST_SIDE` is scaled down to that before all else.
         multiscale : bool
             The mean over the image at 0.5, 1 and 1.5 times its size: slightly better, 3.5 times as slow.
 
@@ -115,8 +115,7 @@ class EdgeNetwork:
         InputError
             If the image is not of this shape and type, or has no pixels.
         """
-        if rgb.dtype != np.uint8 or rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.size == 0:
-            raise InputError(f"Edges need an 8-bit RGB image of shape (H, W, 3), not {rgb.dtype} of shape {rgb.shape}.")
+        check_image(rgb)
         full = min(1.0, LONGEST_SIDE / max(rgb.shape[:2]))
         if not multiscale:
             return self._at_scale(rgb, full)
@@ -136,9 +135,15 @@ class EdgeNetwork:
     def _run(self, padded: NDArray[np.uint8]) -> NDArray[np.float32]:
         image = cv2.dnn.blobFromImage(padded, 1 / 255)
         with self._lock:
-            self._net.setInput(image)
-            # The net writes its next result to the same memory.
-            output = np.array(self._net.forward(self._output), np.float32)
+            try:
+                self._net.setInput(image)
+                # The net writes its next result to the same memory.
+                output = np.array(self._net.forward(self._output), np.float32)
+            except cv2.error as error:
+                raise FormatError(
+                    f"{self.path.name} is no edge network: it does not take one RGB image of shape "
+                    f"{(1, 3, *padded.shape[:2])}."
+                ) from error
         if output.shape != (1, 1, *padded.shape[:2]):
             raise FormatError(
                 f"{self.path.name} is no edge network: it makes {output.shape} of an image of {padded.shape[:2]}, "
@@ -150,17 +155,18 @@ class EdgeNetwork:
         """Refuse a network that is none for edges before it is used."""
         for height, width in _TRIAL_SHAPES:
             ramp = np.linspace(0, 255, height * width * 3).astype(np.uint8).reshape(height, width, 3)
-            try:
-                output = self._run(ramp)
-            except cv2.error as error:
-                raise FormatError(
-                    f"{self.path.name} is no edge network: it does not take one RGB image of shape (1, 3, H, W)."
-                ) from error
+            output = self._run(ramp)
             if not (np.isfinite(output).all() and output.min() >= -1e-3 and output.max() <= 1 + 1e-3):
                 raise OutOfRange(
                     f"{self.path.name} is no edge network as needed here: its output is not within 0 to 1. "
                     "If it lacks the sigmoid at its end, import it with --logits."
                 )
+
+
+def check_image(rgb: NDArray[np.generic]) -> None:
+    """Raise InputError for what is no colour image."""
+    if rgb.dtype != np.uint8 or rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.size == 0:
+        raise InputError(f"Edges need an 8-bit RGB image of shape (H, W, 3), not {rgb.dtype} of shape {rgb.shape}.")
 
 
 def load_model(name: str) -> EdgeNetwork:

@@ -14,7 +14,7 @@ from ..models import BUNDLED
 from ..parameters import BlockParameters
 from ..per_frame import once_per_frame
 from .edges import canny_edges, colour_gradient, gradient_strength, otsu_edges
-from .network import EdgeNetwork, load_model
+from .network import EdgeNetwork, check_image, load_model
 from .pairs import mark
 from .relief import Relief, find_relief
 
@@ -93,17 +93,15 @@ def edge_strength(
             raise InputError(
                 f"The detector {detector!r} needs a frame with depth; 'hed' and 'canny' take colour alone."
             )
-        if rgb.dtype != np.uint8 or rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.size == 0:
-            raise InputError(f"Edges need an 8-bit RGB image of shape (H, W, 3), not {rgb.dtype} of shape {rgb.shape}.")
+        check_image(rgb)
         return load_model(model).strength(rgb, multiscale) if detector == "hed" else _canny(rgb, BlockParameters())[0]
     if detector == "hed":
         return _network_strength(image, load_model(model), multiscale).copy()
     if detector == "canny":
         return _canny(image.rgb, BlockParameters())[0]
-    jumps = _default_relief(image).edges
     if detector == "depth":
-        return jumps.astype(np.float32)
-    return np.where(jumps, np.float32(1.0), _network_strength(image, load_model(model), multiscale))
+        return _default_relief(image).edges.astype(np.float32)
+    return combined_strength(image, load_model(model), multiscale).copy()
 
 
 def find_edges(frame: RGBDFrame, parameters: BlockParameters) -> FrameEdges:
@@ -144,9 +142,9 @@ def find_edges(frame: RGBDFrame, parameters: BlockParameters) -> FrameEdges:
 
 
 @once_per_frame
-def combined_strength(frame: RGBDFrame, model: str, multiscale: bool) -> NDArray[np.float32]:
-    """`edge_strength` by "combined", remembered. Raises InputError if the network is missing or none."""
-    return edge_strength(frame, model=model, multiscale=multiscale)
+def combined_strength(frame: RGBDFrame, network: EdgeNetwork, multiscale: bool) -> NDArray[np.float32]:
+    """`edge_strength` by "combined", remembered."""
+    return np.where(_default_relief(frame).edges, np.float32(1.0), _network_strength(frame, network, multiscale))
 
 
 @once_per_frame

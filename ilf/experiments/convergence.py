@@ -17,7 +17,7 @@ from ..ebs import extract_blocks
 from ..errors import InputError
 from ..filter.convergence import IterationRecord
 from ..frame import RGBDFrame
-from ..parameters import PRESETS, Parameters
+from ..parameters import PRESETS, BlockParameters, Parameters
 from .experiment import METHOD_PRESETS, OnProgress, Result, Row, Settings, preset_parameters
 from .sources import SAMPLE
 from .units import run_counted
@@ -46,6 +46,7 @@ def run_convergence(settings: Settings, on_progress: OnProgress) -> Result:
             "block": block.label,
             "block_pixels": int(raw.size),
             "defect_rate": float(np.isnan(raw).mean()),
+            "extraction": BlockParameters().to_dict(),
             "presets": preset_parameters(),
             "chosen": "The paper's block is not published. Here: the sofa of the bundled sample, a generated room with "
             f"exact truth, of which whole columns in the middle ({_HIDDEN:.0%} of the pixels) are hidden besides what "

@@ -18,7 +18,7 @@ from ..frame import RGBDFrame
 from ..io.files import read_json
 from ..io.frames import META_NAME
 from ..metrics import measure_errors
-from ..parameters import PRESETS
+from ..parameters import PRESETS, BlockParameters
 from .experiment import METHOD_PRESETS, OnProgress, Result, Row, Settings, preset_parameters
 from .rendering import cloud_picture, depth_picture, depth_range, thumbnail
 from .sources import QUICK_FRAMES, FrameSource, find_sources, load_source, spread
@@ -74,6 +74,7 @@ def run_real(settings: Settings, on_progress: OnProgress) -> Result:
             "frames": [source.name for source, _ in chosen],
             "sample": settings.data is None,
             "spot_diameter_m": DIAMETER,
+            "extraction": BlockParameters().to_dict(),
             "presets": preset_parameters(),
             "chosen": "The paper's frames are not published. Here: the first frame of every sensor, up to "
             f"{_FRAMES}. The spot lies where the depth is known and smoothest; of places about as smooth, at the one "

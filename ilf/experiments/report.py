@@ -10,8 +10,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from .. import __version__
-from ..errors import ExportError, InputError
+from ..errors import FormatError, InputError
 from ..io.atomic import write_bytes
+from ..io.folders import made_folder
 from .experiment import Comparison
 from .files import StoredFigure, StoredResult, stored_results
 from .registry import EXPERIMENTS
@@ -87,12 +88,16 @@ def write_report(
     """
     root = Path(folder)
     results = stored_results(root, tuple(EXPERIMENTS))
+    try:
+        page, text = html_report(results, root), markdown_report(results)
+    except (KeyError, TypeError) as error:
+        raise FormatError(f"{root} has results of another version ({error}). Run the experiments again.") from error
     written = [root / REPORT_FILE if html_file is None else Path(html_file)]
-    write_bytes(written[0], html_report(results, root).encode())
+    write_bytes(written[0], page.encode())
     if markdown_file is not None:
         written.append(Path(markdown_file))
         _copy_figures(results, root, written[-1].parent / IMAGE_FOLDER)
-        write_bytes(written[-1], markdown_report(results).encode())
+        write_bytes(written[-1], text.encode())
     return written
 
 
@@ -225,10 +230,7 @@ def _figure_file(folder: Path, figure: StoredFigure) -> Path:
 
 
 def _copy_figures(results: Sequence[StoredResult], source: Path, target: Path) -> None:
-    try:
-        target.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ExportError(f"{target} cannot be made a folder: {error.strerror}. Choose another one.") from error
+    made_folder(target)
     for result in results:
         for figure in (figure for figure in result.figures if not figure.shows_data):
             write_bytes(target / f"{figure.stem}.png", _small_png(_figure_file(source, figure)))

@@ -147,6 +147,10 @@ def test_a_missing_edge_network_is_said_by_every_command(files, capsys):
         warnings = [line for line in capsys.readouterr().err.splitlines() if "There is no edge network 'mine'" in line]
         assert len(warnings) == 1
         assert warnings[0].startswith("ilf: warning: Canny's edges stand in for the network's: ")
+    filters = ["complete", *files, "--no-cloud", "--out", "own", "--quiet", "--preset", "best", "--model", "mine"]
+    for command in (filters, ["complete", "--replay", "own/run.json", "--out", "own-again", "--quiet"]):
+        assert main(command) == 0
+        assert capsys.readouterr().err.count("Edges come from Canny: There is no edge network 'mine'") == 1
 
 
 def test_replay_that_comes_out_differently_is_said(files, capsys):
@@ -255,11 +259,13 @@ def test_blocks_writes_the_label_map_and_its_stages(files, capsys):
     assert main(["blocks", *files, "--out", "b.png", "--stages", "stages/of"]) == 0
     labels = ilf.extract_blocks(ilf.load_frame(*files))
     np.testing.assert_array_equal(read_labels("b.png"), labels)
-    assert sorted(contents("stages/of")) == ["1-edges.png", "2-dilated.png", "3-contracted.png", "4-blocks.png"]
-    edges, dilated = (cv2.imread(f"stages/of/{name}.png", cv2.IMREAD_UNCHANGED) for name in ("1-edges", "2-dilated"))
+    names = ["1-strength", "2-edges", "3-dilated", "4-contracted", "5-blocks"]
+    assert sorted(contents("stages/of")) == [f"{name}.png" for name in names]
+    strength, edges, dilated = (cv2.imread(f"stages/of/{name}.png", cv2.IMREAD_UNCHANGED) for name in names[:3])
+    assert np.ptp(strength) > 200
     assert np.count_nonzero(dilated) > np.count_nonzero(edges) > 0
     assert np.all(dilated[edges > 0])
-    overlay = cv2.imread("stages/of/4-blocks.png")
+    overlay = cv2.imread("stages/of/5-blocks.png")
     assert np.all(overlay[:, 39] == 255)
     assert len(np.unique(overlay[:, [10, 70]].reshape(-1, 3), axis=0)) == 2
     assert "2 blocks cover 100.0%" in capsys.readouterr().out

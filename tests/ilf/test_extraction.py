@@ -193,9 +193,26 @@ def test_a_frame_without_any_edge_is_one_block() -> None:
     assert (ilf.extract_blocks(frame) == 1).all()
 
 
-def test_one_pixel_frames_survive() -> None:
-    frame = RGBDFrame(np.zeros((1, 1, 3), np.uint8), np.ones((1, 1)))
-    assert ilf.extract_blocks(frame).shape == (1, 1)
+@pytest.mark.parametrize("shape", [(1, 1), (1, 2), (7, 1), (3, 3), (1, 50), (3, 40)])
+def test_tiny_frames_have_blocks_all_over(shape: tuple[int, int]) -> None:
+    rgb = np.random.default_rng(3).integers(0, 255, (*shape, 3), dtype=np.uint8)
+    frame = RGBDFrame(rgb, np.ones(shape))
+    for detector in ("hed", "canny"):
+        assert ilf.extract_blocks(frame, BlockParameters(detector=detector)).all()
+
+
+def test_edges_everywhere_leave_one_block() -> None:
+    rows, columns = np.mgrid[:120, :160]
+    rgb = np.repeat((255 * ((rows // 2 + columns // 2) % 2)).astype(np.uint8)[..., None], 3, axis=2)
+    frame = RGBDFrame(rgb, np.full((120, 160), 2.0))
+    assert (ilf.extract_blocks(frame, BlockParameters(detector="canny", canny_sigma=0.0)) == 1).all()
+
+
+def test_a_frame_with_little_depth_is_a_block() -> None:
+    depth = np.full((60, 80), np.nan)
+    depth[::6, ::6] = 2.0
+    frame = RGBDFrame(np.full((60, 80, 3), 90, np.uint8), depth)
+    assert (ilf.extract_blocks(frame) == 1).all()
 
 
 def test_canny_finds_the_square_and_only_it(frame: RGBDFrame) -> None:

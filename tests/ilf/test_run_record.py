@@ -111,7 +111,7 @@ def test_newer_records_are_read_but_not_with_unknown_parameters(tmp_path):
         data["blocks_outcome"][0]["seconds"] = 1
 
     read_run_record(run.changed(add))
-    with pytest.raises(FormatError, match="newer version"):
+    with pytest.raises(FormatError, match="another version"):
         read_run_record(run.changed(lambda data: data["parameters"].update(prior="plane")))
 
 
@@ -224,6 +224,12 @@ def test_replay_of_edited_blocks_needs_their_label_map(tmp_path):
     labels.unlink()
     with pytest.raises(InputError, match=r"blocks\.png"):
         replayed(run.path, tmp_path / "again")
+
+
+def test_a_parameter_that_had_another_name_is_understood(tmp_path):
+    run = Run(tmp_path)
+    run.changed(set_at("parameters", "edges", "network"))
+    assert {parameters.edges for parameters in read_run_record(run.path).parameters.values()} == {"hed"}
 
 
 def test_replay_where_the_extraction_has_changed(tmp_path, monkeypatch):

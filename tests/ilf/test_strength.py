@@ -11,7 +11,7 @@ import pytest
 
 import ilf
 from ilf.assets import asset_path
-from ilf.ebs.network import EdgeNetwork
+from ilf.ebs.network import EdgeNetwork, load_model
 from ilf.ebs.strength import DETECTORS, canny_strength, combined_strength
 from ilf.errors import InputError
 from ilf.frame import RGBDFrame
@@ -69,7 +69,7 @@ def test_network_and_depth_jumps_make_the_filters_edges() -> None:
     depth[:, 40:] = 3.0
     rgb = np.zeros((64, 80, 3), np.uint8)
     rgb[:32] = (200, 40, 40)
-    strength = combined_strength(RGBDFrame(rgb, depth), "edges", False)
+    strength = combined_strength(RGBDFrame(rgb, depth), load_model("edges"), False)
     assert strength.shape == (64, 80)
     assert strength.dtype == np.float32
     assert (strength[:, 39] == 1).all()

@@ -1,4 +1,4 @@
-"""Tiny ONNX networks, written byte by byte: making one with a library would be a dependency for two tests."""
+"""Tiny ONNX networks, written byte by byte: what no library would write, too, and nothing of onnx to install."""
 
 from __future__ import annotations
 
