@@ -15,6 +15,7 @@ import ilf
 from gui import theme
 from gui.dialogs.export import ExportDialog
 from gui.dialogs.open_frame import OpenFrameDialog
+from gui.dialogs.widgets import warn
 from gui.frame_source import FrameSource, sorted_out
 from gui.loader import FrameLoader
 from gui.runs import RunController
@@ -69,9 +70,7 @@ class Documents(QObject):
         """Say plainly what went wrong."""
         text = error_text(error)
         self._window.log.add(f"{what}: {text}")
-        box = QMessageBox(QMessageBox.Icon.Warning, what, text, QMessageBox.StandardButton.Ok, self._window)
-        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        box.open()
+        warn(self._window, what, text)
 
     # opening
 
@@ -159,22 +158,29 @@ class Documents(QObject):
                 self._workspace.close_session(session)
 
     def may_close(self) -> bool:
-        """Whether the window may close; asks about what is not exported."""
-        return self._may_discard(self._workspace.sessions)
+        """Whether the window may close; asks about what is not exported, and about experiments that run."""
+        return self._may_discard(self._workspace.sessions) and self._may_stop_experiments()
+
+    def _may_stop_experiments(self) -> bool:
+        return not self._window.experiments.busy or self._may_lose(
+            "Experiments are running",
+            "What the experiment under way has found so far would be lost. Go on all the same?",
+        )
 
     def _may_discard(self, sessions: list[Session]) -> bool:
         running = None if self._runs.resolving else self._runs.session
         unsaved = [session.name for session in sessions if session.unsaved or session is running]
-        if not unsaved or self.discard_silently:
-            return True
-        answer = QMessageBox.question(
-            self._window,
+        return not unsaved or self._may_lose(
             "Not exported",
             f"Results or edits of {', '.join(unsaved)} have not been exported, or a run is under way; they would be "
             "lost. Go on all the same?",
-            QMessageBox.StandardButton.Discard | QMessageBox.StandardButton.Cancel,
-            QMessageBox.StandardButton.Cancel,
         )
+
+    def _may_lose(self, what: str, text: str) -> bool:
+        if self.discard_silently:
+            return True
+        buttons = QMessageBox.StandardButton.Discard | QMessageBox.StandardButton.Cancel
+        answer = QMessageBox.question(self._window, what, text, buttons, QMessageBox.StandardButton.Cancel)
         return answer == QMessageBox.StandardButton.Discard
 
     # export
@@ -225,15 +231,7 @@ class Documents(QObject):
         folder = report.files[0].parent if report.files else ""
         self.tell(f"Exported {len(report.files)} files to {folder}")
         if report.warnings:
-            box = QMessageBox(
-                QMessageBox.Icon.Warning,
-                "Exported, with warnings",
-                "\n\n".join(report.warnings),
-                QMessageBox.StandardButton.Ok,
-                self._window,
-            )
-            box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-            box.open()
+            warn(self._window, "Exported, with warnings", "\n\n".join(report.warnings))
         self.exported.emit(report)
 
     def ask_save_picture(self) -> None:

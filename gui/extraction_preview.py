@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Generator
 from dataclasses import dataclass
 
@@ -10,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
+from gui.found_blocks import Found, find
 from gui.views.stages import stage_picture
 from gui.worker import Worker
-from ilf.ebs import Extraction, extract
 from ilf.frame import RGBDFrame
 from ilf.parameters import BlockParameters
 
@@ -28,20 +27,11 @@ class Question:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """The picture, as `stage_picture` gives it, and the extraction that it shows, with the seconds that took."""
+    """The picture, as `stage_picture` gives it, and what it shows."""
 
     question: Question
-    extraction: Extraction
-    seconds: float
+    found: Found
     picture: NDArray[np.uint8]
-
-
-@dataclass(frozen=True, eq=False)
-class _Held:
-    frame: RGBDFrame
-    parameters: BlockParameters
-    extraction: Extraction
-    seconds: float
 
 
 class ExtractionPreview(QObject):
@@ -55,7 +45,7 @@ class ExtractionPreview(QObject):
         An Answer; during a drag, also to questions that have been overtaken since, but never about another frame
         than that turned to.
     failed(object)
-        The exception that kept a question from being answered. It is not tried again before another has been.
+        The exception that kept a question from being answered.
     """
 
     found = Signal(object)
@@ -68,8 +58,7 @@ class ExtractionPreview(QObject):
         self._worker.failed.connect(self._fail)
         self._next: Question | None = None
         self._present: Question | None = None
-        self._hopeless: Question | None = None
-        self._held: _Held | None = None
+        self._held: Found | None = None
 
     @property
     def busy(self) -> bool:
@@ -78,21 +67,17 @@ class ExtractionPreview(QObject):
 
     def ask(self, question: Question) -> None:
         """Find a picture; `found` follows."""
-        if question == self._hopeless:
-            return
         self._next = None if question == self._present else question
         if not self._worker.busy:
             self._start()
 
-    def hold(self, frame: RGBDFrame, parameters: BlockParameters, extraction: Extraction, seconds: float) -> None:
+    def hold(self, found: Found) -> None:
         """Take an extraction that was made elsewhere."""
-        self._held = _Held(frame, parameters, extraction, seconds)
+        self._held = found
 
-    def held(self, frame: RGBDFrame, parameters: BlockParameters) -> Extraction | None:
+    def held(self, frame: RGBDFrame, parameters: BlockParameters) -> Found | None:
         """The extraction of a frame with these parameters, if that is the one held."""
-        held = self._held
-        fits = held is not None and held.frame is frame and held.parameters == parameters
-        return held.extraction if held is not None and fits else None
+        return self._held if self._held is not None and self._held.answers(frame, parameters) else None
 
     def held_parameters(self, frame: RGBDFrame) -> BlockParameters | None:
         """What the extraction that is held was made with, if it is of this frame."""
@@ -102,7 +87,7 @@ class ExtractionPreview(QObject):
         """Hold no extraction of another frame, and answer no question about one any more."""
         if self._held is not None and self._held.frame is not frame:
             self._held = None
-        self._next = self._present = self._hopeless = None
+        self._next = self._present = None
 
     def shutdown(self) -> bool:
         """Stop for good, before the window closes. True if the thread has ended."""
@@ -113,33 +98,26 @@ class ExtractionPreview(QObject):
         self._present, self._next = self._next, None
         if self._present is None:
             return
-        question, held = self._present, self._held
-        if held is not None and (held.frame is not question.frame or held.parameters != question.parameters):
-            held = None
+        question = self._present
+        held = self.held(question.frame, question.parameters)
 
         def job() -> Generator[None, None, Answer]:
             yield None
-            frame = question.frame
-            begun = time.perf_counter()
-            extraction = held.extraction if held is not None else extract(frame, question.parameters)
-            seconds = held.seconds if held is not None else time.perf_counter() - begun
-            return Answer(question, extraction, seconds, stage_picture(question.stage, frame.rgb, extraction))
+            found = held or find(question.frame, question.parameters)
+            return Answer(question, found, stage_picture(question.stage, question.frame.rgb, found.extraction))
 
         self._worker.start(job)
 
     def _answer(self, answer: Answer) -> None:
-        question, wanted = answer.question, self._present is not None
+        wanted = self._present is not None
         if wanted:
-            self._hopeless = None
-            self.hold(question.frame, question.parameters, answer.extraction, answer.seconds)
+            self.hold(answer.found)
         self._start()
         if wanted:
             self.found.emit(answer)
 
     def _fail(self, error: Exception) -> None:
-        question = self._present
-        if question is not None:
-            self._hopeless = question
+        wanted = self._present is not None
         self._start()
-        if question is not None:
+        if wanted:
             self.failed.emit(error)

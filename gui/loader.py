@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections import Counter, deque
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
@@ -12,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
+from gui.found_blocks import Found, find
 from gui.frame_source import FrameSource
 from gui.session import Session
 from gui.worker import Worker
 from gui.workspace import Workspace
 from ilf.completion import prepare
-from ilf.ebs import Extraction, extract
 from ilf.frame import RGBDFrame
 from ilf.io import load_frame
 from ilf.parameters import BlockParameters, Parameters, preset
@@ -34,9 +33,8 @@ class _Opened:
     key: str
     labels: NDArray[np.int32]
     extraction: BlockParameters | None
-    found: Extraction | None = None
+    found: Found | None = None
     """What has just been extracted; None if the blocks come from a record."""
-    seconds: float = 0.0
     edited: bool = False
     parameters: dict[int, Parameters] | None = None
     warnings: tuple[str, ...] = ()
@@ -45,9 +43,7 @@ class _Opened:
 @dataclass(frozen=True, eq=False)
 class _Extracted:
     session: Session
-    found: Extraction
-    parameters: BlockParameters
-    seconds: float
+    found: Found
 
 
 Job = Callable[[], _Opened | _Extracted]
@@ -62,9 +58,8 @@ class FrameLoader(QObject):
         What is being done, or "" when idle.
     message(str)
         What an opening or an extraction gave.
-    extracted(object, object, object, float)
-        An RGBDFrame that is about to become the present one or is it, BlockParameters, the Extraction with them, and
-        the seconds that it took.
+    extracted(object)
+        What has been Found for the frame that is the present one or about to become it.
     failed(str, object)
         What was tried, and the exception.
     idle()
@@ -73,7 +68,7 @@ class FrameLoader(QObject):
 
     busy_changed = Signal(str)
     message = Signal(str)
-    extracted = Signal(object, object, object, float)
+    extracted = Signal(object)
     failed = Signal(str, object)
     idle = Signal()
 
@@ -115,7 +110,7 @@ class FrameLoader(QObject):
         self._workspace.show_session(session)
         return True
 
-    def extract(self, session: Session, found: Extraction | None = None) -> None:
+    def extract(self, session: Session, found: Found | None = None) -> None:
         """Extract the blocks of an open frame again, with the workspace's parameters.
 
         With `found`, which must be what they give, it need not be done again: the blocks are there at once.
@@ -123,9 +118,9 @@ class FrameLoader(QObject):
         parameters = self._workspace.extraction_parameters
         frame = session.frame
         if found is not None:
-            self._take_extraction(_Extracted(session, found, parameters, 0.0))
+            self._take_extraction(_Extracted(session, found))
         else:
-            self._add(f"Extract blocks of {session.name}", lambda: _extract(session, frame, parameters))
+            self._add(f"Extract blocks of {session.name}", lambda: _Extracted(session, find(frame, parameters)))
 
     def shutdown(self) -> bool:
         """Stop before the window closes. True if the thread has ended."""
@@ -156,24 +151,24 @@ class FrameLoader(QObject):
         if isinstance(outcome, _Opened):
             if not self._shown_already(outcome.origin, outcome.key):
                 self._add_session(outcome)
-            self._tell_blocks(self._workspace.session, outcome.found.note if outcome.found is not None else "")
+            note = "" if outcome.found is None else outcome.found.extraction.note
+            self._tell_blocks(self._workspace.session, note)
         elif outcome.session in self._workspace.sessions:
-            if outcome.session is self._workspace.session:
-                self.extracted.emit(outcome.session.frame, outcome.parameters, outcome.found, outcome.seconds)
             self._take_extraction(outcome)
         self._next()
 
     def _take_extraction(self, outcome: _Extracted) -> None:
-        kept = self._workspace.set_extracted(outcome.session, outcome.found.blocks, outcome.parameters)
-        self._tell_blocks(outcome.session, " ".join(filter(None, (_describe_kept(*kept), outcome.found.note))))
+        session, found = outcome.session, outcome.found
+        kept = self._workspace.set_extracted(session, found.extraction.blocks, found.parameters)
+        if session is self._workspace.session:
+            self.extracted.emit(found)
+        self._tell_blocks(session, " ".join(filter(None, (_describe_kept(*kept), found.extraction.note))))
 
     def _tell_blocks(self, session: Session, note: str) -> None:
         text = f"{session.name}: {describe_blocks(len(session.counts()), session.labels)}."
         self.message.emit(f"{text} {note}".strip())
 
     def _add_session(self, opened: _Opened) -> None:
-        if opened.found is not None:
-            self.extracted.emit(opened.frame, opened.extraction, opened.found, opened.seconds)
         session = Session(opened.frame, opened.origin, opened.key)
         session.take_blocks(opened.labels, opened.extraction, opened.edited)
         replaced = self._workspace.session_of(opened.key)
@@ -181,6 +176,8 @@ class FrameLoader(QObject):
             self._workspace.close_session(replaced)
         if opened.parameters is not None:
             self._take_parameters(session, opened.parameters, opened.extraction)
+        if opened.found is not None:
+            self.extracted.emit(opened.found)
         self._workspace.add_session(session)
         for warning in opened.warnings:
             self.message.emit(f"{session.name}: {warning}")
@@ -222,21 +219,11 @@ def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
     return text
 
 
-def _timed(frame: RGBDFrame, parameters: BlockParameters) -> tuple[Extraction, float]:
-    begun = time.perf_counter()
-    return extract(frame, parameters), time.perf_counter() - begun
-
-
-def _extract(session: Session, frame: RGBDFrame, parameters: BlockParameters) -> _Extracted:
-    found, seconds = _timed(frame, parameters)
-    return _Extracted(session, found, parameters, seconds)
-
-
 def _open(source: FrameSource, parameters: BlockParameters) -> _Opened:
     frame = load_frame(source.rgb, source.depth, depth_units=source.depth_units, intrinsics=source.intrinsics)
-    found, seconds = _timed(frame, parameters)
+    found = find(frame, parameters)
     prepare(frame, preset())  # here and now, rather than when the first slider is moved
-    return _Opened(frame, source, source.key, found.blocks, parameters, found, seconds)
+    return _Opened(frame, source, source.key, found.extraction.blocks, parameters, found)
 
 
 def _open_run(path: Path) -> _Opened:

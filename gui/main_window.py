@@ -135,7 +135,7 @@ class MainWindow(QMainWindow):
     def _arrange(self) -> None:
         """Default sizes of the docks: enough for their content where the window is large, a share of it where not."""
         frames, blocks, right, curves = self._sized_docks
-        left_width, right_width = min(430, round(0.3 * self.width())), min(310, round(0.22 * self.width()))
+        left_width, right_width = min(430, round(0.3 * self.width())), min(310, round(0.24 * self.width()))
         self.resizeDocks([frames, right], [left_width, right_width], Qt.Orientation.Horizontal)
         self.resizeDocks([frames, blocks], [170, 600], Qt.Orientation.Vertical)
         self.resizeDocks([curves], [min(230, round(0.25 * self.height()))], Qt.Orientation.Vertical)
@@ -181,6 +181,7 @@ class MainWindow(QMainWindow):
         view.addMenu(self._depth_map_menu())
         view.addMenu(self.documents.theme_menu())
         self.experiments = ExperimentsMenu(self)
+        self.experiments.message.connect(self.documents.tell)
         self.menuBar().addMenu(self.experiments)
         self._fill(self.menuBar().addMenu("&Help"), "about")
 
@@ -347,10 +348,14 @@ class MainWindow(QMainWindow):
         self.views.extraction.stageChanged.connect(lambda _: stages.refresh())
         self.views.layoutChanged.connect(lambda _: stages.refresh())
         self.centre.currentChanged.connect(lambda _: stages.refresh())
+        self.views.extraction.set_hints({name: self.actions_[f"stage_{name}"].toolTip() for name in STAGES})
+        self.workspace.labels_changed.connect(lambda _: stages.describe())
+        self.workspace.infos_changed.connect(stages.describe)
         self.loader.extracted.connect(stages.hold)
         panel.edited.connect(stages.take_parameters)
         panel.preview_switched.connect(stages.switch)
         panel.keeping_switched.connect(stages.take_keeping)
+        panel.view_wished.connect(stages.show_view)
 
     def _pause(self, checked: bool) -> None:
         (self.runs.pause if checked else self.runs.resume)()
@@ -411,6 +416,7 @@ class MainWindow(QMainWindow):
         if self._arranged:
             return
         self._arranged = True
+        self.experiments.load_soon()
         state = QSettings().value("window/state") if self._remembers else None
         if state is None or not self.restoreState(state):
             self._arrange()

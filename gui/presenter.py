@@ -15,6 +15,7 @@ from gui.block_rows import block_rows, colour_table
 from gui.runs import Previews, RunState
 from gui.session import Session
 from gui.tools.base import label_at
+from gui.views.stages import STAGES
 from ilf.blocks import Block, Box
 from ilf.cloud import point_cloud
 from ilf.completion import Completion
@@ -38,6 +39,7 @@ _FRAME_ACTIONS = (
     "brush_larger",
     "fit",
     "one_to_one",
+    *(f"stage_{name}" for name in STAGES),
 )
 _MENU = "run_selected zoom_block | merge_blocks delete_blocks lock_blocks | new_block fit"
 

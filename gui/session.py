@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QUndoStack
 
+from gui.reextraction import made_by_hand
 from ilf.completion import BlockResult, Completion, compose
 from ilf.ebs.edit import LabelPatch
 from ilf.frame import RGBDFrame
@@ -41,13 +42,19 @@ class BlockNotes:
     extraction : BlockParameters or None
         What the blocks were extracted with.
     extracted : ndarray of int32 or None
-        What that extraction gave; None if the blocks do not come from it alone.
+        The map as that extraction left it; None if it was changed afterwards in ways that are not known.
+    kept : frozenset of int
+        Blocks that stayed as they were at that extraction, and do not come from it.
+    handmade : frozenset of int
+        Those of them that had been made by hand.
     """
 
     infos: dict[int, BlockInfo] = field(default_factory=dict)
     parameters: dict[int, Parameters] = field(default_factory=dict)
     extraction: BlockParameters | None = None
     extracted: NDArray[np.int32] | None = None
+    kept: frozenset[int] = frozenset()
+    handmade: frozenset[int] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -109,7 +116,13 @@ class Session:
     @property
     def edited(self) -> bool:
         """Whether the blocks differ from what the extraction gave."""
-        return self.notes.extracted is None or not np.array_equal(self.notes.extracted, self.labels)
+        notes = self.notes
+        return notes.extracted is None or bool(notes.kept) or not np.array_equal(notes.extracted, self.labels)
+
+    def handmade(self) -> frozenset[int]:
+        """Blocks made by hand, before the last extraction or since."""
+        older = self.notes.handmade & set(self.counts())
+        return older | made_by_hand(self.labels, self.notes.extracted)
 
     @property
     def unsaved(self) -> bool:

@@ -128,9 +128,14 @@ def _palette(tones: dict[str, str]) -> QPalette:
     for role, tone in roles.items():
         palette.setColor(role, QColor(tones[tone]))
     palette.setColor(QPalette.ColorRole.HighlightedText, QColor("#ffffff"))
-    for role in (QPalette.ColorRole.WindowText, QPalette.ColorRole.Text, QPalette.ColorRole.ButtonText):
-        faint = QColor(tones["muted"])
-        faint.setAlpha(140)
+    faint = QColor(tones["muted"])
+    faint.setAlpha(140)
+    for role in (
+        QPalette.ColorRole.WindowText,
+        QPalette.ColorRole.Text,
+        QPalette.ColorRole.ButtonText,
+        QPalette.ColorRole.PlaceholderText,
+    ):
         palette.setColor(QPalette.ColorGroup.Disabled, role, faint)
     return palette
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoGroup
 
 from gui.commands import EditInfo, EditLabels
-from gui.reextraction import flow_around, keep_under, made_by_hand
+from gui.reextraction import flow_around, keep_under
 from gui.session import BlockNotes, Session
 from ilf.completion import BlockResult
 from ilf.ebs.edit import LabelPatch, patch_between
@@ -98,43 +99,33 @@ class Workspace(QObject):
     def set_extracted(self, session: Session, labels: NDArray[np.int32], used: BlockParameters) -> Kept:
         """Take the blocks of another extraction as one undoable step, around the blocks that stay as they are."""
         self.prepare_change(session)
-        present = session.labels
-        locked = session.locked & set(session.counts())
-        by_hand = made_by_hand(present, session.notes.extracted) - locked if self.keeps_handmade else frozenset()
-        kept = locked | by_hand
-        around = flow_around(present, kept, labels, used.min_size / 100 * labels.size)
-        # what stays is not from this extraction, and is therefore still told apart at the next one
-        extracted = np.where(np.isin(present, list(kept)), 0, around).astype(np.int32)
-        self._replace(session, around, "Extract blocks", used, extracted, kept)
+        locked, by_hand = self.staying(session)
+        kept, handmade = locked | by_hand, session.handmade()
+        around = flow_around(session.labels, kept, labels, used.min_size / 100 * labels.size)
+        # a block that only was locked is not made by hand: it goes when it is unlocked
+        self._replace(session, around, "Extract blocks", BlockNotes({}, {}, used, around.copy(), kept, handmade & kept))
         return Kept(len(locked), len(by_hand), kept == set(session.counts()))
+
+    def staying(self, session: Session) -> tuple[frozenset[int], frozenset[int]]:
+        """Blocks that stay when blocks are extracted again: locked ones, and others made by hand."""
+        locked = session.locked & set(session.counts())
+        return locked, session.handmade() - locked if self.keeps_handmade else frozenset()
 
     def replace_labels(self, labels: NDArray[np.int32], text: str) -> None:
         """Take another label map for the present frame as one undoable step; locked blocks stay."""
         session = self.session
         self.prepare_change(session)
         locked = session.locked
-        self._replace(session, keep_under(session.labels, locked, labels), text, None, None, locked)
+        self._replace(session, keep_under(session.labels, locked, labels), text, BlockNotes(kept=locked))
 
-    def _replace(
-        self,
-        session: Session,
-        labels: NDArray[np.int32],
-        text: str,
-        extraction: BlockParameters | None,
-        extracted: NDArray[np.int32] | None,
-        kept: frozenset[int],
-    ) -> None:
-        patch = patch_between(session.labels, labels)
+    def _replace(self, session: Session, labels: NDArray[np.int32], text: str, notes: BlockNotes) -> None:
+        """Take another map and what is known of it; of the blocks that it keeps, what was known of them."""
+        old, patch = session.notes, patch_between(session.labels, labels)
         if patch is None:
-            session.notes.extraction, session.notes.extracted = extraction, extracted
+            session.notes = replace(notes, infos=old.infos, parameters=old.parameters)
             return
-        old = session.notes
-        notes = BlockNotes(
-            {label: info for label, info in old.infos.items() if label in kept},
-            {label: values for label, values in old.parameters.items() if label in kept},
-            extraction,
-            extracted,
-        )
+        notes.infos = {label: info for label, info in old.infos.items() if label in notes.kept}
+        notes.parameters = {label: own for label, own in old.parameters.items() if label in notes.kept}
         session.undo_stack.push(EditLabels(self, session, patch, text, notes=notes))
 
     def edit_labels(self, patch: LabelPatch | None, text: str, done: bool = False) -> bool:

@@ -70,6 +70,7 @@ class FigureView(QScrollArea):
         # room for the scroll bar always: its coming and going would change the width that decides whether it comes
         room = self.width() - self.verticalScrollBar().sizeHint().width() - margins.left() - margins.right()
         self.paper.fit(None if self._whole else max(room, _NARROWEST))
+        self._column.invalidate()  # it holds heights for the old width, and a fixed size alone does not tell it
 
 
 class _Paper(QWidget):

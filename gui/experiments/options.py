@@ -69,7 +69,7 @@ class ExperimentOptions(QWidget):
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         form.addRow("Run", self.thoroughness)
         form.addRow("Frames", _stacked(self.data, (("Folder…", self._ask_data_folder), ("File…", self._ask_data_file))))
-        form.addRow("At most", self.limit)
+        form.addRow("Frames at most", self.limit)
         form.addRow("Seed", self.seed)
         form.addRow("Results", _beside(self.folder, "…", "Choose another folder for results", self._ask_folder))
 

@@ -13,6 +13,9 @@ from ilf.experiments.report import shown
 
 _WIDEST = 220
 
+_SHARES = ("defect_rate",)
+"""Columns of shares, shown in per cent."""
+
 
 class RowTable(QTableView):
     """Rows with a column per name; a click on a heading sorts."""
@@ -52,9 +55,10 @@ class _RowModel(QAbstractTableModel):
         return 0 if parent is not None and parent.isValid() else len(self._names)
 
     def data(self, index: QModelIndex | QPersistentModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        value = self._rows[index.row()].get(self._names[index.column()])
+        name = self._names[index.column()]
+        value = self._rows[index.row()].get(name)
         if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole):
-            return shown(value)
+            return f"{shown(100.0 * value)} %" if name in _SHARES and value is not None else shown(value)
         if role == Qt.ItemDataRole.UserRole:
             return value
         if role == Qt.ItemDataRole.TextAlignmentRole:

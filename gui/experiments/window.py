@@ -6,7 +6,7 @@ import html
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QSize, Qt, QUrl
+from PySide6.QtCore import QEvent, QSize, Qt, QUrl, Signal
 from PySide6.QtGui import QCloseEvent, QDesktopServices, QIcon, QPalette
 from PySide6.QtWidgets import (
     QFileDialog,
@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
 )
 
 from gui import theme
-from gui.dialogs.widgets import Message
+from gui.dialogs.widgets import Message, warn
 from gui.documents import error_text
 from gui.experiments.options import ExperimentOptions
 from gui.experiments.result_view import ResultView
@@ -37,10 +37,19 @@ from ilf.io.atomic import write_bytes
 
 _SIZE = QSize(1280, 800)
 _LEFT_WIDTH = 335
+_FIGURE_KINDS = {"PNG image (*.png)": ".png", "SVG drawing (*.svg)": ".svg"}
 
 
 class ExperimentsWindow(QWidget):
-    """Runs experiments and shows what lies in the results folder, from whichever run."""
+    """Runs experiments and shows what lies in the results folder, from whichever run.
+
+    Signals
+    -------
+    message(str)
+        What is to be said of a run while this window is closed.
+    """
+
+    message = Signal(str)
 
     def __init__(self) -> None:
         super().__init__()
@@ -85,7 +94,6 @@ class ExperimentsWindow(QWidget):
             item.setSizeHint(QSize(0, 2 * self.list.fontMetrics().lineSpacing() + 12))
             self._items[name] = item
         self.list.currentItemChanged.connect(lambda *_: self._show_chosen())
-        self.list.itemDoubleClicked.connect(lambda _: self.run_chosen())
 
     def _left_side(self) -> QWidget:
         self.run_button = _button("Run", "Run the chosen experiment", self.run_chosen)
@@ -169,6 +177,8 @@ class ExperimentsWindow(QWidget):
 
     def _tell_end(self, how: str) -> None:
         self._tell({"finished": "", "cancelled": "Cancelled.", "failed": "Stopped by an error."}[how])
+        if not self.isVisible():
+            self.message.emit(f"Experiments: {how}.")
 
     def _report_failure(self, name: str, error: Exception) -> None:
         self._report(EXPERIMENTS[name].title if name else "Experiments", error)
@@ -283,10 +293,22 @@ class ExperimentsWindow(QWidget):
             self._tell_written(path)
 
     def _ask_save_figure(self, source: Path) -> None:
-        start = str(Path.home() / source.name)
-        path, kind = QFileDialog.getSaveFileName(self, "Save figure", start, "PNG image (*.png);;SVG drawing (*.svg)")
-        if path:
-            self.save_figure(source, _with_suffix(path, ".svg" if "svg" in kind else ".png"))
+        # without an ending, so that the kind that is chosen decides
+        start = str(Path.home() / source.stem)
+        typed, kind = QFileDialog.getSaveFileName(self, "Save figure", start, ";;".join(_FIGURE_KINDS))
+        if not typed:
+            return
+        path = Path(typed)
+        if path.suffix.lower() not in _FIGURE_KINDS.values():
+            path = Path(typed + _FIGURE_KINDS[kind])
+            # the dialog has asked about what was typed only
+            if path.exists() and not self._may_replace(path):
+                return
+        self.save_figure(source, path)
+
+    def _may_replace(self, path: Path) -> bool:
+        answer = QMessageBox.question(self, "Save figure", f"{path} is there already. Replace it?")
+        return answer == QMessageBox.StandardButton.Yes
 
     def save_figure(self, source: Path, path: Path) -> None:
         """Save a figure of the results, as PNG or, if that is the ending, as SVG."""
@@ -309,9 +331,7 @@ class ExperimentsWindow(QWidget):
         self.told.setToolTip(str(path))
 
     def _report(self, what: str, error: Exception) -> None:
-        box = QMessageBox(QMessageBox.Icon.Warning, what, error_text(error), QMessageBox.StandardButton.Ok, self)
-        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        box.open()
+        warn(self, what, error_text(error))
 
     # events
 
@@ -328,9 +348,10 @@ class ExperimentsWindow(QWidget):
         return ended
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """A run ends with its window."""
-        self.shutdown()
+        """A run goes on without its window; it ends with the program."""
         super().closeEvent(event)
+        if self.runner.busy:
+            self.message.emit("The experiments go on. Open their window again to follow or cancel them.")
 
 
 def _button(text: str, hint: str, slot: Callable[[], object]) -> QPushButton:

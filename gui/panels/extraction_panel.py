@@ -24,11 +24,14 @@ class ExtractionPanel(QWidget):
         The user switched the preview on or off.
     keeping_switched(bool)
         The user wants blocks made by hand to stay, or not.
+    view_wished()
+        The user followed `offer_view` and wants to see what the values give.
     """
 
     edited = Signal(object)
     preview_switched = Signal(bool)
     keeping_switched = Signal(bool)
+    view_wished = Signal()
 
     def __init__(self, extract: QAction, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -45,8 +48,9 @@ class ExtractionPanel(QWidget):
         )
         self._keep.clicked.connect(self.keeping_switched)
         self._summary = QLabel(wordWrap=True, objectName="summary")
+        self._summary.linkActivated.connect(lambda _: self.view_wished.emit())
         self._summary.hide()
-        self._text = self._warning = ""
+        self._text = self._warning = self._layout = ""
         self.form = ParameterForm(BlockParameters)
         self.form.set_base(BlockParameters())
         self.form.changed.connect(self.edited)
@@ -69,7 +73,12 @@ class ExtractionPanel(QWidget):
 
     def show_summary(self, text: str, warning: str = "") -> None:
         """Say what the values give, and what should be known of it."""
-        self._text, self._warning = text, warning
+        self._text, self._warning, self._layout = text, warning, ""
+        self._write()
+
+    def offer_view(self, layout: str) -> None:
+        """Say in which layout there is to be seen what the values give, with a link to it."""
+        self._text, self._warning, self._layout = "", "", layout
         self._write()
 
     def _write(self) -> None:
@@ -77,11 +86,15 @@ class ExtractionPanel(QWidget):
         pairs = ((self._text, colours.muted), (self._warning, colours.warning))
         # not by palette, which a new application style sheet would take away
         lines = [f'<span style="color: {tone.name()}">{html.escape(text)}</span>' for text, tone in pairs if text]
+        if self._layout:
+            link = f'<a href="view" style="color: {colours.accent.name()}">{html.escape(self._layout)}</a>'
+            text = f"Choose the layout {link} to see what these values give."
+            lines.append(f'<span style="color: {colours.muted.name()}">{text}</span>')
         self._summary.setText("<br>".join(lines))
         self._summary.setVisible(bool(lines))
 
     def changeEvent(self, event: QEvent) -> None:
         """Take the colours of another theme."""
         super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_warning"):
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "form"):
             self._write()

@@ -28,7 +28,8 @@ class EmptyHint(QWidget):
 
     def set_colours(self, colours: theme.Colours) -> None:
         """Take the colours of the theme."""
-        palette = QPalette(self._text.palette())
+        # a style sheet, because the application's replaces palettes of single widgets
+        self._text.setStyleSheet(f"color: {colours.muted.name()};")
+        palette = QPalette(self.palette())
         palette.setColor(QPalette.ColorRole.WindowText, colours.muted)
-        self._text.setPalette(palette)
         self._picture.setPixmap(theme.icon("ph.image", palette).pixmap(QSize(48, 48)))

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QResizeEvent
+from PySide6.QtGui import QBrush, QColor, QResizeEvent
 from PySide6.QtWidgets import QButtonGroup, QComboBox, QHBoxLayout, QToolButton, QWidget
+
+from ilf.ebs import Extraction
 
 from .colour_maps import strength_table
 from .image_view import ImageView
-from .stages import STAGES
+from .stages import STAGES, stage_count, stage_legend
 from .view_cell import ViewCell
 
 _FOR_TEXT = 110
@@ -56,6 +58,12 @@ class StagePicker(QWidget):
         with QSignalBlocker(self._box):
             self._box.setCurrentIndex(self._box.findData(name))
 
+    def set_hints(self, hints: Mapping[str, str]) -> None:
+        """What tooltips say of the stages."""
+        for name, hint in hints.items():
+            self._buttons[name].setToolTip(hint)
+            self._box.setItemData(self._box.findData(name), hint, Qt.ItemDataRole.ToolTipRole)
+
     def set_room(self, width: int) -> None:
         """Pixels that there are for the buttons."""
         wide = width >= sum(button.sizeHint().width() + 1 for button in self._buttons.values())
@@ -97,8 +105,14 @@ class StageCell(ViewCell):
             self._picker.show_stage(name)
             self.stageChanged.emit(name)
 
-    def show_picture(self, stage: str, picture: NDArray[np.uint8]) -> None:
-        """Show what `stages.stage_picture` gives for a stage."""
+    def set_hints(self, hints: Mapping[str, str]) -> None:
+        """What tooltips say of the stages."""
+        self._picker.set_hints(hints)
+
+    def show_picture(self, stage: str, picture: NDArray[np.uint8], extraction: Extraction) -> None:
+        """Show what `stages.stage_picture` gives for a stage of an extraction."""
+        self.strip.set_legend([(QBrush(QColor(*colour)), text) for colour, text in stage_legend(stage, extraction)])
+        self.strip.set_text(stage_count(stage, extraction))
         self.view.set_picture(picture, self._table if picture.ndim == 2 else None)
         self.bar.set_levels((0.0, 1.0) if stage == "strength" else None)
 
@@ -107,6 +121,7 @@ class StageCell(ViewCell):
         self.view.set_message(message)
         self.view.set_picture(None)
         self.bar.set_levels(None)
+        self.strip.set_legend([])
         self.strip.set_text("")
 
     def resizeEvent(self, event: QResizeEvent) -> None:

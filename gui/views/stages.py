@@ -52,6 +52,27 @@ def stage_picture(stage: str, rgb: NDArray[np.uint8], extraction: Extraction) ->
     return picture
 
 
+def stage_legend(stage: str, extraction: Extraction) -> list[tuple[tuple[int, int, int], str]]:
+    """Colours in the picture of a stage, (R, G, B), and what they stand for; edges with their share of the pixels."""
+    if stage == "binarised":
+        return [(_EDGE, f"edges {_share(extraction.edges)}")]
+    if stage == "dilated":
+        return [(_EDGE, "edges"), (_AROUND, f"dilated {_share(extraction.dilated)}")]
+    return []
+
+
+def stage_count(stage: str, extraction: Extraction) -> str:
+    """How many regions or blocks the picture of a stage shows; "" for the other stages."""
+    if stage not in ("contracted", "blocks"):
+        return ""
+    count = int(getattr(extraction, stage).max())
+    return f"{count} {'region' if stage == 'contracted' else 'block'}{'s' * (count != 1)}"
+
+
+def _share(edges: NDArray[np.bool_]) -> str:
+    return f"{np.count_nonzero(edges) / edges.size:.1%}"
+
+
 def _tint(picture: NDArray[np.uint8], where: NDArray[np.bool_], colour: tuple[int, int, int]) -> None:
     tinted = cv2.addWeighted(np.full_like(picture, colour), _OPACITY, picture, 1 - _OPACITY, 0)
     cv2.copyTo(tinted, where.view(np.uint8), picture)

@@ -45,13 +45,13 @@ class TitleStrip(QWidget):
         return 2 * _PAD + self.fontMetrics().horizontalAdvance(self.title)
 
     def set_text(self, text: str) -> None:
-        """What there is to say of the picture; at the right, where a legend would be."""
+        """What there is to say of the picture, at the right."""
         if text != self._text:
             self._text = text
             self.update()
 
     def set_legend(self, legend: list[tuple[QBrush, str]]) -> None:
-        """Swatches and what they stand for, from left to right."""
+        """Swatches and what they stand for, from left to right; those that there is no room for are left out."""
         self._legend = legend
         self.update()
 
@@ -65,11 +65,14 @@ class TitleStrip(QWidget):
         painter.drawText(self.rect().adjusted(_PAD, 0, 0, 0), Qt.AlignmentFlag.AlignVCenter, self.title)
         right = self.width() - _PAD
         painter.drawText(self.rect().adjusted(0, 0, -_PAD, 0), _RIGHT, self._text)
-        caption_end = self.caption_end
+        if self._text:
+            right -= metrics.horizontalAdvance(self._text) + _PAD + 2
+        # other things in the strip stand right of the caption
+        taken = max(self.caption_end, self.childrenRect().right() + _PAD)
         for brush, text in reversed(self._legend):
             left = right - metrics.horizontalAdvance(text)
             swatch = QRect(left - 5 - _SWATCH, (self.height() - _SWATCH) // 2, _SWATCH, _SWATCH)
-            if swatch.left() < caption_end:
+            if swatch.left() < taken:
                 return
             painter.drawText(QRect(left, 0, right - left + 1, self.height()), Qt.AlignmentFlag.AlignVCenter, text)
             painter.setBrush(brush)

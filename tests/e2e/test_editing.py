@@ -195,6 +195,7 @@ def test_extracting_again_keeps_locked_blocks_and_is_undoable(editing: MainWindo
     editing.editor.set_lock(new, True)
     mask = session.labels == new
     edited = session.labels.copy()
+    editing.workspace.extraction_parameters = BlockParameters(min_size=1.0)
     with qtbot.waitSignal(editing.loader.idle, timeout=20_000):
         editing.actions_["extract"].trigger()
     assert np.array_equal(session.labels == new, mask)

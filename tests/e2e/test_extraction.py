@@ -14,10 +14,11 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QCheckBox, QLabel, QMessageBox, QSlider
 from pytestqt.qtbot import QtBot
 
+from gui.found_blocks import Found, find
 from gui.frame_source import FrameSource
 from gui.main_window import MainWindow
 from ilf import BlockParameters, RGBDFrame
-from ilf.ebs import extract
+from ilf.ebs import Extraction, extract
 from ilf.pictures import block_overlay
 
 from .conftest import WAIT_MS, open_frame, write_frame
@@ -37,6 +38,20 @@ def _settle(window: MainWindow, qtbot: QtBot) -> None:
 
 def _picture(window: MainWindow) -> NDArray[np.uint8] | None:
     return window.views.extraction.view.image.image
+
+
+def _pictures_given(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> list[tuple[tuple[int, ...], str]]:
+    """Sizes and stages of all pictures that the view is given from now on."""
+    given: list[tuple[tuple[int, ...], str]] = []
+    cell = window.views.extraction
+    show = cell.show_picture
+
+    def noted(stage: str, picture: NDArray[np.uint8], extraction: Extraction) -> None:
+        given.append((picture.shape[:2], stage))
+        show(stage, picture, extraction)
+
+    monkeypatch.setattr(cell, "show_picture", noted)
+    return given
 
 
 def _slide(window: MainWindow, name: str, value: int) -> None:
@@ -102,7 +117,7 @@ def test_extract_takes_what_the_preview_has_found_at_once(
     staged.extraction_panel.edited.emit(BlockParameters(min_size=48.0))
     _settle(staged, qtbot)
     expected = extract(session.frame, staged.workspace.extraction_parameters).blocks
-    monkeypatch.delattr("gui.loader.extract")
+    monkeypatch.delattr("gui.loader.find")
     staged.actions_["extract"].trigger()
     assert not staged.loader.busy
     np.testing.assert_array_equal(session.labels, expected)
@@ -176,6 +191,114 @@ def test_with_the_preview_off_the_view_follows_extract_alone(staged: MainWindow,
     np.testing.assert_array_equal(_picture(staged), before)
 
 
+def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(
+    opened: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    session = opened.workspace.session
+    first = session.frame
+    _click(opened, "Preview")
+    opened.extraction_panel.edited.emit(BlockParameters(min_size=48.0))
+    opened.actions_["extract"].trigger()
+    _settle(opened, qtbot)
+    opened.views.set_layout("extraction")
+    _settle(opened, qtbot)
+    expected = block_overlay(first.rgb, session.labels)
+    np.testing.assert_array_equal(_picture(opened), expected)
+    assert _summary(opened).count("With these values") == 1
+    folder = write_frame(tmp_path / "other", RGBDFrame(first.rgb[:40], first.depth[:40]))
+    open_frame(opened, qtbot, FrameSource(str(folder)))
+    opened.workspace.show_session(session)
+    _settle(opened, qtbot)
+    np.testing.assert_array_equal(_picture(opened), expected)
+
+
+def test_the_first_frame_is_extracted_once_for_blocks_and_view(
+    window: MainWindow, qtbot: QtBot, frame_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delattr("gui.extraction_preview.find")
+    window.views.set_layout("extraction")
+    open_frame(window, qtbot, FrameSource(str(frame_folder)))
+    _settle(window, qtbot)
+    assert _picture(window) is not None
+
+
+def test_values_whose_picture_is_not_to_be_seen_lead_to_it(opened: MainWindow, qtbot: QtBot) -> None:
+    label = opened.extraction_panel.findChild(QLabel, "summary")
+    assert _summary(opened) == ""
+    _slide(opened, "dilation", 5)
+    assert "Four, extraction" in _summary(opened)
+    opened.actions_["extract"].trigger()
+    _settle(opened, qtbot)
+    assert _summary(opened) == "", "the blocks are what these values give"
+    _slide(opened, "dilation", 4)
+    label.linkActivated.emit("view")
+    _settle(opened, qtbot)
+    assert opened.layouts.currentData() == "grid-extraction"
+    assert "Preview: " in _summary(opened)
+    opened.views.set_layout("grid")
+    _slide(opened, "dilation", 3)
+    assert "Preview: " not in _summary(opened), "what other values gave"
+    _click(opened, "Preview")
+    assert _summary(opened) == ""
+
+
+def test_the_summary_says_around_which_blocks_the_new_ones_would_lie(staged: MainWindow, qtbot: QtBot) -> None:
+    assert "around" not in _summary(staged)
+    mine = _cut_off_by_hand(staged)
+    assert "around 1 block made by hand" in _summary(staged)
+    staged.editor.set_lock(mine, True)
+    assert "around 1 block locked" in _summary(staged)
+    staged.editor.set_lock(mine, False)
+    _click(staged, "Keep blocks made by hand")
+    assert "around" not in _summary(staged)
+
+
+def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened: MainWindow, qtbot: QtBot) -> None:
+    session, said = opened.workspace.session, _said(opened)
+    mine = _cut_off_by_hand(opened)
+    (locked,) = set(session.counts()) - session.handmade() - {session.labels[0, -1]}
+    for label in (locked, mine):
+        opened.editor.set_lock(label, True)
+    for smallest in (48.0, 47.0):
+        opened.extraction_panel.edited.emit(BlockParameters(min_size=smallest))
+        opened.actions_["extract"].trigger()
+        _settle(opened, qtbot)
+        assert "Kept: 2 locked." in said[-1]
+        assert session.edited, "a locked block is not what these values give"
+    for label in (locked, mine):
+        opened.editor.set_lock(label, False)
+    opened.extraction_panel.edited.emit(BlockParameters(min_size=46.0))
+    opened.actions_["extract"].trigger()
+    _settle(opened, qtbot)
+    assert "Kept: 1 made by hand." in said[-1]
+    assert session.handmade() == {mine}
+
+
+def test_a_stroke_under_way_ends_before_the_blocks_are_replaced(staged: MainWindow, qtbot: QtBot) -> None:
+    session, view = staged.workspace.session, staged.views.cells["colour"].view
+    staged.extraction_panel.edited.emit(BlockParameters(min_size=48.0))
+    _settle(staged, qtbot)
+    before = session.labels.copy()
+    staged.actions_["new_block"].trigger()
+    (mine,) = session.selected
+    place = view.viewportTransform().map(QPointF(48, 24)).toPoint()
+    QTest.mousePress(view.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    assert (session.labels == mine).any()
+    staged.actions_["extract"].trigger()
+    QTest.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    assert len(session.counts()) == 1, "what was painted so far is given up, and nothing of it comes after"
+    assert not session.edited
+    assert session.undo_stack.count() == 1
+    staged.workspace.undo_group.undo()
+    np.testing.assert_array_equal(session.labels, before)
+
+
+def test_stages_want_a_frame(window: MainWindow) -> None:
+    layout = window.layouts.currentData()
+    QTest.keyClick(window, Qt.Key.Key_1, Qt.KeyboardModifier.AltModifier)
+    assert window.layouts.currentData() == layout
+
+
 def test_nothing_is_extracted_for_a_view_that_is_not_to_be_seen(opened: MainWindow, qtbot: QtBot) -> None:
     _slide(opened, "dilation", 5)
     assert not opened.stages.busy
@@ -191,18 +314,19 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
     """Previews wait until it is set."""
     opened = threading.Event()
 
-    def waiting(frame: RGBDFrame, parameters: BlockParameters) -> object:
+    def waiting(frame: RGBDFrame, parameters: BlockParameters) -> Found:
         assert opened.wait(20)
-        return extract(frame, parameters)
+        return find(frame, parameters)
 
-    monkeypatch.setattr("gui.extraction_preview.extract", waiting)
+    monkeypatch.setattr("gui.extraction_preview.find", waiting)
     return opened
 
 
 def test_frames_change_and_close_while_a_preview_is_under_way(
-    staged: MainWindow, qtbot: QtBot, gate: threading.Event, tmp_path: Path
+    staged: MainWindow, qtbot: QtBot, gate: threading.Event, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     first = staged.workspace.session.frame
+    shown = _pictures_given(staged, monkeypatch)
     folder = write_frame(tmp_path / "other", RGBDFrame(first.rgb[:40], first.depth[:40]))
     _slide(staged, "dilation", 5)
     assert staged.stages.busy
@@ -210,7 +334,9 @@ def test_frames_change_and_close_while_a_preview_is_under_way(
     second = staged.workspace.session
     gate.set()
     _settle(staged, qtbot)
-    assert _picture(staged).shape[:2] == (40, 64)
+    assert shown
+    assert {size for size, _ in shown} == {(40, 64)}, "nothing of the first frame comes after it was left"
+    shown.clear()
     gate.clear()
     staged.stages.show_stage("blocks")
     _slide(staged, "dilation", 4)
@@ -219,10 +345,13 @@ def test_frames_change_and_close_while_a_preview_is_under_way(
     gate.set()
     _settle(staged, qtbot)
     assert second not in staged.workspace.sessions
-    assert _picture(staged).shape[:2] == first.shape
+    assert shown
+    assert {size for size, _ in shown} == {first.shape}
+    shown.clear()
     staged.actions_["close_frame"].trigger()
     _settle(staged, qtbot)
     assert not staged.workspace.has_session
+    assert not shown
     assert _summary(staged) == ""
 
 
@@ -243,7 +372,7 @@ def test_a_preview_that_fails_says_why_without_a_dialog(
     def no_dialog(*_: object) -> None:
         raise AssertionError("a dialog at every move of a slider")
 
-    monkeypatch.setattr("gui.extraction_preview.extract", broken)
+    monkeypatch.setattr("gui.extraction_preview.find", broken)
     monkeypatch.setattr(QMessageBox, "open", no_dialog)
     _slide(staged, "dilation", 5)
     _settle(staged, qtbot)

@@ -328,6 +328,7 @@ def test_a_partial_run_comes_back_as_it_was(opened: MainWindow, qtbot: QtBot, tm
 
 
 def test_nothing_runs_while_blocks_are_extracted(opened: MainWindow, qtbot: QtBot) -> None:
+    opened.workspace.extraction_parameters = ilf.BlockParameters(min_size=1.0)
     with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
         opened.actions_["extract"].trigger()
         assert not opened.actions_["run"].isEnabled()

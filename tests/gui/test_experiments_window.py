@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import multiprocessing
+import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
-from PySide6.QtCore import QSettings
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtCore import QSettings, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QTabWidget, QTextBrowser
 
+from gui import theme
 from gui.experiments.figure_view import FigureView
 from gui.experiments.menu import ExperimentsMenu
 from gui.experiments.rows import RowTable
@@ -65,6 +68,21 @@ def test_menu_has_every_experiment_and_opens_the_chosen_one(menu):
     assert window.chosen == "limits"
 
 
+def test_what_the_menu_needs_is_loaded_beforehand_off_the_guis_thread(menu, qtbot, monkeypatch):
+    loaded = []
+
+    def import_module(name):
+        loaded.append((name, threading.current_thread()))
+
+    monkeypatch.setattr("gui.experiments.menu.import_module", import_module)
+    menu._loading.setInterval(0)
+    menu.load_soon()
+    qtbot.waitUntil(lambda: bool(loaded), timeout=WAIT_MS)
+    ((name, thread),) = loaded
+    assert name == "ilf.experiments"
+    assert thread is not threading.main_thread()
+
+
 def test_a_quick_run_shows_figures_and_rows_and_can_be_reported(window, qtbot, tmp_path):
     with qtbot.waitSignal(window.runner.ended, timeout=WAIT_MS) as ended:
         window.run_button.click()
@@ -79,6 +97,12 @@ def test_a_quick_run_shows_figures_and_rows_and_can_be_reported(window, qtbot, t
     assert rows.model().rowCount() == 42
     rows.sortByColumn(0, rows.horizontalHeader().sortIndicatorOrder().AscendingOrder)
     assert rows.model().index(0, 0).data() == "best"
+    headings = [
+        rows.model().headerData(column, Qt.Orientation.Horizontal) for column in range(rows.model().columnCount())
+    ]
+    assert rows.model().index(0, headings.index("defect_rate")).data().endswith(" %")
+    (beside,) = pages(window, QTextBrowser)
+    assert "preset paper" in beside.toPlainText()
     assert window.list.currentItem().text().startswith("Cylinder")
     assert "quick" in window.list.currentItem().text()
 
@@ -111,30 +135,89 @@ def test_figures_fit_the_width_or_are_shown_whole(qtbot, tmp_path):
     assert view.paper.width() > 1000
 
 
+def test_a_caption_stands_below_its_figure(qtbot, tmp_path):
+    Image.fromarray(np.zeros((1200, 1000, 3), np.uint8)).save(tmp_path / "tall.png")
+    app = QApplication.instance()
+    theme.apply_theme(app, "dark")
+    pages = QTabWidget()
+    qtbot.addWidget(pages)
+    pages.resize(930, 760)
+    pages.show()
+    qtbot.waitExposed(pages)
+    view = FigureView(tmp_path / "tall.png", "A caption of some length. " * 12)
+    pages.addTab(view, "Figure")
+    QTest.qWait(50)
+    try:
+        assert view._caption.y() > view.paper.geometry().bottom()
+    finally:
+        app.setStyleSheet("")
+
+
+@pytest.mark.parametrize(
+    ("typed", "kind", "written"),
+    [("a", "SVG drawing (*.svg)", "a.svg"), ("b.png", "SVG drawing (*.svg)", "b.png"),
+     ("c.pdf", "PNG image (*.png)", "c.pdf.png")],
+)  # fmt: skip
+def test_a_figure_is_saved_as_the_kind_that_was_chosen(window, tmp_path, monkeypatch, typed, kind, written):
+    source = tmp_path / "cylinder-curves.png"
+    source.write_bytes(b"png")
+    source.with_suffix(".svg").write_bytes(b"svg")
+    suggested = []
+
+    def choose(parent, title, start, kinds):
+        assert kind in kinds.split(";;")
+        suggested.append(Path(start).name)
+        return str(tmp_path / typed), kind
+
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", choose)
+    window._ask_save_figure(source)
+    assert suggested == ["cylinder-curves"]
+    assert (tmp_path / written).read_bytes() == written[-3:].encode()
+    (tmp_path / written).write_bytes(b"old")
+    monkeypatch.setattr(QMessageBox, "question", lambda *_: QMessageBox.StandardButton.No)
+    window._ask_save_figure(source)
+    # what the dialog itself has asked about is not asked again
+    assert ((tmp_path / written).read_bytes() == b"old") == (written != typed)
+
+
 def test_cancelling_ends_the_process_and_keeps_what_was_done(window, qtbot):
-    window.choose("limits")
-    window.run_button.click()
+    window.runner.start(["cylinder", "limits"], window.options.settings(), window.options.results_folder())
     qtbot.waitUntil(lambda: window.runner.present == "limits", timeout=WAIT_MS)
     with qtbot.waitSignal(window.runner.ended, timeout=WAIT_MS) as ended:
         window.cancel_button.click()
         assert not window.cancel_button.isEnabled()
     assert ended.args == ["cancelled"]
     assert not multiprocessing.active_children()
-    assert not list(window.options.results_folder().iterdir())
+    assert {path.name.partition(".")[0] for path in window.options.results_folder().glob("*.json")} == {"cylinder"}
+    assert window.list.currentItem().text().startswith("Cylinder")
+    assert "quick" in window.list.currentItem().text()
     assert window.run_button.isEnabled()
 
 
-def test_closing_the_window_ends_the_run_and_it_can_be_opened_again(menu, window):
+def test_a_run_goes_on_while_its_window_is_closed_and_tells_its_end(menu, window, qtbot):
+    said = []
+    menu.message.connect(said.append)
     window.run_button.click()
     window.close()
-    assert not window.runner.busy
-    assert not multiprocessing.active_children()
+    assert not window.isVisible()
+    assert menu.busy
+    assert "go on" in said[-1]
+    with qtbot.waitSignal(window.runner.ended, timeout=WAIT_MS) as ended:
+        pass
+    assert ended.args == ["finished"]
+    assert said[-1] == "Experiments: finished."
     assert opened(menu, "cylinder") is window
-    assert window.run_button.isEnabled()
-    assert not window.state.isVisible()
+    assert pages(window, FigureView)
 
 
-def test_closing_the_program_ends_the_run(qtbot, tmp_path):
+def test_closing_the_program_asks_and_ends_the_run(qtbot, tmp_path, monkeypatch):
+    asked = []
+
+    def answer(parent, title, *_):
+        asked.append(title)
+        return QMessageBox.StandardButton.Cancel if len(asked) == 1 else QMessageBox.StandardButton.Discard
+
+    monkeypatch.setattr(QMessageBox, "question", answer)
     QSettings().setValue("experiments/folder", str(tmp_path / "results"))
     main = MainWindow(remembers=False)
     qtbot.addWidget(main)
@@ -142,6 +225,11 @@ def test_closing_the_program_ends_the_run(qtbot, tmp_path):
     window = opened(main.experiments, "cylinder")
     window.run_button.click()
     main.close()
+    assert main.isVisible()
+    assert window.runner.busy
+    main.close()
+    assert asked == ["Experiments are running"] * 2
+    assert not main.isVisible()
     assert not window.isVisible()
     assert not window.runner.busy
     assert not multiprocessing.active_children()

@@ -46,7 +46,8 @@ def test_what_stays_is_untouched_and_what_is_new_is_watertight(present, kept, fr
     cut = np.isin(fresh, np.unique(fresh[stays]))
     for number, size in zip(numbers, sizes, strict=True):
         assert regions(new == number)[1] == 1
-        assert size >= smallest or not (cut & (new == number)).any(), "a sliver is no block of its own"
+        # one that is small without having been cut is left as it is, and may take slivers in
+        assert size >= smallest or not cut[new == number].all(), "a sliver is no block of its own"
     assert not new[fresh == 0].any()
     lost = ~stays & (fresh > 0) & (new == 0)
     assert not (binary_dilation(lost) & (new > 0)).any(), "a sliver beside a new block goes to it"

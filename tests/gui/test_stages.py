@@ -11,8 +11,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QComboBox, QToolButton
 
 from gui.extraction_preview import ExtractionPreview, Question
+from gui.found_blocks import find
 from gui.views.stage_cell import StageCell
-from gui.views.stages import STAGES, stage_picture
+from gui.views.stages import STAGES, stage_count, stage_legend, stage_picture
 from ilf import BlockParameters
 from ilf.ebs import Extraction, extract
 
@@ -41,6 +42,19 @@ def test_pictures_of_the_stages() -> None:
     assert len({tuple(colour) for colour in (dimmed, edge, around)}) == 3
     np.testing.assert_array_equal(contracted, blocks)
     assert (blocks[0, 0] != blocks[0, -1]).any()
+
+
+def test_what_is_said_of_a_stage_belongs_to_its_picture() -> None:
+    extraction, rgb = _extraction(), np.zeros((8, 12, 3), np.uint8)
+    assert [stage_count(stage, extraction) for stage in STAGES] == ["", "", "", "2 regions", "2 blocks"]
+    texts = {stage: [text for _, text in stage_legend(stage, extraction)] for stage in STAGES}
+    assert texts["binarised"] == ["edges 8.3%"]
+    assert texts["dilated"] == ["edges", "dilated 25.0%"]
+    assert not any(texts[stage] for stage in ("strength", "contracted", "blocks"))
+    picture = stage_picture("dilated", rgb, extraction)[0]
+    (edge, _), (around, _) = stage_legend("dilated", extraction)
+    for colour, shown in ((edge, picture[6]), (around, picture[5])):
+        np.testing.assert_allclose(shown, 0.75 * np.array(colour), atol=1)
 
 
 @pytest.fixture
@@ -78,7 +92,7 @@ def test_stages_are_buttons_where_there_is_room_and_a_box_where_not(cell, qtbot)
 def test_only_strength_has_a_colour_bar(cell) -> None:
     extraction, rgb = _extraction(), np.full((8, 12, 3), 100, np.uint8)
     for stage in STAGES:
-        cell.show_picture(stage, stage_picture(stage, rgb, extraction))
+        cell.show_picture(stage, stage_picture(stage, rgb, extraction), extraction)
         assert cell.bar._levels == ((0.0, 1.0) if stage == "strength" else None)
         assert cell.view.image.image is not None
     cell.show_message("none")
@@ -101,9 +115,9 @@ def gate(monkeypatch):
     def waiting(frame, parameters):
         opened.asked.append(parameters)
         assert opened.wait(20)
-        return extract(frame, parameters)
+        return find(frame, parameters)
 
-    monkeypatch.setattr("gui.extraction_preview.extract", waiting)
+    monkeypatch.setattr("gui.extraction_preview.find", waiting)
     return opened
 
 
@@ -123,7 +137,7 @@ def test_of_many_questions_the_last_is_answered_and_none_queues(preview, gate, s
     qtbot.waitUntil(lambda: not preview.busy, timeout=WAIT_MS)
     assert len(gate.asked) == 2, "another stage of what is held costs no extraction"
     assert answers[-1].picture.ndim == 2
-    assert preview.held(small_frame, values[-1]) is answers[-1].extraction
+    assert preview.held(small_frame, values[-1]) is answers[-1].found
     assert preview.held(small_frame, values[0]) is None
 
 
@@ -141,23 +155,27 @@ def test_what_was_asked_about_another_frame_is_neither_told_nor_held(preview, ga
     qtbot.waitUntil(lambda: bool(answers), timeout=WAIT_MS)
 
 
-def test_a_failure_is_told_once_and_not_tried_again(preview, small_frame, qtbot, monkeypatch) -> None:
-    tried = []
+def test_a_question_that_failed_can_be_asked_again_and_takes_the_place_of_an_older_one(
+    preview, small_frame, qtbot, monkeypatch
+) -> None:
+    tried, opened = [], threading.Event()
 
     def broken(frame, parameters):
-        tried.append(parameters)
-        raise MemoryError("no memory")
+        tried.append(parameters.dilation)
+        assert parameters.dilation == 2 or opened.wait(20)
+        if parameters.dilation == 2:
+            raise MemoryError("no memory")
+        return find(frame, parameters)
 
-    monkeypatch.setattr("gui.extraction_preview.extract", broken)
-    question = Question(small_frame, CANNY, "blocks")
+    monkeypatch.setattr("gui.extraction_preview.find", broken)
+    failing = Question(small_frame, CANNY.replace(dilation=2), "blocks")
     with qtbot.waitSignal(preview.failed, timeout=WAIT_MS) as failed:
-        preview.ask(question)
+        preview.ask(failing)
     assert "no memory" in str(failed.args[0])
-    preview.ask(question)
+    for radius in (1, 3):
+        preview.ask(replace(failing, parameters=CANNY.replace(dilation=radius)))
+    with qtbot.waitSignal(preview.failed, timeout=WAIT_MS):
+        preview.ask(failing)
+        opened.set()
+    assert tried == [2, 1, 2], "the last question is what is answered, though it failed before"
     assert not preview.busy
-    monkeypatch.undo()
-    with qtbot.waitSignal(preview.found, timeout=WAIT_MS):
-        preview.ask(replace(question, parameters=CANNY.replace(dilation=1)))
-    with qtbot.waitSignal(preview.found, timeout=WAIT_MS):
-        preview.ask(question)
-    assert len(tried) == 1

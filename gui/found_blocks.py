@@ -1,0 +1,31 @@
+"""An extraction together with what it was made from, and the seconds that it took."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+from ilf.ebs import Extraction, extract
+from ilf.frame import RGBDFrame
+from ilf.parameters import BlockParameters
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What EBS gave for a frame."""
+
+    frame: RGBDFrame
+    parameters: BlockParameters
+    extraction: Extraction
+    seconds: float
+
+    def answers(self, frame: RGBDFrame, parameters: BlockParameters) -> bool:
+        """Whether this is the extraction of that frame with those parameters."""
+        return self.frame is frame and self.parameters == parameters
+
+
+def find(frame: RGBDFrame, parameters: BlockParameters) -> Found:
+    """Extract the blocks of a frame."""
+    begun = time.perf_counter()
+    extraction = extract(frame, parameters)
+    return Found(frame, parameters, extraction, time.perf_counter() - begun)
