@@ -15,7 +15,6 @@ from gui.experiments.rows import RowTable
 from ilf.experiments import EXPERIMENTS, Experiment
 from ilf.experiments.files import StoredResult
 from ilf.experiments.report import inline, paragraphs
-from ilf.parameters import PRESETS
 
 
 class ResultView(QWidget):
@@ -147,12 +146,6 @@ class ResultView(QWidget):
             self._write_text()
 
 
-def _label(what: str) -> str:
-    """What a line is about; a preset is called one, because the preset "paper" stands beside the paper itself."""
-    *subject, last = what.split(", ")
-    return ", ".join((*subject, f"preset {last}" if last in PRESETS else last))
-
-
 def _page(result: StoredResult, colours: theme.Colours) -> str:
     """What the paper says beside what came out, and what to know about the run."""
     comparisons = EXPERIMENTS[result.experiment].compare(result.rows)
@@ -164,7 +157,7 @@ def _page(result: StoredResult, colours: theme.Colours) -> str:
         for width, text in ((16, ""), (18, "paper"), (20, "here"), (46, ""))
     )
     lines = "".join(
-        f"<tr><td {cell}><b>{html.escape(_label(item.what))}</b></td>"
+        f"<tr><td {cell}><b>{html.escape(item.label)}</b></td>"
         + "".join(f"<td {cell}>{html.escape(text)}</td>" for text in (item.paper, item.ours, item.text))
         + "</tr>"
         for item in comparisons

@@ -130,6 +130,12 @@ class Comparison:
     ours: str
     text: str
 
+    @property
+    def label(self) -> str:
+        """`what`, with a preset at its end called one: the preset "paper" stands beside the paper itself."""
+        *subject, last = self.what.split(", ")
+        return ", ".join((*subject, f"preset {last}" if last in PRESETS else last))
+
 
 @dataclass(frozen=True)
 class Experiment:

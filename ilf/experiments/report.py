@@ -168,7 +168,7 @@ def _compared(result: StoredResult) -> list[Comparison]:
 
 
 def _cells(item: Comparison) -> tuple[str, str, str, str]:
-    return item.what, item.paper, item.ours, item.text
+    return item.label, item.paper, item.ours, item.text
 
 
 def _html_section(result: StoredResult, folder: Path) -> str:
