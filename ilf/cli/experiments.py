@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..io.folders import made_folder
-from .comparison import warn
+from .comparison import unit_bar, warn
 from .parsing import Commands, count, seed
 from .progress import Bar
 
@@ -125,7 +124,7 @@ def _run(arguments: argparse.Namespace) -> None:
         find_sources(settings)  # says what is wrong with the data before anything is run or made
     folder = made_folder(arguments.out)
     for name in names:
-        with _bar(arguments, name) as bar:
+        with unit_bar(arguments, 0, name) as bar:
             result = run_experiment(name, settings, partial(_advance, bar))
         files = write_result(result, EXPERIMENTS[name], folder)
         print(f"{name}: {len(result.rows)} rows in {result.seconds:.0f} s, {files[0]}", flush=True)
@@ -139,18 +138,6 @@ def _report(arguments: argparse.Namespace) -> None:
 
     for path in write_report(arguments.out, markdown_file=arguments.markdown):
         print(f"Written: {path}")
-
-
-def _bar(arguments: argparse.Namespace, name: str) -> Bar:
-    shown = sys.stderr.isatty() if arguments.progress is None else arguments.progress
-    return Bar(
-        total=0,
-        disable=not shown,
-        mininterval=0,
-        leave=False,
-        dynamic_ncols=True,
-        bar_format=f"{name} {{n_fmt}}/{{total_fmt}} |{{bar:30}}| {{elapsed}}",
-    )
 
 
 def _advance(bar: Bar, progress: Progress) -> None:
