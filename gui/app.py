@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gui.display import display_problem
-from gui.frame_source import FrameSource, sorted_out
+from gui.frames.frame_source import FrameSource, sorted_out
 
 if TYPE_CHECKING:
     from gui.main_window import MainWindow

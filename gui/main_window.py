@@ -21,25 +21,25 @@ from PySide6.QtWidgets import (
 
 from gui import theme
 from gui.actions import Actions
-from gui.documents import Documents
-from gui.editor import Editor
-from gui.expected_errors import ExpectedErrors
+from gui.blocks.block_table import BlockTable
+from gui.cloud.cloud_view import CloudView
+from gui.curves.curves_panel import CurvesPanel
 from gui.experiments.menu import ExperimentsMenu
-from gui.loader import FrameLoader
-from gui.panels.block_table import BlockTable
-from gui.panels.extraction_panel import ExtractionPanel
-from gui.panels.filter_panel import FilterPanel
-from gui.panels.frame_list import FrameList
-from gui.panels.log import LogPanel
+from gui.extraction.extraction_panel import ExtractionPanel
+from gui.extraction.stage_presenter import StagePresenter
+from gui.filtering.filter_panel import FilterPanel
+from gui.frames.documents import Documents
+from gui.frames.frame_list import FrameList
+from gui.frames.loader import FrameLoader
 from gui.presenter import Presenter
-from gui.runs import RunController
-from gui.stage_presenter import StagePresenter
-from gui.views.cloud_view import CloudView
+from gui.state.workspace import Workspace
+from gui.tools.editor import Editor
 from gui.views.colour_maps import DEPTH_MAPS
-from gui.views.curves import CurvesPanel
 from gui.views.linked_views import LAYOUTS, LinkedViews
-from gui.views.stages import STAGES
-from gui.workspace import Workspace
+from gui.widgets.log import LogPanel
+from gui.work.expected_errors import ExpectedErrors
+from gui.work.runs import RunController
+from ilf.drawing.stages import STAGES
 
 _LAYOUT_TEXTS = {
     "grid": "Four views",

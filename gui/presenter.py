@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QPoint
 from PySide6.QtWidgets import QMenu
 
-from gui.block_rows import block_rows, colour_table
-from gui.runs import Previews, RunState
-from gui.session import Session
+from gui.blocks.block_rows import block_rows, colour_table
+from gui.state.session import Session
 from gui.tools.base import label_at
-from gui.views.stages import STAGES
+from gui.work.runs import Previews, RunState
 from ilf.blocks import Block, Box
 from ilf.cloud import point_cloud
 from ilf.completion import Completion
+from ilf.drawing.stages import STAGES
 from ilf.filter.convergence import IterationRecord
 from ilf.parameters import Parameters
 

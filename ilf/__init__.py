@@ -3,7 +3,8 @@
 from .completion import Completion, complete, iterate
 from .confidence import expected_error
 from .dense import fill_rest
-from .ebs import edge_strength, extract_blocks
+from .ebs import extract_blocks
+from .edges import edge_strength
 from .errors import IlfError
 from .frame import CameraIntrinsics, RGBDFrame
 from .io import load_frame

@@ -1,23 +1,50 @@
-"""Camera intrinsics: presets of common depth cameras, and the many ways in which people hold theirs."""
+"""Camera intrinsics: what they are, presets of common depth cameras, and the forms in which programs hold theirs."""
 
 from __future__ import annotations
 
-import difflib
 import math
-import os
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InputError
-from .frame import CameraIntrinsics
 
-IntrinsicsSpec = CameraIntrinsics | str | os.PathLike[str] | Sequence[float] | Mapping[str, Any] | NDArray[Any]
+WAY_OUT = "Give intrinsics as fx,fy,cx,cy, as one of the presets, or as a JSON file."
 
-_WAY_OUT = "Give intrinsics as fx,fy,cx,cy, as one of the presets, or as a JSON file."
+
+@dataclass(frozen=True)
+class CameraIntrinsics:
+    """Pinhole intrinsics of the (registered) depth image, in pixels.
+
+    Parameters
+    ----------
+    fx, fy : float
+        Focal lengths [px].
+    cx, cy : float
+        Principal point [px], measured from the centre of the top left pixel.
+    name : str
+        Preset or file that the numbers came from; for display only.
+    """
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        numbers = (self.fx, self.fy, self.cx, self.cy)
+        if not all(np.isfinite(numbers)):
+            raise InputError(f"Camera intrinsics must be finite numbers, not {numbers}.")
+        if self.fx <= 0 or self.fy <= 0:
+            raise InputError(
+                f"Focal lengths must be positive pixels, not fx={self.fx:g}, fy={self.fy:g}. "
+                "Give intrinsics as fx,fy,cx,cy."
+            )
+
 
 # name -> fx, fy, cx, cy and the (width, height) that they are for
 _PUBLISHED: dict[str, tuple[float, float, float, float, tuple[int, int]]] = {
@@ -45,94 +72,32 @@ IMAGE_SIZES: dict[str, tuple[int, int]] = {name: numbers[4] for name, numbers in
 """Preset name -> (width, height) in pixels that the numbers are for."""
 
 
-def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None = None) -> CameraIntrinsics | None:
-    """Intrinsics from whatever describes them.
-
-    Parameters
-    ----------
-    spec : None, CameraIntrinsics, str, path, sequence, mapping or ndarray
-        A preset name (see `INTRINSICS`); four numbers fx, fy, cx, cy [px], also as text "fx,fy,cx,cy";
-        a row-major 3 x 3 matrix; {fx, fy, cx, cy}; {"K": four numbers or a 3 x 3 matrix};
-        {"intrinsic_matrix": nine numbers, column-major} as Open3D writes it; or the path of a JSON file that
-        holds one of these.
-    shape : (int, int), optional
-        (H, W) of the frame. Numbers whose own image size is known (presets; mappings with "width" and
-        "height") are scaled to it.
-
-    Returns
-    -------
-    CameraIntrinsics or None
-        None only where `spec` is None.
-
-    Raises
-    ------
-    InputError
-        If there is no such preset, the numbers make no camera, or their image size has another aspect ratio
-        than the frame.
-    FormatError
-        If the JSON file cannot be read.
-    """
-    if spec is None or isinstance(spec, CameraIntrinsics):
-        return spec
-    if isinstance(spec, str) and spec.strip().lower() in INTRINSICS:
-        name = spec.strip().lower()
-        return _fitted(INTRINSICS[name], IMAGE_SIZES[name], shape)
-    if isinstance(spec, str) and "," in spec and not Path(spec).exists():
-        return _from_text(spec)
-    if isinstance(spec, str | os.PathLike):
-        return _from_file(Path(spec), shape)
-    return _from_data(spec, shape, name="")
-
-
-def _from_text(text: str) -> CameraIntrinsics:
-    try:
-        numbers = [float(part) for part in text.split(",")]
-    except ValueError as error:
-        raise InputError(f"{text!r} is not a list of numbers. {_WAY_OUT}") from error
-    return _from_numbers(numbers, name="")
-
-
-def _from_file(path: Path, shape: tuple[int, int] | None) -> CameraIntrinsics:
-    if path.suffix != ".json" and len(path.parts) < 2 and not path.exists():
-        near = difflib.get_close_matches(str(path).lower(), INTRINSICS, 1)
-        hint = f"Did you mean {near[0]}? " if near else ""
-        raise InputError(
-            f"There is no intrinsics preset {str(path)!r}. {hint}Known: {', '.join(INTRINSICS)}. {_WAY_OUT}"
-        )
-    from .io.files import read_json  # here, because ilf.io itself imports this module
-
-    data = read_json(path)
-    try:
-        return _from_data(data, shape, name=path.name)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
-
-
-def _from_data(data: Any, shape: tuple[int, int] | None, name: str) -> CameraIntrinsics:
-    """From parsed JSON, or from what a caller of the library holds in its place."""
+def camera_of(data: Any, shape: tuple[int, int] | None, name: str) -> CameraIntrinsics:
+    """Intrinsics from parsed JSON, or from what a caller of the library holds in its place; or InputError."""
     if not isinstance(data, Mapping):
-        return _from_numbers(data, name)
+        return camera_from_numbers(data, name)
     if "intrinsic_matrix" in data:
         matrix = _array(data["intrinsic_matrix"])
-        found = _from_numbers(matrix.reshape(3, 3).T if matrix.shape == (9,) else matrix, name)
+        found = camera_from_numbers(matrix.reshape(3, 3).T if matrix.shape == (9,) else matrix, name)
     elif "K" in data:
-        found = _from_numbers(data["K"], name)
+        found = camera_from_numbers(data["K"], name)
     else:
         missing = [key for key in ("fx", "fy", "cx", "cy") if key not in data]
         if missing:
             raise InputError(
                 f"Intrinsics lack {', '.join(missing)}. Give fx, fy, cx and cy, or K, or intrinsic_matrix."
             )
-        found = _from_numbers([data[key] for key in ("fx", "fy", "cx", "cy")], name)
+        found = camera_from_numbers([data[key] for key in ("fx", "fy", "cx", "cy")], name)
     if "width" not in data or "height" not in data:
         return found
     size = _array([data["width"], data["height"]])
     if size.shape != (2,) or not (np.isfinite(size).all() and (size >= 1).all()):
         raise InputError("The width and height that belong to the intrinsics must be positive whole numbers.")
-    return _fitted(found, (int(size[0]), int(size[1])), shape)
+    return fitted(found, (int(size[0]), int(size[1])), shape)
 
 
-def _from_numbers(numbers: Any, name: str) -> CameraIntrinsics:
+def camera_from_numbers(numbers: Any, name: str) -> CameraIntrinsics:
+    """Intrinsics from fx, fy, cx, cy or a 3 x 3 camera matrix; InputError if they make no camera."""
     array = _array(numbers).astype(float)
     if array.shape == (4,):
         fx, fy, cx, cy = array.tolist()
@@ -140,11 +105,10 @@ def _from_numbers(numbers: Any, name: str) -> CameraIntrinsics:
         (fx, skew, cx), (below, fy, cy), last = array.reshape(3, 3).tolist()
         if skew or below or last != [0, 0, 1]:
             raise InputError(
-                "A camera matrix must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], row by row and without skew. "
-                + _WAY_OUT
+                "A camera matrix must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], row by row and without skew. " + WAY_OUT
             )
     else:
-        raise InputError(f"Intrinsics must be four numbers or a 3 x 3 matrix, not {array.size} numbers. {_WAY_OUT}")
+        raise InputError(f"Intrinsics must be four numbers or a 3 x 3 matrix, not {array.size} numbers. {WAY_OUT}")
     return CameraIntrinsics(fx, fy, cx, cy, name)
 
 
@@ -152,13 +116,13 @@ def _array(numbers: Any) -> NDArray[Any]:
     try:
         array = np.asarray(numbers)
     except ValueError as error:
-        raise InputError(f"Intrinsics must be plain numbers. {_WAY_OUT}") from error
+        raise InputError(f"Intrinsics must be plain numbers. {WAY_OUT}") from error
     if array.dtype.kind not in "iuf":
-        raise InputError(f"Intrinsics must be plain numbers, not {numbers!r:.60}. {_WAY_OUT}")
+        raise InputError(f"Intrinsics must be plain numbers, not {numbers!r:.60}. {WAY_OUT}")
     return array
 
 
-def _fitted(intrinsics: CameraIntrinsics, size: tuple[int, int], shape: tuple[int, int] | None) -> CameraIntrinsics:
+def fitted(intrinsics: CameraIntrinsics, size: tuple[int, int], shape: tuple[int, int] | None) -> CameraIntrinsics:
     """Intrinsics for `size` (width, height), scaled to a frame of `shape` (H, W)."""
     if shape is None or size == (shape[1], shape[0]):
         return intrinsics

@@ -13,19 +13,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .blocks import Block, checked_labels, find_blocks
-from .ebs.network import load_model
-from .ebs.strength import canny_strength, combined_strength
+from .edges.network import load_model
+from .edges.strength import canny_strength, combined_strength
 from .errors import InputError
 from .filter.convergence import IterationRecord
-from .filter.edge_aware import EdgeAwareIteration
-from .filter.iteration import BlockIteration
+from .filter.edge_aware.iteration import EdgeAwareIteration
+from .filter.pass_band.iteration import PassBandIteration
 from .frame import RGBDFrame
 from .parameters import Parameters, preset
 from .threads import available_cores, one_by_one, side_by_side
 
 History = tuple[IterationRecord, ...]
 ParameterChoice = Parameters | Mapping[int, Parameters]
-Stepper = BlockIteration | EdgeAwareIteration
+Stepper = PassBandIteration | EdgeAwareIteration
 """What iterates on one block: a record per `next()`, and `surface` and `settled` at any time."""
 
 
@@ -299,7 +299,7 @@ def _stepper(frame: RGBDFrame, block: Block, parameters: Parameters) -> tuple[St
     if parameters.filter == "edge-aware":
         strength, note = _edges(frame, parameters)
         return EdgeAwareIteration(frame, block, parameters, strength), note
-    return BlockIteration(frame, block, parameters), ""
+    return PassBandIteration(frame, block, parameters), ""
 
 
 def _edges(frame: RGBDFrame, parameters: Parameters) -> tuple[NDArray[np.float32], str]:

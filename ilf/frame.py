@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .camera import CameraIntrinsics
 from .errors import InputError
 
 MEDIAN_DEPTH_RANGE = (0.1, 50.0)
@@ -18,37 +19,6 @@ USUAL_MEDIAN_DEPTH = (0.3, 6.0)
 
 COMMON_DEPTH_UNITS = (1000.0, 5000.0, 10_000.0, 4000.0, 1.0)
 """File units per metre that are in use, the most common first."""
-
-
-@dataclass(frozen=True)
-class CameraIntrinsics:
-    """Pinhole intrinsics of the (registered) depth image, in pixels.
-
-    Parameters
-    ----------
-    fx, fy : float
-        Focal lengths [px].
-    cx, cy : float
-        Principal point [px], measured from the centre of the top left pixel.
-    name : str
-        Preset or file that the numbers came from; for display only.
-    """
-
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-    name: str = ""
-
-    def __post_init__(self) -> None:
-        numbers = (self.fx, self.fy, self.cx, self.cy)
-        if not all(np.isfinite(numbers)):
-            raise InputError(f"Camera intrinsics must be finite numbers, not {numbers}.")
-        if self.fx <= 0 or self.fy <= 0:
-            raise InputError(
-                f"Focal lengths must be positive pixels, not fx={self.fx:g}, fy={self.fy:g}. "
-                "Give intrinsics as fx,fy,cx,cy."
-            )
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,9 +24,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from gui.dialogs.widgets import Message, group
+from gui.widgets.messages import Message, group
 from ilf.errors import ParameterError
-from ilf.export import ExportOptions
+from ilf.run.export import ExportOptions
 
 _OPTIONS_KEY = "export/options"
 _UINT16_MAX = 65535

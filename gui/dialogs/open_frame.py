@@ -26,11 +26,12 @@ from PySide6.QtWidgets import (
 )
 
 from gui.dialogs.frame_files import colour_beside, depth_beside
-from gui.dialogs.widgets import Message, last_folder
-from gui.frame_source import FrameSource
-from gui.images import rgb_image
-from gui.views.colour_maps import depth_table, robust_depth_levels, to_indices
+from gui.frames.frame_source import FrameSource
+from gui.views.colour_maps import depth_table
+from gui.views.images import rgb_image
+from gui.widgets.messages import Message, last_folder
 from ilf.camera import INTRINSICS
+from ilf.drawing.levels import robust_depth_levels, to_indices
 from ilf.errors import IlfError, InputError
 from ilf.frame import RGBDFrame, doubtful_scale
 from ilf.io import frame_folder, load_frame, read_colour, read_depth_values

@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QP
 from PySide6.QtWidgets import QFrame, QScrollArea, QVBoxLayout, QWidget
 
 from gui import theme
-from gui.dialogs.widgets import Message
+from gui.widgets.messages import Message
 
 _PAPER = QColor("#ffffff")
 _EDGE = 10

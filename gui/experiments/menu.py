@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QMenu, QWidget
 
-from gui.worker import Worker
+from gui.work.worker import Worker
 
 if TYPE_CHECKING:
     from gui.experiments.window import ExperimentsWindow

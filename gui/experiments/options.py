@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from gui.dialogs.widgets import last_folder
+from gui.widgets.messages import last_folder
 from ilf.experiments import Settings
 
 QUICK_FOLDER = "quick"

@@ -9,9 +9,9 @@ from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QTabWidget, QTextBrowser, QToolButton, QVBoxLayout, QWidget
 
 from gui import theme
-from gui.dialogs.widgets import Message
 from gui.experiments.figure_view import FigureView
 from gui.experiments.rows import RowTable
+from gui.widgets.messages import Message
 from ilf.experiments import EXPERIMENTS, Experiment
 from ilf.experiments.files import StoredResult
 from ilf.experiments.report import inline, paragraphs

@@ -8,7 +8,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 
 from gui.experiments.process import Message, Writing, Written, run_apart
-from gui.worker import Worker
+from gui.work.worker import Worker
 from ilf.experiments import Progress, Settings
 
 

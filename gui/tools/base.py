@@ -7,7 +7,7 @@ from typing import Protocol
 
 from PySide6.QtGui import QPainterPath
 
-from gui.session import Session
+from gui.state.session import Session
 from gui.tools.pointer import PointerEvent
 from ilf.blocks import Box
 from ilf.ebs.edit import LabelPatch

@@ -7,7 +7,7 @@ import math
 import cv2
 import numpy as np
 
-from gui.session import Session
+from gui.state.session import Session
 from gui.tools.base import Host, line_path
 from gui.tools.pointer import PointerEvent, PointerKind
 from ilf.ebs.edit import split

@@ -1,8 +1,6 @@
-"""Numbers to colours: depth and difference as 8-bit indices into lookup tables, and their robust levels."""
+"""Lookup tables from 8-bit indices to the colours of depth, difference, error and edge strength."""
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 import pyqtgraph as pg
@@ -19,8 +17,6 @@ DEPTH_MAPS = {
 
 _ERROR_MAP = "inferno"
 _STRENGTH_MAP = "magma"
-_SAMPLES = 50_000
-_SMALLEST_DIFFERENCE = 1.0
 
 
 def depth_table(name: str) -> NDArray[np.uint8]:
@@ -51,63 +47,8 @@ def strength_table() -> NDArray[np.uint8]:
     return _table(_STRENGTH_MAP)
 
 
-def to_indices(values: NDArray[np.floating], low: float, high: float) -> NDArray[np.uint8]:
-    """Indices 1-255 for values from low to high (beyond: the ends), 0 for NaN (missing)."""
-    scaled = (values - np.float32(low)) * np.float32(254 / (high - low))
-    np.clip(scaled, 0, 254, out=scaled)
-    scaled += np.float32(1.5)
-    scaled[np.isnan(scaled)] = 0
-    return scaled.astype(np.uint8)
-
-
-def robust_depth_levels(depth: NDArray[np.floating]) -> tuple[float, float]:
-    """1st and 99th percentile of the known depth [m]; (0, 1) where nothing is known."""
-    known = _sample(depth)
-    if known.size == 0:
-        return 0.0, 1.0
-    low, high = (float(level) for level in np.percentile(known, (1, 99)))
-    return (low, high) if high - low > 1e-3 else (low - 0.05, high + 0.05)
-
-
-def robust_error_levels(error: NDArray[np.floating]) -> tuple[float, float]:
-    """Levels [mm] of a logarithmic scale: 1st and 99th percentile, widened to 1, 2 or 5 times a power of ten."""
-    known = _sample(error)
-    if known.size == 0:
-        return 1.0, 10.0
-    low, high = (float(level) for level in np.percentile(known, (1, 99)))
-    low, high = 1 / _round_up(1 / low), _round_up(high)
-    return low, max(high, 10 * low)
-
-
-def robust_difference_level(difference: NDArray[np.floating]) -> float:
-    """Symmetric level [mm]: 99th percentile of the magnitudes, rounded up to 1, 2 or 5 times a power of ten.
-
-    The rounding keeps the colours steady while a run refreshes the view.
-    """
-    known = _sample(difference)
-    level = float(np.percentile(np.abs(known), 99)) if known.size else 0.0
-    if level <= _SMALLEST_DIFFERENCE:
-        return _SMALLEST_DIFFERENCE
-    return _round_up(level)
-
-
-def _round_up(value: float) -> float:
-    """The next 1, 2 or 5 times a power of ten. Its inverse, of an inverse, is the one before."""
-    power = 10.0 ** math.floor(math.log10(value))
-    return next(step * power for step in (1, 2, 5, 10) if step * power >= value * (1 - 1e-6))
-
-
 def _table(name: str) -> NDArray[np.uint8]:
     table = np.zeros((256, 4), np.uint8)
     table[1:, :3] = pg.colormap.get(name).getLookupTable(nPts=255)[:, :3]
     table[1:, 3] = 255
     return table
-
-
-def _sample(values: NDArray[np.floating]) -> NDArray[np.floating]:
-    """At most about `_SAMPLES` finite values: enough for percentiles, quick enough for live refresh."""
-    flat = values.ravel()
-    # an odd stride does not fall in step with even image widths
-    stride = (flat.size // _SAMPLES) | 1
-    flat = flat[::stride]
-    return flat[np.isfinite(flat)]

@@ -6,7 +6,7 @@ from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
-from .. import theme
+from gui import theme
 
 _HINT = "Drop a colour and a depth file here, or open a frame (Ctrl+O)"
 

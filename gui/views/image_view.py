@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QResizeEvent, QTransform
 
-from ..theme import Colours
+from gui.theme import Colours
+
 from .items import HaloPath, Hatch
 from .view_transform import ViewTransform
 

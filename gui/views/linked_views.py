@@ -10,22 +10,16 @@ from PySide6.QtCore import QEvent, QPoint, QSize, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QPainterPath
 from PySide6.QtWidgets import QGridLayout, QStackedWidget, QVBoxLayout, QWidget
 
-from .. import theme
-from ..tools.pointer import PointerHandler
-from .colour_maps import (
-    depth_table,
-    difference_table,
-    error_table,
-    robust_depth_levels,
-    robust_difference_level,
-    robust_error_levels,
-    to_indices,
-)
+from gui import theme
+from gui.extraction.stage_cell import StageCell
+from gui.tools.pointer import PointerHandler
+from ilf.drawing.levels import robust_depth_levels, robust_difference_level, robust_error_levels, to_indices
+
+from .colour_maps import depth_table, difference_table, error_table
 from .empty_hint import EmptyHint
 from .items import hatch_brush
 from .navigation import Navigation
 from .overlay import BlockOverlay, block_outline
-from .stage_cell import StageCell
 from .view_cell import ViewCell
 from .view_transform import ViewTransform
 

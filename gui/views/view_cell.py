@@ -8,7 +8,8 @@ from PySide6.QtCore import QEvent, QRect, Qt, Signal
 from PySide6.QtGui import QBrush, QMouseEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import QGridLayout, QWidget
 
-from ..theme import Colours
+from gui.theme import Colours
+
 from .colour_bar import ColourBar
 from .image_view import ImageView
 

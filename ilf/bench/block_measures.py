@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from skimage.measure import label as connected_regions
 
 from ..completion import known_needed
-from ..ebs.pairs import apart, both, mark
-from ..ebs.relief import JUMP_LENGTH
+from ..edges.pairs import apart, both, mark
+from ..edges.relief import JUMP_LENGTH
 from ..parameters import Parameters, preset
 from .evidence import TOLERANCE, Evidence, widened
 

@@ -10,8 +10,8 @@ from scipy.ndimage import distance_transform_edt
 
 from ..blocks import Box
 from ..ebs.extraction import find_margins
-from ..ebs.pairs import Pairs, both
-from ..ebs.relief import find_relief
+from ..edges.pairs import Pairs, both
+from ..edges.relief import find_relief
 from ..frame import RGBDFrame
 
 JUMP, JUMP_SHARE = 0.04, 0.04
@@ -55,7 +55,7 @@ def margin_window(rgb: NDArray[np.uint8]) -> Box:
 def find_evidence(frame: RGBDFrame) -> Evidence:
     """Jumps and smooth surfaces of a frame's known depth.
 
-    Jumps are those of `ilf.ebs.relief.find_relief` in lines of more than 10 px.
+    Jumps are those of `ilf.edges.relief.find_relief` in lines of more than 10 px.
 
     A pixel lies on a smooth surface if its depth is known, there is no jump, of any length, and no larger hole in the
     21 x 21 pixels around it, and the surface does not bend there or within 2 px around, by the same function.

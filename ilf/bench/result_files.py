@@ -12,7 +12,7 @@ from typing import Any
 
 from .. import __version__
 from ..io.atomic import write_bytes
-from ..run_record import PROGRAM, library_versions
+from ..run.record import PROGRAM, library_versions
 
 
 def write_table(path: str | os.PathLike[str], kind: type[Any], lines: Iterable[Any]) -> None:

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
+from ..drawing.block_pictures import stage_pictures
 from ..ebs import extract
-from ..export import check_not_an_input
 from ..io import write_labels
 from ..io.atomic import write_bytes
 from ..io.folders import made_folder
 from ..io.images import encode_image
 from ..parameters import BlockParameters
-from ..pictures import stage_pictures
+from ..run.export import check_not_an_input
 from .comparison import warn
 from .parsing import Commands, add_block_parameters, add_frame, frame_from, given_parameters
 from .report import table

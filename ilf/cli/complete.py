@@ -14,7 +14,10 @@ from numpy.typing import NDArray
 from ..completion import CompletionRun, ParameterChoice, compose, prepare
 from ..ebs import extract
 from ..errors import InputError
-from ..export import (
+from ..frame import RGBDFrame, doubtful_scale
+from ..io import frame_folder, read_labels
+from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters, preset
+from ..run.export import (
     CLOUD_AXES,
     CLOUD_FILES,
     CLOUD_UNITS,
@@ -24,11 +27,8 @@ from ..export import (
     export,
     output_folder_name,
 )
-from ..frame import RGBDFrame, doubtful_scale
-from ..io import frame_folder, read_labels
-from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters, preset
-from ..replay import replay, version_differences
-from ..run_record import RecordedInputs, RunRecord, make_run_record, outcome_to_dict, read_run_record
+from ..run.record import RecordedInputs, RunRecord, make_run_record, outcome_to_dict, read_run_record
+from ..run.replay import replay, version_differences
 from .parsing import (
     BLOCK_PREFIX,
     Commands,

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from ..camera import intrinsics_from
 from ..declarations import ParameterSet
 from ..errors import InputError
 from ..frame import CameraIntrinsics, check_depth_scale
 from ..io import default_depth_units, frame_folder, read_colour, read_depth_values
+from ..io.camera_files import intrinsics_from
 from ..io.depth_files import depth_in_metres
 from ..parameters import PRESETS, BlockParameters
-from ..run_record import RunRecord, read_run_record
+from ..run.record import RunRecord, read_run_record
 from .parsing import Commands, UsageError, add_frame
 from .report import outcome_lines
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..ebs.importing import INPUTS, add_model
+from ..edges.importing import INPUTS, add_model
 from ..errors import InputError
 from ..models import BUNDLED, model_names, model_path, models_folder, remove_model
 from .parsing import Commands

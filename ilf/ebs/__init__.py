@@ -1,6 +1,5 @@
 """EBS, the extraction of boundaries and surfaces."""
 
 from .extraction import Extraction, extract, extract_blocks
-from .strength import edge_strength
 
-__all__ = ["Extraction", "edge_strength", "extract", "extract_blocks"]
+__all__ = ["Extraction", "extract", "extract_blocks"]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from skimage.measure import label as connected_regions
 from skimage.segmentation import watershed
 
-from .pairs import Pairs, apart, mark
+from ..edges.pairs import Pairs, apart, mark
 
 _NECKS = (32, 16, 8, 4, 2)
 """Dilations [px] beyond the first at which regions are looked for, too: what only a neck connects comes apart."""

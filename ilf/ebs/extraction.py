@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..edges.strength import find_edges
 from ..frame import RGBDFrame
 from ..parameters import BlockParameters, Parameters
 from .boundaries import contract, dilate, regions_between, snap_to_jumps
 from .existence import keep_existing
 from .merging import Fitness, RegionGraph, numbered
-from .strength import find_edges
 
 _USUAL_LIMIT = 0.2
 """Cost of a border up to which regions merge at a granularity of 0.5; it is 1 at 0 and the square of this at 1."""

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..edges.pairs import both, sides
+from ..edges.relief import Relief
 from ..frame import RGBDFrame
-from .pairs import both, sides
-from .relief import Relief
 
 _JUMPS_ALLOWED = 2
 """Pairs of neighbours with a jump between them that do not yet keep two regions apart."""

@@ -4,8 +4,8 @@ File units, file names and file formats exist here only; everything else works i
 """
 
 from .atomic import atomic_path
+from .camera_files import intrinsics_from
 from .cloud_files import CLOUD_SUFFIXES, load_open3d, write_cloud
-from .curve_files import write_curves
 from .depth_files import DEPTH_SUFFIXES, default_depth_units, read_depth_values, write_depth, write_expected_error
 from .frames import FrameFiles, frame_folder, load_frame
 from .images import read_colour
@@ -18,13 +18,13 @@ __all__ = [
     "atomic_path",
     "default_depth_units",
     "frame_folder",
+    "intrinsics_from",
     "load_frame",
     "load_open3d",
     "read_colour",
     "read_depth_values",
     "read_labels",
     "write_cloud",
-    "write_curves",
     "write_depth",
     "write_expected_error",
     "write_labels",

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..camera import IntrinsicsSpec, intrinsics_from
 from ..errors import FormatError, InputError, ParameterError
 from ..frame import CameraIntrinsics, RGBDFrame
+from .camera_files import IntrinsicsSpec, intrinsics_from
 from .depth_files import checked_units, default_depth_units, depth_in_metres, read_depth_values
 from .files import read_json
 from .images import read_colour
@@ -67,7 +67,7 @@ def load_frame(
         File units per metre. None takes what meta.json says; for two files 1000 if they hold integers
         and 1 if they hold floats.
     intrinsics : optional
-        Anything that `ilf.camera.intrinsics_from` takes; it goes before what meta.json says.
+        Anything that `ilf.io.intrinsics_from` takes; it goes before what meta.json says.
     name : str, optional
         What to call the frame; None takes it from meta.json or the file names.
 

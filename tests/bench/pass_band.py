@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import ilf
 from ilf.blocks import Block, find_blocks
-from ilf.filter.iteration import BlockIteration
+from ilf.filter.pass_band.iteration import PassBandIteration
 from tests.reference.full_grid import FullGridIteration
 
 HEIGHT, WIDTH, DEFECT = 540, 960, 0.4277
@@ -77,7 +77,7 @@ Run = tuple[np.ndarray, float, float, int]
 def _run(frame: ilf.RGBDFrame, block: Block, parameters: ilf.Parameters) -> Run:
     """Surface, seconds of the loop in the pass band, seconds before it, and the number of iterations."""
     start = time.process_time()
-    steps = BlockIteration(frame, block, parameters)
+    steps = PassBandIteration(frame, block, parameters)
     ready = time.process_time()
     count = sum(1 for _ in steps)
     return steps.surface, time.process_time() - ready, ready - start, count

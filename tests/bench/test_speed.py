@@ -18,7 +18,7 @@ import ilf
 from ilf.assets import asset_path
 from ilf.blocks import find_blocks
 from ilf.completion import CompletionRun
-from ilf.filter.iteration import BlockIteration
+from ilf.filter.pass_band.iteration import PassBandIteration
 from ilf.parameters import PRESETS
 from tests.reference.full_grid import FullGridIteration
 
@@ -43,13 +43,13 @@ def _scaled(frame: ilf.RGBDFrame, width: int, height: int) -> ilf.RGBDFrame:
     return ilf.RGBDFrame(rgb, depth)
 
 
-@pytest.mark.parametrize("stepper", [BlockIteration, FullGridIteration], ids=["pass band", "full grid"])
+@pytest.mark.parametrize("stepper", [PassBandIteration, FullGridIteration], ids=["pass band", "full grid"])
 @pytest.mark.benchmark(group="iterations of the largest block")
 def test_iterations(
     benchmark: BenchmarkFixture,
     room: ilf.RGBDFrame,
     room_blocks: np.ndarray,
-    stepper: type[BlockIteration] | type[FullGridIteration],
+    stepper: type[PassBandIteration] | type[FullGridIteration],
 ) -> None:
     block = find_blocks(room_blocks)[1]
     parameters = ilf.preset("released-code", max_iterations=ITERATIONS)

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from gui.frame_source import FrameSource
+from gui.frames.frame_source import FrameSource
 from gui.main_window import MainWindow
-from gui.runs import RunState
+from gui.work.runs import RunState
 from ilf.frame import RGBDFrame
 
 WAIT_MS = 20_000

@@ -12,7 +12,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
-from gui.frame_source import FrameSource
+from gui.frames.frame_source import FrameSource
 from gui.main_window import MainWindow
 from ilf import BlockParameters, RGBDFrame, preset
 

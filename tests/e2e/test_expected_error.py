@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from gui.expected_errors import ExpectedErrors
 from gui.main_window import MainWindow
+from gui.work.expected_errors import ExpectedErrors
 from ilf.completion import compose
 from ilf.confidence import expected_error
 from ilf.frame import RGBDFrame
@@ -68,7 +68,7 @@ def test_what_cannot_be_found_is_said_once(
     def fail(*_: object) -> None:
         raise MemoryError("no room")
 
-    monkeypatch.setattr("gui.expected_errors.expected_error", fail)
+    monkeypatch.setattr("gui.work.expected_errors.expected_error", fail)
     errors, completion = ExpectedErrors(), compose(small_frame, {})
     with qtbot.waitSignal(errors.failed, timeout=WAIT_MS):
         errors.ask(small_frame, completion)

@@ -14,12 +14,12 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QCheckBox, QLabel, QMessageBox, QSlider
 from pytestqt.qtbot import QtBot
 
-from gui.found_blocks import Found, find
-from gui.frame_source import FrameSource
+from gui.extraction.found_blocks import Found, find
+from gui.frames.frame_source import FrameSource
 from gui.main_window import MainWindow
 from ilf import BlockParameters, RGBDFrame
+from ilf.drawing.block_pictures import block_overlay
 from ilf.ebs import Extraction, extract
-from ilf.pictures import block_overlay
 
 from .conftest import WAIT_MS, open_frame, write_frame
 
@@ -117,7 +117,7 @@ def test_extract_takes_what_the_preview_has_found_at_once(
     staged.extraction_panel.edited.emit(BlockParameters(min_size=48.0))
     _settle(staged, qtbot)
     expected = extract(session.frame, staged.workspace.extraction_parameters).blocks
-    monkeypatch.delattr("gui.loader.find")
+    monkeypatch.delattr("gui.frames.loader.find")
     staged.actions_["extract"].trigger()
     assert not staged.loader.busy
     np.testing.assert_array_equal(session.labels, expected)
@@ -215,7 +215,7 @@ def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(
 def test_the_first_frame_is_extracted_once_for_blocks_and_view(
     window: MainWindow, qtbot: QtBot, frame_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.delattr("gui.extraction_preview.find")
+    monkeypatch.delattr("gui.extraction.preview.find")
     window.views.set_layout("extraction")
     open_frame(window, qtbot, FrameSource(str(frame_folder)))
     _settle(window, qtbot)
@@ -318,7 +318,7 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
         assert opened.wait(20)
         return find(frame, parameters)
 
-    monkeypatch.setattr("gui.extraction_preview.find", waiting)
+    monkeypatch.setattr("gui.extraction.preview.find", waiting)
     return opened
 
 
@@ -372,7 +372,7 @@ def test_a_preview_that_fails_says_why_without_a_dialog(
     def no_dialog(*_: object) -> None:
         raise AssertionError("a dialog at every move of a slider")
 
-    monkeypatch.setattr("gui.extraction_preview.find", broken)
+    monkeypatch.setattr("gui.extraction.preview.find", broken)
     monkeypatch.setattr(QMessageBox, "open", no_dialog)
     _slide(staged, "dilation", 5)
     _settle(staged, qtbot)

@@ -13,9 +13,9 @@ from PySide6.QtGui import QDropEvent
 from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
-from gui.frame_source import FrameSource
+from gui.frames.frame_source import FrameSource
 from gui.main_window import MainWindow
-from ilf.export import ExportOptions
+from ilf.run.export import ExportOptions
 
 from .conftest import WAIT_MS
 

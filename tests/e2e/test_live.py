@@ -13,8 +13,8 @@ from pytestqt.qtbot import QtBot
 
 import ilf
 from gui.main_window import MainWindow
-from gui.runs import RunState
-from gui.session import Session
+from gui.state.session import Session
+from gui.work.runs import RunState
 from ilf.completion import BlockResult
 from ilf.frame import RGBDFrame
 
@@ -39,7 +39,7 @@ def _results(window: MainWindow) -> dict[int, BlockResult]:
 
 
 def _states(window: MainWindow) -> dict[int, str]:
-    from gui.block_rows import block_rows
+    from gui.blocks.block_rows import block_rows
 
     workspace = window.workspace
     return {row.label: row.state for row in block_rows(workspace.session, window.runs, workspace.parameters)}
@@ -212,7 +212,7 @@ def test_without_a_chosen_block_nothing_runs(opened: MainWindow) -> None:
 def test_blocks_that_run_at_once_give_what_they_give_alone(
     opened: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gui.runs.available_cores", lambda: 4)
+    monkeypatch.setattr("gui.work.runs.available_cores", lambda: 4)
     workspace = opened.workspace
     workspace.set_parameters(ilf.preset("released-code", max_iterations=2000))
     labels = list(workspace.session.counts())

@@ -13,12 +13,12 @@ from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
 import ilf
-from gui.frame_source import FrameSource
+from gui.frames.frame_source import FrameSource
 from gui.main_window import MainWindow
-from gui.runs import RunState
+from gui.work.runs import RunState
 from ilf.cli import main as command_line
 from ilf.completion import Status
-from ilf.export import ExportOptions
+from ilf.run.export import ExportOptions
 
 from .conftest import WAIT_MS, open_frame
 

@@ -7,8 +7,8 @@ from PySide6.QtGui import QImage, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication
 
 from gui import theme
-from gui.views import cloud_view
-from gui.views.cloud_view import CloudView, ColourBy
+from gui.cloud import cloud_view
+from gui.cloud.cloud_view import CloudView, ColourBy
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF
 from PySide6.QtWidgets import QApplication
 
-from gui.views.curves import SIGMA_FLOOR, CurvesPanel, LengthAxis, length_text
+from gui.curves.curves_panel import SIGMA_FLOOR, CurvesPanel, LengthAxis, length_text
 from ilf.filter.convergence import IterationRecord
 
 

@@ -8,7 +8,7 @@ from PySide6.QtCore import QSettings
 
 from gui.dialogs.export import ExportDialog
 from ilf.errors import ParameterError
-from ilf.export import ExportOptions
+from ilf.run.export import ExportOptions
 
 
 @pytest.fixture

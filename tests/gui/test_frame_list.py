@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 
-from gui.panels.frame_list import FrameList
+from gui.frames.frame_list import FrameList
 
 
 @pytest.fixture

@@ -9,8 +9,8 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QCheckBox, QComboBox, QDoubleSpinBox, QSpinBox, QToolButton, QWidget
 
-from gui.panels.parameter_form import ParameterForm
-from gui.panels.slider import ValueScale, ValueSlider, wants_slider
+from gui.widgets.parameter_form import ParameterForm
+from gui.widgets.slider import ValueScale, ValueSlider, wants_slider
 from ilf.declarations import ParameterSet, declare
 from ilf.parameters import PRESETS, BlockParameters, Parameters, preset
 

@@ -10,11 +10,11 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QComboBox, QToolButton
 
-from gui.extraction_preview import ExtractionPreview, Question
-from gui.found_blocks import find
-from gui.views.stage_cell import StageCell
-from gui.views.stages import STAGES, stage_count, stage_legend, stage_picture
+from gui.extraction.found_blocks import find
+from gui.extraction.preview import ExtractionPreview, Question
+from gui.extraction.stage_cell import StageCell
 from ilf import BlockParameters
+from ilf.drawing.stages import STAGES, stage_count, stage_legend, stage_picture
 from ilf.ebs import Extraction, extract
 
 WAIT_MS = 20_000
@@ -117,7 +117,7 @@ def gate(monkeypatch):
         assert opened.wait(20)
         return find(frame, parameters)
 
-    monkeypatch.setattr("gui.extraction_preview.find", waiting)
+    monkeypatch.setattr("gui.extraction.preview.find", waiting)
     return opened
 
 
@@ -167,7 +167,7 @@ def test_a_question_that_failed_can_be_asked_again_and_takes_the_place_of_an_old
             raise MemoryError("no memory")
         return find(frame, parameters)
 
-    monkeypatch.setattr("gui.extraction_preview.find", broken)
+    monkeypatch.setattr("gui.extraction.preview.find", broken)
     failing = Question(small_frame, CANNY.replace(dilation=2), "blocks")
     with qtbot.waitSignal(preview.failed, timeout=WAIT_MS) as failed:
         preview.ask(failing)

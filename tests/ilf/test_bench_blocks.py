@@ -21,7 +21,7 @@ from ilf.bench.block_measures import (
 )
 from ilf.cli import main
 from ilf.completion import Status
-from ilf.ebs.pairs import both, mark
+from ilf.edges.pairs import both, mark
 from ilf.errors import InputError
 
 from .small_frames import write_small_frame

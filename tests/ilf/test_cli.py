@@ -16,7 +16,7 @@ from ilf.assets import asset_path
 from ilf.cli import build_parser, complete, main, parsing
 from ilf.errors import InputError
 from ilf.io import read_labels
-from ilf.run_record import read_run_record
+from ilf.run.record import read_run_record
 
 from .small_frames import CAMERA, write_small_frame
 

@@ -12,7 +12,7 @@ import ilf
 from ilf.blocks import Block
 from ilf.completion import CompletionRun, Progress, Status, complete, compose
 from ilf.errors import Cancelled, InputError
-from ilf.filter.iteration import BlockIteration
+from ilf.filter.pass_band.iteration import PassBandIteration
 from ilf.frame import RGBDFrame
 
 
@@ -228,10 +228,10 @@ def test_a_run_that_is_closed_or_left_has_no_threads(small_frame: RGBDFrame, sma
 def test_an_error_in_a_thread_comes_out_at_next(
     small_frame: RGBDFrame, small_labels: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(frame: RGBDFrame, block: Block, parameters: ilf.Parameters) -> BlockIteration:
+    def broken(frame: RGBDFrame, block: Block, parameters: ilf.Parameters) -> PassBandIteration:
         if block.label == 2:
             raise MemoryError("no room for block 2")
-        return BlockIteration(frame, block, parameters)
+        return PassBandIteration(frame, block, parameters)
 
     monkeypatch.setattr("ilf.completion._stepper", broken)
     with pytest.raises(MemoryError, match="block 2"):

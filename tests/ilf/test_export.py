@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf import export as module
 from ilf.completion import compose
 from ilf.confidence import expected_error
 from ilf.errors import ExportError, InputError, ParameterError
-from ilf.export import ExportOptions, check_export, export
 from ilf.io import read_colour, read_depth_values, read_labels
-from ilf.run_record import make_run_record
+from ilf.run import export as module
+from ilf.run.export import ExportOptions, check_export, export
+from ilf.run.record import make_run_record
 
 from .small_frames import CAMERA, QUICK, write_small_frame
 

@@ -9,11 +9,11 @@ from scipy.ndimage import label as components
 import ilf
 from ilf.ebs import extract
 from ilf.ebs.boundaries import contract, dilate, outlines, regions_between, snap_to_jumps
-from ilf.ebs.edges import canny_edges, colour_gradient, gradient_strength, otsu_edges
 from ilf.ebs.existence import keep_existing
 from ilf.ebs.extraction import find_margins
-from ilf.ebs.pairs import mark
-from ilf.ebs.relief import find_relief
+from ilf.edges.detectors import canny_edges, colour_gradient, gradient_strength, otsu_edges
+from ilf.edges.pairs import mark
+from ilf.edges.relief import find_relief
 from ilf.frame import RGBDFrame
 from ilf.parameters import BlockParameters
 

@@ -12,11 +12,11 @@ from numpy.testing import assert_allclose
 import ilf
 from ilf.blocks import Block, find_blocks
 from ilf.filter.convergence import held_out_of
-from ilf.filter.edge_aware import EdgeAwareIteration
-from ilf.filter.iteration import BlockIteration
-from ilf.filter.lengths import principal_lengths
-from ilf.filter.lowpass import inside_ellipse, squared_wave_numbers
-from ilf.filter.spectrum import colour_weight
+from ilf.filter.edge_aware.iteration import EdgeAwareIteration
+from ilf.filter.pass_band.iteration import PassBandIteration
+from ilf.filter.pass_band.lengths import principal_lengths
+from ilf.filter.pass_band.lowpass import inside_ellipse, squared_wave_numbers
+from ilf.filter.pass_band.spectrum import colour_weight
 from ilf.frame import RGBDFrame
 from tests.reference.full_grid import FullGridIteration
 
@@ -47,8 +47,8 @@ def _signed(k: int, size: int) -> int:
     return k if k <= size // 2 else k - size
 
 
-STEPPERS = [BlockIteration, FullGridIteration]
-Stepper = type[BlockIteration] | type[FullGridIteration]
+STEPPERS = [PassBandIteration, FullGridIteration]
+Stepper = type[PassBandIteration] | type[FullGridIteration]
 
 
 @pytest.mark.parametrize("stepper_class", STEPPERS)
@@ -139,7 +139,7 @@ def test_pass_band_and_full_grid_give_the_same_iterates(
     frame, labels = _bumpy(shape)
     block = find_blocks(labels)[1]
     parameters = ilf.preset(name, **{"max_iterations": 300, **changes})
-    fast, full = BlockIteration(frame, block, parameters), FullGridIteration(frame, block, parameters)
+    fast, full = PassBandIteration(frame, block, parameters), FullGridIteration(frame, block, parameters)
     pairs = list(itertools.zip_longest(fast, full))
     for ours, theirs in pairs:
         assert (ours.i, ours.stage, ours.radii, ours.weighted) == (
@@ -165,7 +165,7 @@ def test_l1_norm_is_exact_where_the_filter_goes_negative() -> None:
     block = find_blocks(np.ones((30, 30), np.int32))[1]
     parameters = ilf.preset("paper", shortest_wavelength=2.5, s_criteria=1e-4, max_iterations=200)
     negative = False
-    fast, full = BlockIteration(frame, block, parameters), FullGridIteration(frame, block, parameters)
+    fast, full = PassBandIteration(frame, block, parameters), FullGridIteration(frame, block, parameters)
     for ours, theirs in itertools.zip_longest(fast, full):
         negative |= bool((full.surface < 0).any())
         assert ours.l1 == pytest.approx(theirs.l1, rel=1e-10)
@@ -207,10 +207,10 @@ def test_what_is_held_out_has_no_part_in_the_iterates(name: str) -> None:
     assert all(b[2] != a[2] for b, a in zip(before, after, strict=True))
 
 
-def _stepper(frame: RGBDFrame, block: Block, parameters: ilf.Parameters) -> BlockIteration | EdgeAwareIteration:
+def _stepper(frame: RGBDFrame, block: Block, parameters: ilf.Parameters) -> PassBandIteration | EdgeAwareIteration:
     if parameters.filter == "edge-aware":
         return EdgeAwareIteration(frame, block, parameters, np.zeros(frame.shape, np.float32))
-    return BlockIteration(frame, block, parameters)
+    return PassBandIteration(frame, block, parameters)
 
 
 def test_the_held_out_error_turns_where_noise_comes_in() -> None:
@@ -223,7 +223,7 @@ def test_the_held_out_error_turns_where_noise_comes_in() -> None:
     parameters = ilf.preset("released-code", hold_out=0.05, centred=True, shortest_wavelength=4.0, max_iterations=400)
     block = find_blocks(np.ones((80, 120), np.int32))[1]
     records, errors = [], []
-    steps = BlockIteration(frame, block, parameters)
+    steps = PassBandIteration(frame, block, parameters)
     for record in steps:
         records.append(record)
         errors.append(math.sqrt(np.mean((steps.surface - truth.ravel()) ** 2)))
@@ -350,7 +350,7 @@ def test_principal_lengths_follow_a_turned_bar() -> None:
 
 def test_stepping_past_the_end_stays_at_the_end() -> None:
     frame, labels = _tiny()
-    steps: BlockIteration = ilf.iterate(frame, labels, 1, ilf.preset("paper", max_iterations=1))
+    steps: PassBandIteration = ilf.iterate(frame, labels, 1, ilf.preset("paper", max_iterations=1))
     next(steps)
     with pytest.raises(StopIteration):
         next(steps)

@@ -15,8 +15,8 @@ from onnx import helper, numpy_helper
 
 from ilf.cli import main, parsing
 from ilf.declarations import ParameterSet, declare
-from ilf.ebs.importing import add_model
-from ilf.ebs.network import load_model
+from ilf.edges.importing import add_model
+from ilf.edges.network import load_model
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
 from ilf.models import BUNDLED, model_names, model_path, models_folder, remove_model
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from ilf.assets import asset_path
-from ilf.ebs.network import EdgeNetwork
+from ilf.edges.network import EdgeNetwork
 from ilf.errors import FormatError, InputError
 
 from .tiny_onnx import node, write_network

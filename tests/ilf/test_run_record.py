@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf import replay as replay_module
 from ilf.completion import CompletionRun, compose
 from ilf.ebs import extract
 from ilf.errors import FormatError, InputError
-from ilf.export import ExportOptions, export
-from ilf.replay import replay
-from ilf.run_record import labels_sha256, make_run_record, read_run_record
+from ilf.run import replay as replay_module
+from ilf.run.export import ExportOptions, export
+from ilf.run.record import labels_sha256, make_run_record, read_run_record
+from ilf.run.replay import replay
 
 from .small_frames import CAMERA, QUICK, write_small_frame
 

@@ -11,8 +11,8 @@ import pytest
 
 import ilf
 from ilf.assets import asset_path
-from ilf.ebs.network import EdgeNetwork, load_model
-from ilf.ebs.strength import DETECTORS, canny_strength, combined_strength
+from ilf.edges.network import EdgeNetwork, load_model
+from ilf.edges.strength import DETECTORS, canny_strength, combined_strength
 from ilf.errors import InputError
 from ilf.frame import RGBDFrame
 
@@ -103,7 +103,7 @@ def test_huge_images_are_looked_at_scaled_down(monkeypatch: pytest.MonkeyPatch) 
     rgb = np.zeros((300, 480, 3), np.uint8)
     rgb[:, 240:] = 220
     network = EdgeNetwork.load(asset_path("models/edges.onnx"))
-    monkeypatch.setattr("ilf.ebs.network.LONGEST_SIDE", 160)
+    monkeypatch.setattr("ilf.edges.network.LONGEST_SIDE", 160)
     sizes = []
     monkeypatch.setattr(network, "_run", lambda padded: sizes.append(padded.shape) or padded[..., 0] / np.float32(255))
     strength = network.strength(rgb)

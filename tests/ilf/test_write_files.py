@@ -22,10 +22,10 @@ from ilf.io import (
     read_depth_values,
     read_labels,
     write_cloud,
-    write_curves,
     write_depth,
     write_labels,
 )
+from ilf.run.curve_files import write_curves
 
 RNG = np.random.default_rng(3)
 DEPTH = RNG.uniform(0.4, 9.0, (20, 30)).astype(np.float32)

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from ilf.blocks import Block
 from ilf.filter.convergence import IterationRecord, deviation, held_out_of, l1_norm
-from ilf.filter.lengths import principal_lengths
-from ilf.filter.lowpass import inside_ellipse, squared_wave_numbers
-from ilf.filter.schedule import LinearSchedule, Schedule, StagedSchedule
-from ilf.filter.spectrum import colour_weight
+from ilf.filter.pass_band.lengths import principal_lengths
+from ilf.filter.pass_band.lowpass import inside_ellipse, squared_wave_numbers
+from ilf.filter.pass_band.schedule import LinearSchedule, Schedule, StagedSchedule
+from ilf.filter.pass_band.spectrum import colour_weight
 from ilf.frame import RGBDFrame
 from ilf.parameters import Parameters
 

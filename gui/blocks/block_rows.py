@@ -1,0 +1,85 @@
+"""What the window shows of blocks: rows of the table, colours of the overlay."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gui.blocks.block_table import BlockRow
+from gui.state.session import BlockCounts, Session
+from gui.work.runs import RunController
+from ilf.completion import BlockResult
+from ilf.parameters import Parameters
+
+
+def block_rows(session: Session, runs: RunController, common: Parameters) -> list[BlockRow]:
+    """One row per block that has pixels, or is chosen to be painted."""
+    results = session.valid_results()
+    counts = {label: BlockCounts(0, 0) for label in session.selected} | session.counts()
+    own_run = runs.session is session
+    queued = runs.queued if own_run else set()
+    rows = []
+    for label, count in counts.items():
+        info = session.info(label)
+        anew = own_run and runs.resolving == label
+        records = runs.live[label] if own_run and label in runs.running and not anew else []
+        result = results.get(label)
+        if records:
+            state, detail = "running", ""
+            iterations, sigma = len(records), records[-1].sigma_i
+        elif label in queued:
+            state, detail, iterations, sigma = "queued", "", 0, math.nan
+        elif result is not None:
+            outcome = result.outcome
+            outdated = not anew and not _same_effect(result.parameters, session.parameters_of(label, common))
+            state = "values changed" if outdated else str(outcome.status)
+            iterations, sigma = outcome.iterations, outcome.sigma_i
+            detail = _detail(result, outdated)
+        else:
+            state, detail, iterations, sigma = "ready", "", 0, math.nan
+        rows.append(
+            BlockRow(
+                label=label,
+                name=info.name,
+                colour=info.colour,
+                pixels=count.pixels,
+                defect_rate=count.defect_rate,
+                state=state,
+                detail=detail,
+                iterations=iterations,
+                sigma_i=sigma,
+                visible=info.visible,
+                locked=info.locked,
+            )
+        )
+    return rows
+
+
+def colour_table(session: Session) -> NDArray[np.uint8]:
+    """RGBA by label for the overlay, chosen labels without pixels included; hidden blocks are transparent."""
+    top = max([int(session.labels.max()), *session.selected])
+    table = np.zeros((top + 1, 4), np.uint8)
+    for label in range(1, top + 1):
+        info = session.info(label)
+        table[label] = (*info.colour, 255 if info.visible else 0)
+    return table
+
+
+@lru_cache
+def _same_effect(one: Parameters, other: Parameters) -> bool:
+    """Whether two sets differ at most in values that do not matter."""
+    return one == other or all(
+        getattr(one, name) == getattr(other, name) for name in one.declarations() if one.matters(name)
+    )
+
+
+def _detail(result: BlockResult, outdated: bool) -> str:
+    outcome = result.outcome
+    lines = [f"The result, {outcome.status}, is of other values than are set now."] if outdated else []
+    lines += [outcome.message] if outcome.message else []
+    if outcome.iterations:
+        lines.append(f"{outcome.iterations} iterations in {outcome.stages} stages, {outcome.recovered} pixels filled.")
+    return "\n".join(lines)

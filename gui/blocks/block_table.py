@@ -1,0 +1,274 @@
+"""The table of operation blocks: what they are, how they are doing, and which of them are meant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+
+from PySide6.QtCore import (
+    QEvent,
+    QItemSelection,
+    QItemSelectionModel,
+    QModelIndex,
+    QPoint,
+    QRect,
+    QSize,
+    QSortFilterProxyModel,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import QColor, QIcon, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPalette, QResizeEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QColorDialog,
+    QHeaderView,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QTableView,
+    QVBoxLayout,
+    QWidget,
+)
+
+from gui.blocks.block_model import ICON_COLUMNS, ICON_SIZE, SORT_ROLE, TOOL_ICONS, BlockModel, BlockRow, Column, Index
+from gui.widgets.hint import paint_hint
+
+_WIDTHS = {Column.MISSING: 62, Column.ITERATIONS: 42, Column.SIGMA: 56, Column.PIXELS: 60}
+_ICON_WIDTH = 26
+_NAME_WIDTH = 72  # at least; below, the table scrolls sideways
+
+
+class BlockTable(QWidget):
+    """Table of blocks. It shows rows and reports wishes; the rows change only by `set_rows`.
+
+    Signals
+    -------
+    selectionChanged(list of int)
+        Labels in table order, after the user selected or selected rows vanished.
+    renamed(int, str), recoloured(int, QColor), visibilityChanged(int, bool), lockChanged(int, bool)
+        Label and the wanted value.
+    activated(int)
+        Double click or Enter: show this block.
+    contextMenuRequested(QPoint, list of int)
+        Global position and the selected labels.
+    """
+
+    selectionChanged = Signal(list)
+    renamed = Signal(int, str)
+    recoloured = Signal(int, QColor)
+    visibilityChanged = Signal(int, bool)
+    lockChanged = Signal(int, bool)
+    activated = Signal(int)
+    contextMenuRequested = Signal(QPoint, list)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._quiet = False
+        self._model = BlockModel(self)
+        self._model.renamed.connect(self.renamed)
+        self._proxy = QSortFilterProxyModel(self)
+        self._proxy.setSourceModel(self._model)
+        self._proxy.setSortRole(SORT_ROLE)
+        self.view = _BlockView(self)
+        self.view.setModel(self._proxy)
+        self.view.arrange()
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self.view)
+        self.setFocusProxy(self.view)
+
+        self.view.pressed_tool.connect(self._use)
+        self.view.toggled.connect(self._toggle_visibility)
+        self.view.shown.connect(lambda index: self.activated.emit(self._row(index).label))
+        self.view.selectionModel().selectionChanged.connect(self._report_selection)
+        self.view.customContextMenuRequested.connect(
+            lambda at: self.contextMenuRequested.emit(self.view.viewport().mapToGlobal(at), self.selected())
+        )
+
+    def set_rows(self, rows: Iterable[BlockRow]) -> None:
+        """Show these rows; selection, scroll position and sorting stay, rows that are equal are not touched."""
+        before = self.selected()
+        with self._silence():
+            self._model.set_rows(rows)
+        after = self.selected()
+        if after != before:
+            self.selectionChanged.emit(after)
+
+    def select(self, labels: Iterable[int]) -> None:
+        """Select these blocks and no others, and bring the first into view; `selectionChanged` is not emitted."""
+        wanted = set(labels)
+        selection = QItemSelection()
+        found = [index for index in self._indexes() if self._row(index).label in wanted]
+        for index in found:
+            selection.select(index, index)
+        flags = QItemSelectionModel.SelectionFlag
+        with self._silence():
+            self.view.selectionModel().select(selection, flags.ClearAndSelect | flags.Rows)
+            if found:
+                self.view.selectionModel().setCurrentIndex(found[0], flags.NoUpdate)
+                self.view.scrollTo(found[0])
+
+    def selected(self) -> list[int]:
+        """Labels of the selected blocks in table order."""
+        rows = sorted(index.row() for index in self.view.selectionModel().selectedRows())
+        return [self._row(self._proxy.index(row, 0)).label for row in rows]
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._model.set_palette(self.palette())
+
+    def _indexes(self) -> list[QModelIndex]:
+        return [self._proxy.index(row, Column.NAME) for row in range(self._proxy.rowCount())]
+
+    def _row(self, index: QModelIndex) -> BlockRow:
+        return self._model.rows[self._proxy.mapToSource(index).row()]
+
+    @contextmanager
+    def _silence(self) -> Iterator[None]:
+        self._quiet = True
+        try:
+            yield
+        finally:
+            self._quiet = False
+
+    def _report_selection(self) -> None:
+        if not self._quiet:
+            self.selectionChanged.emit(self.selected())
+
+    def _use(self, index: QModelIndex) -> None:
+        row = self._row(index)
+        if index.column() == Column.VISIBLE:
+            self.visibilityChanged.emit(row.label, not row.visible)
+        elif index.column() == Column.LOCKED:
+            self.lockChanged.emit(row.label, not row.locked)
+        else:
+            colour = QColorDialog.getColor(QColor(*row.colour), self, f"Colour of {row.name}")
+            if colour.isValid():
+                self.recoloured.emit(row.label, colour)
+
+    def _toggle_visibility(self) -> None:
+        """Show the selected blocks if any of them is hidden, otherwise hide them."""
+        wanted = set(self.selected())
+        rows = [row for row in self._model.rows if row.label in wanted]
+        show = not all(row.visible for row in rows)
+        for row in rows:
+            if row.visible != show:
+                self.visibilityChanged.emit(row.label, show)
+
+
+class _BlockView(QTableView):
+    """Mouse and keyboard of the table."""
+
+    pressed_tool = Signal(QModelIndex)
+    toggled = Signal()
+    shown = Signal(QModelIndex)
+
+    def arrange(self) -> None:
+        """Columns, selection and look; once, after the model is set."""
+        self.setItemDelegate(_BlockDelegate(self))
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setIconSize(QSize(ICON_SIZE, ICON_SIZE))
+        self.setShowGrid(False)
+        self.setWordWrap(False)
+        self.setTabKeyNavigation(False)
+        self.setFrameShape(QTableView.Shape.NoFrame)
+        self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(26)
+        header = self.horizontalHeader()
+        header.setMinimumSectionSize(_ICON_WIDTH)
+        header.setHighlightSections(False)
+        header.setSortIndicatorClearable(True)
+        for column in Column:
+            if column in ICON_COLUMNS:
+                header.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
+                header.resizeSection(column, _ICON_WIDTH)
+            elif column != Column.NAME:
+                header.resizeSection(column, _WIDTHS[column])
+        header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
+        self.setSortingEnabled(True)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        header = self.horizontalHeader()
+        others = header.length() - header.sectionSize(Column.NAME)
+        header.resizeSection(Column.NAME, max(_NAME_WIDTH, self.viewport().width() - others))
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        if not self._use_tool(event):
+            super().mousePressEvent(event)
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        # the second of two quick clicks on an eye toggles it again
+        if self._use_tool(event):
+            return
+        super().mouseDoubleClickEvent(event)
+        index = self.indexAt(event.position().toPoint())
+        if index.isValid() and event.button() == Qt.MouseButton.LeftButton:
+            self.shown.emit(index)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        current = self.currentIndex()
+        if event.key() == Qt.Key.Key_Space:
+            self.toggled.emit()
+        elif event.key() == Qt.Key.Key_F2 and current.isValid():
+            self.edit(current.siblingAtColumn(Column.NAME))
+        elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and current.isValid():
+            self.shown.emit(current)
+        else:
+            super().keyPressEvent(event)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        super().paintEvent(event)
+        if self.model().rowCount() == 0:
+            paint_hint(self, "No blocks yet. Extract them from the frame, or paint one.")
+
+    def _use_tool(self, event: QMouseEvent) -> bool:
+        index = self.indexAt(event.position().toPoint())
+        if event.button() != Qt.MouseButton.LeftButton or index.column() not in TOOL_ICONS:
+            return False
+        self.pressed_tool.emit(index)
+        return True
+
+
+class _BlockDelegate(QStyledItemDelegate):
+    """Soft selection that leaves colours readable; icons centred in their columns."""
+
+    def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
+        super().initStyleOption(option, index)
+        accent, base = option.palette.highlight().color(), option.palette.base().color()
+        option.palette.setColor(QPalette.ColorRole.Highlight, _blend(accent, base, 0.28))
+        option.palette.setColor(QPalette.ColorRole.HighlightedText, option.palette.text().color())
+        option.state &= ~QStyle.StateFlag.State_HasFocus
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        if index.column() not in ICON_COLUMNS:
+            super().paint(painter, option, index)
+            return
+        full = QStyleOptionViewItem(option)
+        self.initStyleOption(full, index)
+        full.icon = QIcon()
+        full.widget.style().drawControl(QStyle.ControlElement.CE_ItemViewItem, full, painter, full.widget)
+        box = QRect(0, 0, ICON_SIZE, ICON_SIZE)
+        box.moveCenter(option.rect.center())
+        decoration = index.data(Qt.ItemDataRole.DecorationRole)
+        if isinstance(decoration, QColor):
+            painter.save()
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(decoration)
+            painter.drawRoundedRect(box.adjusted(1, 1, -1, -1), 3, 3)
+            painter.restore()
+        else:
+            decoration.paint(painter, box)
+
+
+def _blend(colour: QColor, other: QColor, share: float) -> QColor:
+    return QColor.fromRgbF(
+        *(share * a + (1 - share) * b for a, b in zip(colour.getRgbF()[:3], other.getRgbF()[:3], strict=True))
+    )

@@ -1,0 +1,182 @@
+"""Brings the stages of the extraction to their view, and extracts blocks when asked to."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, QTimer
+
+from gui.extraction.found_blocks import Found
+from gui.extraction.preview import Answer, ExtractionPreview, Question
+from gui.frames.documents import error_text
+from gui.frames.loader import describe_blocks
+from ilf.frame import RGBDFrame
+from ilf.parameters import BlockParameters
+
+if TYPE_CHECKING:
+    from gui.main_window import MainWindow
+
+LAYOUT = "grid-extraction"
+"""Layout that is chosen when stages are asked for and their view is not to be seen."""
+
+_SLOW_MS = 300
+"""Age at which an extraction is worth saying that it is under way: an edge network's first look at a frame."""
+
+_OFF = "Switch on the preview of the extraction, or extract blocks"
+
+
+class StagePresenter(QObject):
+    """Decides what the view of the extraction shows, and what the panel says of it.
+
+    While that view is to be seen and the preview is on, it follows the panel's parameters; with the preview off it
+    keeps to the last extraction of the frame. The frame's blocks change by `extract` alone.
+    """
+
+    def __init__(self, window: MainWindow) -> None:
+        super().__init__(window)
+        self._window = window
+        self._workspace = window.workspace
+        self._preview = ExtractionPreview(self)
+        self._preview.found.connect(self._take)
+        self._preview.failed.connect(self._fail)
+        self._frame: RGBDFrame | None = None
+        self._found: Found | None = None
+        self._failure = ""
+        self._slow = QTimer(self, singleShot=True, interval=_SLOW_MS)
+        self._slow.timeout.connect(lambda: self._cell.strip.set_text("Extracting…"))
+        self._cell = window.views.extraction
+
+    @property
+    def busy(self) -> bool:
+        """Whether a picture is to come."""
+        return self._preview.busy
+
+    def refresh(self) -> None:
+        """Show what is to be seen now; called when frame, parameters, stage, layout or the preview's switch change."""
+        frame = self._workspace.session.frame if self._workspace.has_session else None
+        if frame is not self._frame:
+            self._frame = frame
+            self._preview.turn_to(frame)
+            self._slow.stop()
+            self._found, self._failure = None, ""
+        if frame is not None and self._window.views.shows_extraction:
+            self._ask(frame)
+        self.describe()
+
+    def _ask(self, frame: RGBDFrame) -> None:
+        if self._window.extraction_panel.previews:
+            parameters: BlockParameters | None = self._workspace.extraction_parameters
+        else:
+            parameters = self._preview.held_parameters(frame) or self._workspace.session.notes.extraction
+        if parameters is None:
+            self._cell.show_message(_OFF)
+            return
+        self._preview.ask(Question(frame, parameters, self._cell.stage))
+        self._watch()
+
+    def describe(self) -> None:
+        """Say in the panel what its values give; called when blocks or locks change, too."""
+        panel, shown = self._window.extraction_panel, self._window.views.shows_extraction
+        if self._frame is not None and not shown and self._has_new_values() and panel.previews:
+            layouts = self._window.layouts
+            panel.offer_view(layouts.itemText(layouts.findData(LAYOUT)))
+        elif self._failure and shown:
+            panel.show_summary("", self._failure)
+        elif self._found is not None and shown:
+            panel.show_summary(self._summary(self._found), self._found.extraction.note)
+        else:
+            panel.show_summary("")
+
+    def _has_new_values(self) -> bool:
+        """Whether the frame's blocks have been extracted with others than the panel's values."""
+        return self._workspace.session.notes.extraction != self._workspace.extraction_parameters
+
+    def _summary(self, found: Found) -> str:
+        if self._window.extraction_panel.previews:
+            title = "Preview"
+        else:
+            fits = found.parameters == self._workspace.extraction_parameters
+            title = "With these values" if fits else "With other values"
+        blocks = found.extraction.blocks
+        locked, by_hand = self._workspace.staying(self._workspace.session)
+        around = _describe_around(len(locked), len(by_hand))
+        return f"{title}: {describe_blocks(int(blocks.max()), blocks)}{around}, in {_duration(found.seconds)}."
+
+    def show_stage(self, name: str) -> None:
+        """Show a stage, and the view of the extraction if it is not to be seen."""
+        self._cell.set_stage(name)
+        self.show_view()
+
+    def show_view(self) -> None:
+        """Bring the view of the extraction up if it is not to be seen."""
+        window = self._window
+        window.centre.setCurrentWidget(window.views)
+        if not window.views.shows_extraction:
+            window.views.set_layout(LAYOUT)
+
+    def take_parameters(self, parameters: BlockParameters) -> None:
+        """The user set other parameters of EBS; the blocks take them at the next extraction."""
+        self._workspace.extraction_parameters = parameters
+        self.refresh()
+
+    def take_keeping(self, on: bool) -> None:
+        """The user wants blocks made by hand to stay at the next extraction, or not."""
+        self._workspace.keeps_handmade = on
+        self.describe()
+
+    def switch(self, on: bool) -> None:
+        """The preview was switched on or off."""
+        if on:
+            self.show_view()
+        self.refresh()
+
+    def extract(self) -> None:
+        """Extract the blocks again with the panel's parameters; at once where that is what the preview has found."""
+        session = self._workspace.session
+        found = self._preview.held(session.frame, self._workspace.extraction_parameters)
+        self._window.loader.extract(session, found)
+
+    def hold(self, found: Found) -> None:
+        """An extraction has been made for the blocks of a frame; it need not be made again for the view."""
+        self._preview.hold(found)
+        if found.frame is self._frame:
+            self.refresh()
+
+    def shutdown(self) -> None:
+        """Stop before the window closes."""
+        self._slow.stop()
+        self._preview.shutdown()
+
+    def _watch(self) -> None:
+        """Say that an extraction is under way if nothing has come of it after a while."""
+        if not self._preview.busy:
+            self._slow.stop()
+        elif not self._slow.isActive():
+            self._slow.start()
+
+    def _take(self, answer: Answer) -> None:
+        self._slow.stop()
+        self._watch()
+        self._found, self._failure = answer.found, ""
+        if answer.question.stage == self._cell.stage:
+            self._cell.show_picture(answer.question.stage, answer.picture, answer.found.extraction)
+        self.describe()
+
+    def _fail(self, error: Exception) -> None:
+        self._slow.stop()
+        self._watch()
+        self._failure = f"The extraction failed: {error_text(error)}"
+        self._cell.show_message("The extraction failed")
+        self.describe()
+        self._window.documents.tell(self._failure)
+
+
+def _describe_around(locked: int, by_hand: int) -> str:
+    """What the new blocks would lie around; "" for nothing."""
+    kinds = (locked, "locked"), (by_hand, "made by hand")
+    parts = [f"{count} block{'s' * (count != 1)} {kind}" for count, kind in kinds if count]
+    return f", around {' and '.join(parts)}" if parts else ""
+
+
+def _duration(seconds: float) -> str:
+    return f"{1000 * seconds:.0f} ms" if seconds < 1 else f"{seconds:.1f} s"

@@ -1,0 +1,241 @@
+"""Opening frames and extracting their blocks, off the GUI's thread and one after the other."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Signal
+
+from gui.extraction.found_blocks import Found, find
+from gui.frames.frame_source import FrameSource
+from gui.state.session import Session
+from gui.state.workspace import Workspace
+from gui.work.worker import Worker
+from ilf.completion import prepare
+from ilf.frame import RGBDFrame
+from ilf.io import load_frame
+from ilf.parameters import BlockParameters, Parameters, preset
+from ilf.run.record import read_run_record
+from ilf.run.replay import replay
+
+
+@dataclass(frozen=True, eq=False)
+class _Opened:
+    """What a session is made of, in the GUI's thread, where its undo stack must live."""
+
+    frame: RGBDFrame
+    origin: FrameSource | Path
+    key: str
+    labels: NDArray[np.int32]
+    extraction: BlockParameters | None
+    found: Found | None = None
+    """What has just been extracted; None if the blocks come from a record."""
+    edited: bool = False
+    parameters: dict[int, Parameters] | None = None
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class _Extracted:
+    session: Session
+    found: Found
+
+
+Job = Callable[[], _Opened | _Extracted]
+
+
+class FrameLoader(QObject):
+    """A queue of frames to open and extractions to make.
+
+    Signals
+    -------
+    busy_changed(str)
+        What is being done, or "" when idle.
+    message(str)
+        What an opening or an extraction gave.
+    extracted(object)
+        What has been Found for the frame that is the present one or about to become it.
+    failed(str, object)
+        What was tried, and the exception.
+    idle()
+        Nothing is under way or waiting any more.
+    """
+
+    busy_changed = Signal(str)
+    message = Signal(str)
+    extracted = Signal(object)
+    failed = Signal(str, object)
+    idle = Signal()
+
+    def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._workspace = workspace
+        self._queue: deque[tuple[str, Job]] = deque()
+        self._present = ""
+        self._worker = Worker(self)
+        self._worker.finished.connect(self._take)
+        self._worker.failed.connect(self._fail)
+
+    @property
+    def busy(self) -> bool:
+        """Whether anything is under way or waiting."""
+        return self._worker.busy or bool(self._queue)
+
+    def open(self, source: FrameSource) -> None:
+        """Read a frame, extract its blocks and show it.
+
+        A frame that is open already is just shown; one that is open with other units or intrinsics is read again
+        and takes its place.
+        """
+        if self._shown_already(source, source.key):
+            return
+        parameters = self._workspace.extraction_parameters
+        self._add(f"Open {Path(source.key).name}", lambda: _open(source, parameters))
+
+    def open_run(self, record: Path) -> None:
+        """Read a run.json: its frame, blocks and parameters. What it filled comes back by running it."""
+        if self._shown_already(record, str(record.absolute())):
+            return
+        self._add(f"Open {record.name}", lambda: _open_run(record))
+
+    def _shown_already(self, origin: FrameSource | Path, key: str) -> bool:
+        session = self._workspace.session_of(key)
+        if session is None or session.origin != origin:
+            return False
+        self._workspace.show_session(session)
+        return True
+
+    def extract(self, session: Session, found: Found | None = None) -> None:
+        """Extract the blocks of an open frame again, with the workspace's parameters.
+
+        With `found`, which must be what they give, it need not be done again: the blocks are there at once.
+        """
+        parameters = self._workspace.extraction_parameters
+        frame = session.frame
+        if found is not None:
+            self._take_extraction(_Extracted(session, found))
+        else:
+            self._add(f"Extract blocks of {session.name}", lambda: _Extracted(session, find(frame, parameters)))
+
+    def shutdown(self) -> bool:
+        """Stop before the window closes. True if the thread has ended."""
+        self._queue.clear()
+        return self._worker.shutdown()
+
+    def _add(self, what: str, job: Job) -> None:
+        self._queue.append((what, job))
+        self._next()
+
+    def _next(self) -> None:
+        if self._worker.busy:
+            return
+        if not self._queue:
+            self.busy_changed.emit("")
+            self.idle.emit()
+            return
+        self._present, job = self._queue.popleft()
+
+        def steps() -> Generator[None, None, _Opened | _Extracted]:
+            yield None
+            return job()
+
+        self._worker.start(steps)
+        self.busy_changed.emit(self._present)
+
+    def _take(self, outcome: _Opened | _Extracted) -> None:
+        if isinstance(outcome, _Opened):
+            if not self._shown_already(outcome.origin, outcome.key):
+                self._add_session(outcome)
+            note = "" if outcome.found is None else outcome.found.extraction.note
+            self._tell_blocks(self._workspace.session, note)
+        elif outcome.session in self._workspace.sessions:
+            self._take_extraction(outcome)
+        self._next()
+
+    def _take_extraction(self, outcome: _Extracted) -> None:
+        session, found = outcome.session, outcome.found
+        kept = self._workspace.set_extracted(session, found.extraction.blocks, found.parameters)
+        if session is self._workspace.session:
+            self.extracted.emit(found)
+        self._tell_blocks(session, " ".join(filter(None, (_describe_kept(*kept), found.extraction.note))))
+
+    def _tell_blocks(self, session: Session, note: str) -> None:
+        text = f"{session.name}: {describe_blocks(len(session.counts()), session.labels)}."
+        self.message.emit(f"{text} {note}".strip())
+
+    def _add_session(self, opened: _Opened) -> None:
+        session = Session(opened.frame, opened.origin, opened.key)
+        session.take_blocks(opened.labels, opened.extraction, opened.edited)
+        replaced = self._workspace.session_of(opened.key)
+        if replaced is not None:
+            self._workspace.close_session(replaced)
+        if opened.parameters is not None:
+            self._take_parameters(session, opened.parameters, opened.extraction)
+        if opened.found is not None:
+            self.extracted.emit(opened.found)
+        self._workspace.add_session(session)
+        for warning in opened.warnings:
+            self.message.emit(f"{session.name}: {warning}")
+
+    def _take_parameters(
+        self, session: Session, parameters: dict[int, Parameters], extraction: BlockParameters | None
+    ) -> None:
+        """Those of a run record: for all blocks if no other frame is open, else for its own blocks alone."""
+        workspace = self._workspace
+        if not workspace.sessions and parameters:
+            workspace.set_parameters(Counter(parameters.values()).most_common(1)[0][0])
+        if extraction is not None:
+            workspace.extraction_parameters = extraction
+        common = workspace.parameters
+        session.notes.parameters.update({label: own for label, own in parameters.items() if own != common})
+        if set(parameters) != set(session.counts()):
+            session.selected = sorted(parameters)
+
+    def _fail(self, error: Exception) -> None:
+        what = self._present
+        self.failed.emit(what, error)
+        self._next()
+
+
+def describe_blocks(count: int, labels: NDArray[np.int32]) -> str:
+    """How many blocks there are in a label map, and how much of the frame they cover."""
+    covered = float((labels > 0).mean())
+    return f"{count} block{'s' * (count != 1)} cover{'s' * (count == 1)} {covered:.1%} of the frame"
+
+
+def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
+    """What an extraction has left as it was; "" for nothing."""
+    counts = [f"{locked} locked"] * (locked > 0) + [f"{by_hand} made by hand"] * (by_hand > 0)
+    if not counts:
+        return ""
+    text = f"Kept: {', '.join(counts)}."
+    if all_kept and by_hand:
+        text += " Those are all blocks: switch off 'Keep blocks made by hand' to have them extracted anew."
+    return text
+
+
+def _open(source: FrameSource, parameters: BlockParameters) -> _Opened:
+    frame = load_frame(source.rgb, source.depth, depth_units=source.depth_units, intrinsics=source.intrinsics)
+    found = find(frame, parameters)
+    prepare(frame, preset())  # here and now, rather than when the first slider is moved
+    return _Opened(frame, source, source.key, found.extraction.blocks, parameters, found)
+
+
+def _open_run(path: Path) -> _Opened:
+    record = read_run_record(path)
+    found = replay(record, path.parent)
+    return _Opened(
+        frame=found.frame,
+        origin=path,
+        key=str(path.absolute()),
+        labels=found.labels,
+        extraction=found.extraction,
+        edited=found.edited,
+        parameters=found.parameters,
+        warnings=found.warnings,
+    )

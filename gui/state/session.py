@@ -1,0 +1,239 @@
+"""One frame's state in the window: blocks, what is known of them, results, undo history. No widgets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtGui import QUndoStack
+
+from ilf.completion import BlockResult, Completion, compose
+from ilf.drawing.block_pictures import block_colour
+from ilf.ebs.edit import LabelPatch
+from ilf.ebs.reextraction import made_by_hand
+from ilf.frame import RGBDFrame
+from ilf.parameters import BlockParameters, Parameters
+
+LARGEST_LABEL = 65535
+"""Label maps are exported as 16-bit images."""
+
+
+@dataclass(frozen=True)
+class BlockInfo:
+    """What a user can say about a block, beside its pixels."""
+
+    name: str
+    colour: tuple[int, int, int]
+    visible: bool = True
+    locked: bool = False
+
+
+@dataclass
+class BlockNotes:
+    """What is known of a label map beside its pixels; replaced as a whole when the map is.
+
+    Attributes
+    ----------
+    infos : dict
+        Block label -> BlockInfo. Kept for labels that are gone, so that undo brings names back.
+    parameters : dict
+        Block label -> parameters of its own, where they differ from those of all blocks.
+    extraction : BlockParameters or None
+        What the blocks were extracted with.
+    extracted : ndarray of int32 or None
+        The map as that extraction left it; None if it was changed afterwards in ways that are not known.
+    kept : frozenset of int
+        Blocks that stayed as they were at that extraction, and do not come from it.
+    handmade : frozenset of int
+        Those of them that had been made by hand.
+    """
+
+    infos: dict[int, BlockInfo] = field(default_factory=dict)
+    parameters: dict[int, Parameters] = field(default_factory=dict)
+    extraction: BlockParameters | None = None
+    extracted: NDArray[np.int32] | None = None
+    kept: frozenset[int] = frozenset()
+    handmade: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True)
+class BlockCounts:
+    """Pixels of a block, and those of them with raw depth."""
+
+    pixels: int
+    known: int
+
+    @property
+    def defect_rate(self) -> float:
+        """Share of pixels without raw depth, 0-1."""
+        return 1.0 - self.known / self.pixels if self.pixels else 0.0
+
+
+class Session:
+    """A frame that is open.
+
+    Attributes
+    ----------
+    frame : RGBDFrame
+    origin : object
+        What it was opened from; sessions of the same origin are the same.
+    labels : ndarray of int32, shape (H, W)
+        The label map, which is the truth about blocks. Changed in place by `apply` and `set_labels` only.
+    notes : BlockNotes
+    selected : list of int
+        The chosen blocks; the first is the one that edits and curves are about.
+    undo_stack : QUndoStack
+    """
+
+    def __init__(self, frame: RGBDFrame, origin: object, key: str) -> None:
+        self.frame = frame
+        self.origin = origin
+        self.key = key
+        self.labels: NDArray[np.int32] = np.zeros(frame.shape, np.int32)
+        self.notes = BlockNotes()
+        self.selected: list[int] = []
+        self.undo_stack = QUndoStack()
+        self._results: dict[int, BlockResult] = {}
+        self._counts: dict[int, BlockCounts] | None = None
+        self._valid: dict[int, BlockResult] | None = None
+        self._edits = 0
+        self._runs = 0
+        self._saved_runs = 0
+        self.undo_stack.indexChanged.connect(self._note_edit)
+
+    def take_blocks(self, labels: NDArray[np.int32], extraction: BlockParameters | None, edited: bool = False) -> None:
+        """The blocks to begin with; `edited` if they are not what the extraction gives."""
+        self.set_labels(labels)
+        self.notes.extraction = extraction
+        self.notes.extracted = None if edited or extraction is None else self.labels.copy()
+
+    @property
+    def name(self) -> str:
+        """What the frame is called."""
+        return self.frame.name
+
+    @property
+    def edited(self) -> bool:
+        """Whether the blocks differ from what the extraction gave."""
+        notes = self.notes
+        return notes.extracted is None or bool(notes.kept) or not np.array_equal(notes.extracted, self.labels)
+
+    def handmade(self) -> frozenset[int]:
+        """Blocks made by hand, before the last extraction or since."""
+        older = self.notes.handmade & set(self.counts())
+        return older | made_by_hand(self.labels, self.notes.extracted)
+
+    @property
+    def unsaved(self) -> bool:
+        """Whether there are edits or results that have not been exported."""
+        return not self.undo_stack.isClean() or self._runs != self._saved_runs
+
+    def saving(self) -> tuple[int, int]:
+        """Where edits and results stand, to be given to `note_saved` when they have been exported."""
+        return self._edits, self._runs
+
+    def note_saved(self, state: tuple[int, int]) -> None:
+        """What there was at `state` has been exported; what came later has not."""
+        edits, self._saved_runs = state
+        if edits == self._edits:
+            self.undo_stack.setClean()
+        else:
+            self.undo_stack.resetClean()
+
+    @property
+    def infos(self) -> dict[int, BlockInfo]:
+        """Block label -> BlockInfo."""
+        return self.notes.infos
+
+    @property
+    def locked(self) -> frozenset[int]:
+        """Labels that edits must not touch."""
+        return frozenset(label for label, info in self.infos.items() if info.locked)
+
+    def next_label(self) -> int:
+        """A number that no block has, nor had: names, locks and results of the past stay with their blocks."""
+        taken = {*np.unique(self.labels).tolist(), *self.infos}
+        following = max(taken, default=0) + 1
+        if following <= LARGEST_LABEL:
+            return following
+        return next(label for label in range(1, LARGEST_LABEL + 1) if label not in taken)
+
+    def info(self, label: int) -> BlockInfo:
+        """The block's info; a new block gets its name and colour by number."""
+        return self.infos.setdefault(label, BlockInfo(f"Block {label}", block_colour(label)))
+
+    def change_info(self, label: int, **changes: object) -> None:
+        """Set name, colour, visible or locked of a block."""
+        self.infos[label] = replace(self.info(label), **changes)
+
+    def set_labels(self, labels: NDArray[np.int32]) -> None:
+        """Take over another label map."""
+        self.labels[:] = labels
+        self._forget()
+
+    def apply(self, patch: LabelPatch, forward: bool = True) -> None:
+        """Make or take back a change of the label map."""
+        (patch.apply if forward else patch.revert)(self.labels)
+        self._forget()
+
+    def add_results(self, results: list[BlockResult]) -> None:
+        """Keep blocks' results; they are not exported yet."""
+        self._results.update({result.block.label: result for result in results})
+        self._runs += 1
+        self._valid = None
+
+    def clear_results(self) -> None:
+        """Forget all results."""
+        self._results.clear()
+        self._saved_runs = self._runs
+        self._valid = None
+
+    def counts(self) -> dict[int, BlockCounts]:
+        """Block label -> counts, in rising order of labels."""
+        if self._counts is None:
+            self._counts = self._count()
+        return self._counts
+
+    def _count(self) -> dict[int, BlockCounts]:
+        top = int(self.labels.max()) + 1
+        pixels = np.bincount(self.labels.ravel(), minlength=top)
+        known = np.bincount(self.labels[self.frame.known], minlength=top)
+        return {
+            int(label): BlockCounts(int(pixels[label]), int(known[label]))
+            for label in np.flatnonzero(pixels)
+            if label > 0
+        }
+
+    def parameters_of(self, label: int, common: Parameters) -> Parameters:
+        """Parameters that a run of this block would take."""
+        return self.notes.parameters.get(label, common)
+
+    def valid_results(self) -> dict[int, BlockResult]:
+        """Results whose block still has the very pixels that were run, in rising order of labels.
+
+        The others are kept, because undo may bring their blocks back.
+        """
+        if self._valid is None:
+            self._valid = {label: self._results[label] for label in sorted(self._results) if self._fits(label)}
+        return self._valid
+
+    def completion(self) -> Completion | None:
+        """The completed depth as far as blocks have been run; None if none has."""
+        results = self.valid_results()
+        return compose(self.frame, results) if results else None
+
+    def _fits(self, label: int) -> bool:
+        block = self._results[label].block
+        if not np.array_equal(self.labels[block.box] == label, block.mask):
+            return False
+        count = self.counts().get(label)
+        return count is not None and count.pixels == np.count_nonzero(block.mask)
+
+    def _note_edit(self) -> None:
+        self._edits += 1
+
+    def _forget(self) -> None:
+        """What was worked out from the labels no longer holds."""
+        self._counts = None
+        self._valid = None

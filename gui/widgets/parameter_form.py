@@ -1,0 +1,367 @@
+"""A form for a ParameterSet, generated from its declarations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from PySide6.QtCore import QEvent, QLocale, QObject, QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtWidgets import (
+    QAbstractSpinBox,
+    QCheckBox,
+    QComboBox,
+    QDoubleSpinBox,
+    QFrame,
+    QGridLayout,
+    QLabel,
+    QScrollArea,
+    QSizePolicy,
+    QSpinBox,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from gui import theme
+from gui.widgets.slider import ValueSlider, wants_slider
+from ilf.declarations import Declaration, ParameterSet, Value
+
+_DECIMALS = 9
+_UNBOUNDED = 1_000_000_000
+_FIELD_WIDTH = 120
+_RESET_SIZE = 18
+
+
+class ParameterForm(QScrollArea):
+    """Edits one ParameterSet; what it shows and allows comes from the declarations alone.
+
+    Parameters that have no effect with the other values as they are do not show.
+
+    The set itself is the truth and the editors only show it: a value that an editor cannot show to its last
+    digit survives unless the user changes it.
+
+    Parameters
+    ----------
+    set_class : type of ParameterSet
+        The form starts with this class's defaults, which also are the first base values.
+
+    Signals
+    -------
+    changed(ParameterSet)
+        After every change by the user, with the new values.
+    """
+
+    changed = Signal(object)
+
+    def __init__(self, set_class: type[ParameterSet], parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._parameters = set_class()
+        self._base = set_class()
+        self._rows: dict[str, _Row] = {}
+        self._wheel_guard = _WheelGuard(self)
+        declarations = set_class.declarations()
+        self._deciding = {item.when[0] for item in declarations.values() if item.when}
+        """Parameters on which it depends whether others matter."""
+
+        content = QWidget()
+        column = QVBoxLayout(content)
+        column.setContentsMargins(8, 6, 4, 10)
+        column.setSpacing(2)
+        groups: dict[str, list[Declaration]] = {}
+        for declaration in declarations.values():
+            groups.setdefault(declaration.group, []).append(declaration)
+        self._sections = {group: self._section(group, members) for group, members in groups.items()}
+        for section in self._sections.values():
+            column.addWidget(section)
+        column.addStretch(1)
+
+        self.setWidget(content)
+        self.setWidgetResizable(True)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self._style()
+
+    def parameters(self) -> ParameterSet:
+        """The values as they stand."""
+        return self._parameters
+
+    def set_parameters(self, parameters: ParameterSet) -> None:
+        """Show other values; `changed` is not emitted."""
+        if parameters != self._parameters:
+            self._parameters = parameters
+            self._show()
+
+    def set_base(self, parameters: ParameterSet) -> None:
+        """Set the values (of a preset) that rows are marked against and reset to."""
+        if parameters != self._base:
+            self._base = parameters
+            for name, row in self._rows.items():
+                row.widget.setToolTip(_tooltip(row.declaration, getattr(parameters, name)))
+            self._show()
+
+    def sizeHint(self) -> QSize:
+        return QSize(300, 520)
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._style()
+
+    def _section(self, group: str, members: list[Declaration]) -> QWidget:
+        section = QWidget()
+        column = QVBoxLayout(section)
+        column.setContentsMargins(0, 0, 0, 6)
+        column.setSpacing(2)
+        header = QToolButton(text=group, checkable=True, checked=True, autoRaise=True)
+        header.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        header.setArrowType(Qt.ArrowType.DownArrow)
+        header.setStyleSheet("QToolButton { border: none; padding: 3px 0; }")
+        header.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        font = header.font()
+        font.setBold(True)
+        header.setFont(font)
+        body = QWidget()
+        rows = QVBoxLayout(body)
+        rows.setContentsMargins(2, 2, 0, 2)
+        rows.setSpacing(5)
+        for declaration in members:
+            row = self._row(declaration)
+            self._rows[declaration.name] = row
+            rows.addWidget(row.widget)
+
+        def fold(opened: bool) -> None:
+            body.setVisible(opened)
+            header.setArrowType(Qt.ArrowType.DownArrow if opened else Qt.ArrowType.RightArrow)
+
+        header.toggled.connect(fold)
+        column.addWidget(header)
+        column.addWidget(body)
+        return section
+
+    def _row(self, declaration: Declaration) -> _Row:
+        name = declaration.name
+        widget = QWidget()
+        grid = QGridLayout(widget)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setHorizontalSpacing(4)
+        grid.setVerticalSpacing(1)
+        grid.setColumnStretch(0, 1)
+        editor, show = _editor(declaration, lambda value: self._edited(name, value))
+        editor.setObjectName(name)
+        editor.installEventFilter(self._wheel_guard)
+        if isinstance(editor, QCheckBox):
+            caption: QLabel | QCheckBox = editor
+            grid.addWidget(editor, 0, 0, 1, 2)
+        else:
+            caption = QLabel(declaration.label, wordWrap=True)
+            caption.setBuddy(editor)
+            editor.setFixedWidth(_FIELD_WIDTH)
+            grid.addWidget(caption, 0, 0)
+            grid.addWidget(editor, 0, 1)
+        slider = self._slider(declaration) if wants_slider(declaration) else None
+        if slider is not None:
+            grid.addWidget(slider, 1, 0, 1, 2)
+        reset = QToolButton(autoRaise=True)
+        reset.setFixedSize(_RESET_SIZE, _RESET_SIZE)
+        reset.setObjectName(f"reset_{name}")
+        reset.clicked.connect(lambda: self._edited(name, getattr(self._base, name)))
+        policy = reset.sizePolicy()
+        policy.setRetainSizeWhenHidden(True)
+        reset.setSizePolicy(policy)
+        grid.addWidget(reset, 0, 2)
+        widget.setToolTip(_tooltip(declaration, getattr(self._base, name)))
+        return _Row(declaration, widget, caption, reset, slider, show)
+
+    def _slider(self, declaration: Declaration) -> ValueSlider:
+        slider = ValueSlider(declaration)
+        slider.setObjectName(f"slider_{declaration.name}")
+        slider.installEventFilter(self._wheel_guard)
+        slider.valueChanged.connect(lambda _: self._edited(declaration.name, slider.shown_value))
+        return slider
+
+    def _edited(self, name: str, value: Value) -> None:
+        current = getattr(self._parameters, name)
+        # Enter in a field that nobody touched reports the value as the field shows it
+        if isinstance(current, float) and isinstance(value, float) and round(current, _DECIMALS) == value:
+            self._rows[name].show(current)
+            return
+        if value == current:
+            return
+        self._parameters = self._parameters.replace(**{name: value})
+        self._show_row(name)
+        if name in self._deciding:
+            self._show_what_matters()
+        self.changed.emit(self._parameters)
+
+    def _show(self) -> None:
+        for name in self._rows:
+            self._show_row(name)
+        self._show_what_matters()
+
+    def _show_row(self, name: str) -> None:
+        row = self._rows[name]
+        value, base = getattr(self._parameters, name), getattr(self._base, name)
+        row.show(value)
+        if row.slider is not None:
+            row.slider.show_value(value)
+        # not by palette, which a new application style sheet would take away
+        accent = theme.colours(self.palette()).accent.name()
+        style = "" if value == base else f"color: {accent}"
+        if row.caption.styleSheet() != style:  # setting one is slow, even the same
+            row.caption.setStyleSheet(style)
+        row.reset.setVisible(value != base)
+        row.reset.setToolTip(f"Back to {_value_text(row.declaration, base)}")
+
+    def _show_what_matters(self) -> None:
+        shown = {name for name in self._rows if self._parameters.matters(name)}
+        for name, row in self._rows.items():
+            row.widget.setVisible(name in shown)
+        groups = {self._rows[name].declaration.group for name in shown}
+        for group, section in self._sections.items():
+            section.setVisible(group in groups)
+
+    def _style(self) -> None:
+        icon = theme.icon("ph.arrow-counter-clockwise", self.palette())
+        for row in self._rows.values():
+            row.reset.setIcon(icon)
+        self._show()
+
+
+@dataclass(frozen=True)
+class _Row:
+    declaration: Declaration
+    widget: QWidget
+    caption: QLabel | QCheckBox
+    reset: QToolButton
+    slider: ValueSlider | None
+    show: Callable[[Value], None]
+
+
+class _WheelGuard(QObject):
+    """Leaves the wheel to the scroll area unless the editor under it has the focus."""
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.Wheel and not watched.hasFocus():
+            event.ignore()
+            return True
+        return False
+
+
+class _FloatBox(QDoubleSpinBox):
+    """Shows as many decimals as its step has, and more only where the value has more."""
+
+    def __init__(self, step: float) -> None:
+        super().__init__()
+        self._step_decimals = _decimals(step)
+        # one way to write numbers, the same as on the command line and in files
+        self.setLocale(QLocale.c())
+        self.setDecimals(_DECIMALS)
+        self.setSingleStep(step)
+
+    def textFromValue(self, value: float) -> str:
+        return f"{value:.{max(self._step_decimals, _decimals(value))}f}"
+
+
+class _OfferBox(QComboBox):
+    """Chooses among values that come and go; it asks for them anew whenever it shows one or opens.
+
+    Signals
+    -------
+    chosen(str)
+        After every change by the user.
+    """
+
+    chosen = Signal(str)
+
+    def __init__(self, offers: Callable[[], tuple[str, ...]]) -> None:
+        super().__init__()
+        self._offers = offers
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.currentIndexChanged.connect(lambda _: self.chosen.emit(self.currentData()))
+
+    def show_value(self, value: Value) -> None:
+        offered = self._offers()
+        missing = value not in offered
+        with QSignalBlocker(self):
+            self.clear()
+            for name in offered:
+                self.addItem(name, name)
+            if missing:
+                self.addItem(f"missing: {value}", value)
+            self.setCurrentIndex(self.findData(value))
+        # without one of its own it is that of the row
+        self.setToolTip(f"{value} is not on this computer. Choose another, or add it." if missing else "")
+
+    def showPopup(self) -> None:
+        self.show_value(self.currentData())
+        # names may be longer than the field
+        self.view().setMinimumWidth(
+            self.view().sizeHintForColumn(0) + self.view().verticalScrollBar().sizeHint().width()
+        )
+        super().showPopup()
+
+
+def _editor(declaration: Declaration, edited: Callable[[Value], None]) -> tuple[QWidget, Callable[[Value], None]]:
+    """The editor of one parameter and the function that shows a value in it without a signal."""
+    if declaration.choices:
+        combo = QComboBox()
+        combo.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        combo.addItems(declaration.choices)
+        combo.currentTextChanged.connect(edited)
+        return combo, _silently(combo, combo.setCurrentText)
+    if declaration.offers is not None:
+        box = _OfferBox(declaration.offers)
+        box.chosen.connect(edited)
+        return box, box.show_value
+    if declaration.kind is bool:
+        tick = QCheckBox(declaration.label)
+        tick.toggled.connect(edited)
+        return tick, _silently(tick, tick.setChecked)
+    if declaration.kind is int:
+        spin: QSpinBox | QDoubleSpinBox = QSpinBox()
+        spin.setSingleStep(max(1, int(declaration.step)))
+    else:
+        spin = _FloatBox(declaration.step)
+    low, high = declaration.minimum, declaration.maximum
+    spin.setMinimum(declaration.kind(-_UNBOUNDED if low is None else low))
+    spin.setMaximum(declaration.kind(_UNBOUNDED if high is None else high))
+    spin.setSpecialValueText(declaration.special)
+    spin.setSuffix(f" {declaration.unit}" if declaration.unit else "")
+    spin.setAlignment(Qt.AlignmentFlag.AlignRight)
+    spin.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+    spin.setKeyboardTracking(False)
+    spin.setAccelerated(True)
+    spin.setCorrectionMode(QAbstractSpinBox.CorrectionMode.CorrectToNearestValue)
+    spin.valueChanged.connect(edited)
+    return spin, _silently(spin, spin.setValue)
+
+
+def _silently(widget: QWidget, setter: Callable[[Value], None]) -> Callable[[Value], None]:
+    def show(value: Value) -> None:
+        with QSignalBlocker(widget):
+            setter(value)
+
+    return show
+
+
+def _decimals(value: float) -> int:
+    """Decimals that `value` needs, up to what an editor can hold."""
+    return len(f"{value:.{_DECIMALS}f}".rstrip("0").partition(".")[2])
+
+
+def _value_text(declaration: Declaration, value: Value) -> str:
+    if declaration.special and value == declaration.minimum:
+        return declaration.special
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    number = f"{value:g}" if isinstance(value, float) else str(value)
+    return f"{number} {declaration.unit}".strip()
+
+
+def _tooltip(declaration: Declaration, usual: Value) -> str:
+    """Help, the preset's value and source as rich text, which wraps."""
+    facts = [f"In the preset: {_value_text(declaration, usual)}"]
+    if declaration.source:
+        facts.append(f"Source: {declaration.source}")
+    lines = [declaration.help, "<br>".join(facts), f"<code>{declaration.name}</code>"]
+    return "".join(f"<p>{line}</p>" for line in lines)

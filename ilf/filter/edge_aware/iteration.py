@@ -1,0 +1,344 @@
+"""ILF on one block with a low-pass filter that lets go at edges: as smooth as the data allow, and no smoother.
+
+The iteration u <- S(raw where known, u elsewhere) with the soft low-pass S = (1 + L)^-1 has the minimum of an energy as
+its fixed point (`smoothness`). Conjugate gradients go there in far fewer steps; and what would take thousands of them,
+the long waves, is found on a coarse grid first. So the stages are grids here: the coarsest, solved directly, then
+finer and finer ones up to the pixels, and last a few rounds in which differences far above the noise let go.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ...blocks import Block, Box
+from ...frame import RGBDFrame
+from ...parameters import Parameters
+from ..convergence import IterationRecord, held_out_of
+from ..pyramid import enlarged, largest_of_four, sums_of_four
+from ..sums import inner
+from .flying import flying_pixels
+from .smoothness import SmoothnessEnergy, Weights, make_weights
+from .trend import noise_of, trend_of
+
+Array = NDArray[np.float32]
+
+_CONTEXT = 20
+"""Known depth around a block counts up to a distance of 1 / so much of the frame's longer side."""
+
+_DIRECT_CELLS = 2000
+"""The coarsest grid has no more cells than that."""
+
+_HALVINGS = 2
+"""The coarsest grid has cells of at least 2^so many pixels."""
+
+_STEPS, _FINEST_STEPS = 40, 20
+"""Steps of conjugate gradients on every grid between the coarsest and the finest, and on the finest, at most."""
+
+_ROUNDS, _ROUND_STEPS = 2, 8
+"""Rounds in which jumps let go, and the steps in each, at most."""
+
+_SLOPE_JUMPS = 4.0
+"""First differences let go at so many times the second difference that does."""
+
+_QUIET = 0.005
+"""Noise, as a share of depth, up to which known pixels are followed as the weights say."""
+
+_CALM = 10.0
+"""Of heavier noise, known pixels are followed down to this many times less where a trend explains them all."""
+
+_NARROW = 8.0
+"""Distance [px] to known depth below which it makes no difference what shape the block has."""
+
+_NEAREST = 0.1
+"""Depth [m] below which what is given as a share of depth no longer shrinks."""
+
+_LEVELLING = 1e-9
+"""Weight of the trend where there is no data, in the largest of all weights: keeps corners that edges cut off from
+being singular."""
+
+
+class EdgeAwareIteration(Iterator[IterationRecord]):
+    """The stepper: every `next()` is one iteration of one block and gives its record.
+
+    Works on a window around the block's missing pixels (around all of its pixels in the mode fill+denoise). Known
+    depth in the window counts whatever block it is in, as far as the edges between let it; the block's pixels outside
+    the window keep their raw depth, as P_i. sigma_i and the L1 norm are those of the grid that the stage works on. So
+    are residual and hold-out error: of a surface that is constant in every cell but for the trend, against the depth
+    of the single pixels, so coarse grids have what varies inside their cells in it. The residual is over all known
+    depth in the window; held out are pixels of the block in it. Edges and flying pixels are those of the frame, found
+    with all of its depth.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    block : Block
+        The pixels to iterate on, at least one of them with known depth.
+    parameters : Parameters
+        With filter "edge-aware".
+    strength : ndarray of float32, shape (H, W)
+        The frame's edge strength in [0, 1].
+    """
+
+    def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters, strength: Array) -> None:
+        self._start = time.perf_counter()
+        self._parameters = parameters
+        self._view = _View(frame, block, parameters)
+        depth = float(np.nanmean(self._view.depth[self._view.mask], dtype=np.float64))
+        noise = parameters.noise or noise_of(self._view.depth, self._view.mask)
+        shaped = parameters.trend and (parameters.mode != "fill" or self._view.gap >= _NARROW)
+        trend, stiffness = self._view.trend(depth, noise, shaped)
+        weights = parameters.smoothness * stiffness
+        self._slope, self._bending = weights * parameters.slope_weight, weights * parameters.bending_weight
+        self._levelling = np.float32(_LEVELLING * max(1.0, self._slope, self._bending))
+        self._jump = max(noise, parameters.jump_share * max(depth, _NEAREST)) if parameters.jump_share else math.inf
+
+        self._grids = [self._view.grid(trend, strength, parameters)]
+        finest = self._grids[0]
+        self._known_squares = inner(finest.totals, finest.totals)
+        self._held_out_squares = inner(finest.held_out[1], finest.held_out[1]) if finest.held_out else 0.0
+        while len(self._grids) <= _HALVINGS or self._grids[-1].counts.size > _DIRECT_CELLS:
+            self._grids.append(self._grids[-1].halved())
+        self._current = self._grids[0], np.zeros(self._grids[0].counts.shape, np.float32)
+        raw = frame.depth[block.box][block.mask]
+        # all of it is known: the window is around the gaps
+        self._outside = float(raw[~self._view.seen].sum(dtype=np.float64))
+        self._pixels = raw.size
+        self._iterations = 0
+        self._stage = 0
+        self._steady = False
+        self._steps = self._run()
+        self.settled = False
+        """Whether the last stage has come to its end."""
+
+    @property
+    def surface(self) -> NDArray[np.float64]:
+        """P_i at the block's pixels [m], in the order of `block.mask`'s True values; the trend before i = 1."""
+        grid, u = self._current
+        for finer in reversed(self._grids[: self._grids.index(grid)]):
+            u = enlarged(u, finer.counts.shape)
+        return self._view.on_block(u + self._grids[0].trend)
+
+    def __next__(self) -> IterationRecord:
+        if self._iterations >= self._parameters.max_iterations:
+            raise StopIteration
+        grid, previous, u = next(self._steps)
+        self._iterations += 1
+        change = u - previous
+        sigma = math.sqrt(inner(grid.inside, change * change) / self._pixels)
+        l1 = inner(grid.inside, np.abs(u + grid.trend)) + self._outside
+        self._steady = sigma < self._parameters.s_criteria
+        # one assignment, so that another thread may look at the surface while an iteration is under way
+        self._current = grid, u
+        return IterationRecord(
+            i=self._iterations,
+            stage=self._stage,
+            radii=self._view.radii(grid.cell),
+            sigma_i=sigma,
+            l1=l1,
+            residual=_misfit(u, grid.counts, grid.totals, self._known_squares),
+            held_out=_misfit(u, *grid.held_out, self._held_out_squares) if grid.held_out else math.nan,
+            weighted=False,
+            seconds=time.perf_counter() - self._start,
+        )
+
+    def _run(self) -> Iterator[_Step]:
+        """All stages: the grid that an iteration worked on, P_(i-1) there and P_i, both less the trend."""
+        coarsest, *others = reversed(self._grids)
+        self._stage = 1
+        u = self._energy(coarsest).minimum()
+        yield coarsest, coarsest.samples(), u
+        for grid in others:
+            limit = _STEPS if grid is not self._grids[0] else _FINEST_STEPS
+            u = yield from self._descend(grid, self._energy(grid), enlarged(u, grid.counts.shape), limit)
+        finest = self._grids[0]
+        if math.isfinite(self._jump):
+            scale = np.full(u.shape, self._jump, np.float32)
+            for _ in range(_ROUNDS):
+                weights = self._weights(finest).loosened(u, scale, _SLOPE_JUMPS)
+                energy = SmoothnessEnergy(finest.counts + self._levelling, finest.totals, weights)
+                u = yield from self._descend(finest, energy, u, _ROUND_STEPS)
+        self.settled = True
+
+    def _descend(self, grid: _Grid, energy: SmoothnessEnergy, u: Array, limit: int) -> Generator[_Step, None, Array]:
+        """One stage: until steady, or so many steps."""
+        self._stage += 1
+        for _, better in zip(range(limit), energy.descend(u), strict=False):
+            yield grid, u, better
+            u = better
+            if self._steady:
+                break
+        return u
+
+    def _energy(self, grid: _Grid) -> SmoothnessEnergy:
+        return SmoothnessEnergy(grid.counts + self._levelling, grid.totals, self._weights(grid))
+
+    def _weights(self, grid: _Grid) -> Weights:
+        # of a surface on cells of c pixels, slopes add up to the same, bending to c^2 times as much
+        return make_weights(*grid.smooth(self._parameters.edge_scale), self._slope, self._bending / grid.cell**2)
+
+
+@dataclass(frozen=True, eq=False)
+class _Grid:
+    """A level of the pyramid over the window.
+
+    `counts` and `totals` are of the known depth less the trend, `inside` counts the block's pixels in every cell;
+    `edges` is the largest edge strength there. `held_out` is counts and totals of the depth that is held out, or None.
+    """
+
+    cell: int
+    counts: Array
+    totals: Array
+    inside: Array
+    trend: Array
+    edges: Array
+    held_out: tuple[Array, Array] | None
+
+    def samples(self) -> Array:
+        """The cells' known depth less the trend; 0 where there is none."""
+        return np.divide(self.totals, np.maximum(self.counts, 1))
+
+    def smooth(self, edge_scale: float) -> tuple[Array, Array]:
+        """How much smoothness is left between neighbours along x and y: as much as in the lesser of the two."""
+        left = np.exp(-self.edges / np.float32(edge_scale))
+        return np.minimum(left[:, 1:], left[:, :-1]), np.minimum(left[1:], left[:-1])
+
+    def halved(self) -> _Grid:
+        """The next level: cells of twice the size."""
+        return _Grid(
+            cell=2 * self.cell,
+            counts=sums_of_four(self.counts),
+            totals=sums_of_four(self.totals),
+            inside=sums_of_four(self.inside),
+            trend=np.float32(0.25) * sums_of_four(self.trend, "edge"),
+            edges=largest_of_four(self.edges),
+            held_out=self.held_out and (sums_of_four(self.held_out[0]), sums_of_four(self.held_out[1])),
+        )
+
+
+_Step = tuple[_Grid, Array, Array]
+
+
+class _View:
+    """What the stepper sees of a frame: the window, and the block in it."""
+
+    def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters) -> None:
+        self._frame = frame
+        self._block = block
+        self._window = _window(frame, block, parameters.mode)
+        around = _union(block.box, self._window)
+        self._place = _within(self._window, around)
+        self.mask = np.zeros(frame.depth[around].shape, bool)
+        """The block's pixels in the box around block and window."""
+        self.mask[_within(block.box, around)] = block.mask
+        self._mask = self.mask[self._place]
+
+        trusted = frame.known[around]
+        if parameters.jump_share:
+            trusted = trusted & ~flying_pixels(frame)[around]
+            if not trusted[self.mask].any():
+                trusted = frame.known[around]
+        self._held_out = held_out_of(self._mask & trusted[self._place], parameters.hold_out)
+        self.depth = np.where(trusted, frame.depth[around], np.float32(np.nan))
+        """Depth [m] in that box, without flying pixels and what is held out."""
+        self.depth[self._place][self._held_out] = np.nan
+        unknown = np.isnan(self.depth[self._place])
+        self._distance = cv2.distanceTransform(unknown.astype(np.uint8), cv2.DIST_L2, 5)
+        self.gap = float(self._distance[self._mask].max())
+        """Largest distance [px] of the block's pixels in the window from known depth."""
+        seen = np.zeros(self.mask.shape, bool)
+        seen[self._place] = True
+        self.seen = seen[self.mask]
+        """Which of the block's pixels lie in the window, in the order of `block.mask`'s True values."""
+
+    def trend(self, depth: float, noise: float, shaped: bool) -> tuple[Array, float]:
+        """Trend [m] on the window, and how much stiffer the surface is for the noise in the known depth."""
+        quiet = _QUIET * max(depth, _NEAREST)
+        found = trend_of(self.depth, self.mask, noise) if shaped else None
+        # where what is left of the depth is noise more than anything, it is followed the less
+        followed = quiet if found is None else min(quiet, max(found.spread, quiet / _CALM))
+        stiffness = (noise / followed) ** 2 if noise > quiet else 1.0
+        if found is None:
+            return np.full(self._mask.shape, depth, np.float32), stiffness
+        return found.surface[self._place], stiffness
+
+    def grid(self, trend: Array, strength: Array, parameters: Parameters) -> _Grid:
+        """The finest grid."""
+        counts, totals = _samples(self.depth[self._place] - trend)
+        held_out = None
+        if self._held_out.any():
+            rest = self._frame.depth[self._window] - trend
+            held_out = _samples(np.where(self._held_out, rest, np.float32(np.nan)))
+        mask = self._mask.astype(np.uint8)
+        cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+        boundary = cv2.morphologyEx(mask, cv2.MORPH_GRADIENT, cross).astype(np.float32)
+        # among dense samples the depth itself says where the jumps are, and colour is registered a few pixels off
+        fade = np.minimum(self._distance / np.float32(parameters.trust_distance), 1)
+        edges = fade * np.maximum(strength[self._window], np.float32(parameters.boundary_strength) * boundary)
+        return _Grid(
+            cell=1,
+            counts=counts,
+            totals=totals,
+            inside=mask.astype(np.float32),
+            trend=trend,
+            edges=edges.astype(np.float32),
+            held_out=held_out,
+        )
+
+    def on_block(self, surface: Array) -> NDArray[np.float64]:
+        """Depth [m] at the block's pixels: a surface on the window, raw depth outside."""
+        result = self._frame.depth[self._block.box][self._block.mask].astype(np.float64)
+        result[self.seen] = surface[self._mask]
+        return result
+
+    def radii(self, cell: int) -> tuple[float, float]:
+        """Shortest waves that cells of this size carry, in cycles per two sides of the block."""
+        height, width = self._block.mask.shape
+        return height / cell, width / cell
+
+
+def _window(frame: RGBDFrame, block: Block, mode: str) -> Box:
+    """Where the surface is sought: around all that may change, with some known depth beyond."""
+    rows, columns = block.box
+    wanted = block.mask & ~frame.known[block.box] if mode == "fill" else block.mask
+    if not wanted.any():
+        wanted = block.mask
+    margin = math.ceil(max(frame.shape) / _CONTEXT)
+    found = []
+    for axis, (side, size) in enumerate(zip((rows, columns), frame.shape, strict=True)):
+        places = np.flatnonzero(wanted.any(axis=1 - axis)) + side.start
+        found.append(slice(max(int(places[0]) - margin, 0), min(int(places[-1]) + 1 + margin, size)))
+    return found[0], found[1]
+
+
+def _union(first: Box, second: Box) -> Box:
+    """The smallest box around two."""
+    rows, columns = (slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(first, second, strict=True))
+    return rows, columns
+
+
+def _within(inside: Box, outside: Box) -> Box:
+    """Where a box lies in one around it."""
+    rows, columns = (slice(a.start - b.start, a.stop - b.start) for a, b in zip(inside, outside, strict=True))
+    return rows, columns
+
+
+def _samples(values: Array) -> tuple[Array, Array]:
+    """How many samples a pixel has, 1 or 0, and their sum."""
+    known = np.isfinite(values)
+    return known.astype(np.float32), np.where(known, values, np.float32(0))
+
+
+def _misfit(u: Array, counts: Array, totals: Array, squares: float) -> float:
+    """Root mean square of u - sample, from the samples' count and sum in every cell and the sum of their squares."""
+    samples = float(counts.sum(dtype=np.float64))
+    if samples == 0:
+        return math.nan
+    total = inner(counts * u - 2 * totals, u) + squares
+    return math.sqrt(max(total, 0.0) / samples)

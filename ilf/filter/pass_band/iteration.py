@@ -1,0 +1,253 @@
+"""ILF on one block, inside its pass band: the iterates of section 3 at a fraction of the cost.
+
+With c the coefficients of P_i inside the band, M the mask of known pixels and b = DFT(M * raw), one iteration is
+
+    c_i = G_i W (c_(i-1) + e_(i-1)),    e_i = b - DFT(M P_i) = e_(i-1) - DFT(M (P_i - P_(i-1))),
+
+which is the paper's low-pass filtering of "raw where known, P_(i-1) elsewhere" on the padded grid. A few transforms of
+full size set a block up; an iteration needs two of the small grid alone. A sum of squares of P_i over any pixels comes
+from their mask's part in twice the band, a sum of a * P_i from the coefficients, so sigma_i, the residual and the
+hold-out error are those over all pixels. The paper's own loop, on the padded grid, is
+`tests/reference/full_grid.py`; tests hold this one to it.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+
+from ...blocks import Block
+from ...frame import RGBDFrame
+from ...parameters import Parameters
+from ..convergence import IterationRecord, held_out_of, l1_norm
+from ..sums import inner
+from .band import Band, fast_reach
+from .lengths import principal_lengths
+from .lowpass import inside_ellipse
+from .schedule import LinearSchedule, Schedule, StagedSchedule
+from .spectrum import colour_weight
+
+_GROWTH = 1.06
+"""By how much the reach of the small grid grows, at least, when the pass band has outgrown it."""
+
+_OVERSHOOT = 2.0
+"""A field of the band is nowhere larger than this times its largest sample: sqrt(2) per axis, at 4 r + 1 points
+(Ehlich and Zeller's bound for trigonometric polynomials, 1 / cos(pi r / points))."""
+
+
+class PassBandIteration(Iterator[IterationRecord]):
+    """The stepper: every `next()` is one iteration of one block and gives its record.
+
+    The iterator ends when sigma_i < S_criteria and the schedule has reached its last radius, Eq. (1), or
+    after `max_iterations`.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    block : Block
+        The pixels to iterate on, at least one of them with known depth.
+    parameters : Parameters
+    """
+
+    def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters) -> None:
+        self._start = time.perf_counter()
+        self._parameters = parameters
+        self._mask = block.mask
+        height, width = block.mask.shape
+        grid = math.ceil(parameters.padding * height), math.ceil(parameters.padding * width)
+        self._pixels = int(np.count_nonzero(block.mask))
+
+        raw = frame.depth[block.box].astype(np.float64)
+        known = block.mask & np.isfinite(raw)
+        held_out = held_out_of(known, parameters.hold_out)
+        taken = known & ~held_out
+        self._mean = float(raw[taken].mean()) if parameters.centred else 0.0
+        self._known = _Values(taken, grid, raw - self._mean)
+        self._held_out = _Values(held_out, grid, raw - self._mean) if held_out.any() else None
+        self._block = _Values(block.mask, grid)
+        self._colour: NDArray[np.float64] | None = None  # W, while i <= rgb_iterations
+        self._weight: NDArray[Any] | None = None  # its part on the small grid
+        if parameters.rgb_iterations:
+            self._colour = colour_weight(frame.rgb[block.box], block.mask, grid, parameters.rgb_dilation)
+        self._schedule: Schedule
+        if parameters.schedule == "staged":
+            self._schedule = StagedSchedule(grid, principal_lengths(block.mask), parameters)
+        else:
+            self._schedule = LinearSchedule(grid, (height, width), parameters)
+
+        self._dtype = np.dtype(parameters.precision)
+        self._use_band(Band(grid, (0, 0), self._dtype))
+        self._coefficients = np.zeros_like(self._known.coefficients)  # of P_(i-1)
+        self._missed = self._known.coefficients  # e_(i-1), what P_(i-1) misses at known pixels
+        self._samples = self._band.samples(self._coefficients)  # kept up to date for held-out pixels alone
+        # one assignment, so that another thread may look at the surface while an iteration is under way
+        self._current = self._band, self._coefficients
+        self._least = -math.inf  # no value of P_i in the block, with the mean, is below this
+        self._iterations = 0
+        self.settled = False
+        """Whether the last iteration was the schedule's end: steady at the last radius, or the last of a linear one."""
+        self._ended = False
+
+    @property
+    def surface(self) -> NDArray[np.float64]:
+        """P_i at the block's pixels [m], in the order of `block.mask`'s True values; the mean depth before i = 1."""
+        band, coefficients = self._current
+        values = band.synthesise(coefficients, *self._mask.shape)[self._mask].astype(np.float64, copy=False)
+        values += self._mean
+        return values
+
+    def __next__(self) -> IterationRecord:
+        if self._ended:
+            raise StopIteration
+        self._iterations += 1
+        stage, radii = self._schedule.stage, self._schedule.radii
+        if self._iterations > self._parameters.rgb_iterations:
+            self._colour = self._weight = None
+        self._make_room(radii)
+
+        band = self._band
+        coefficients = self._coefficients + self._missed
+        coefficients *= self._filter(radii)
+        change = band.samples(coefficients - self._coefficients)
+        part = self._block.mask * change
+        sigma = self._compare(coefficients, change, part)
+        np.multiply(self._known.mask, change, out=part)
+        self._missed = self._missed - band.coefficients_of(part)
+        self._coefficients = coefficients
+        self._current = band, coefficients
+        residual = self._residual()
+        held_out = self._held_out_error(change)
+        l1 = self._l1_norm()
+        self._note(sigma)
+        return IterationRecord(
+            i=self._iterations,
+            stage=stage,
+            radii=radii,
+            sigma_i=sigma,
+            l1=l1,
+            residual=residual,
+            held_out=held_out,
+            weighted=self._colour is not None,
+            seconds=time.perf_counter() - self._start,
+        )
+
+    def _use_band(self, band: Band) -> None:
+        """Bring everything that lives on the small grid to a band's."""
+        self._band = band
+        self._squared = band.squared_wave_numbers()
+        self._passed: tuple[tuple[float, float], bool] | None = None  # what the filter at hand is for
+        if self._colour is not None:
+            self._weight = band.cut(self._colour)
+        for values in (self._known, self._block, self._held_out):
+            if values is not None:
+                values.use_band(band, self._dtype)
+
+    def _make_room(self, radii: tuple[float, float]) -> None:
+        """Move to a larger small grid if the pass band has outgrown the present one."""
+        needed = [math.floor(radius * (1 + 1e-9)) for radius in radii]
+        old = self._band
+        if old.holds((needed[0], needed[1])):
+            return
+        reach_y, reach_x = (fast_reach(math.ceil(_GROWTH * least)) for least in needed)
+        band = Band(old.grid, (reach_y, reach_x), self._dtype)
+        self._use_band(band)
+        self._coefficients = band.moved_from(old, self._coefficients)
+        self._samples = band.samples(self._coefficients)
+        self._missed = self._known.coefficients - band.coefficients_of(self._known.mask * self._samples)
+
+    def _filter(self, radii: tuple[float, float]) -> NDArray[np.complexfloating]:
+        """G_i, times W while it is on."""
+        weight = self._weight
+        if self._passed != (radii, weight is not None):
+            inside = inside_ellipse(self._squared, radii)
+            # complex, or the product with coefficients would be converted in pieces
+            self._gain = (inside if weight is None else weight * inside).astype(self._missed.dtype)
+            self._passed = radii, weight is not None
+        return self._gain
+
+    def _compare(
+        self, coefficients: NDArray[np.complexfloating], change: NDArray[np.floating], part: NDArray[np.floating]
+    ) -> float:
+        """sigma_i, Eq. (2), from the change of P_i and its part in the block. Moves the lower bound of P_i, too."""
+        weight = self._band.weight
+        squares = inner(part, change) / weight
+        if self._iterations == 1:  # P_0 is U_0, which is not in the band: so far, the change is from 0
+            squares += self._known.squares - 2 * self._band.sum_of_product(self._known.coefficients, coefficients)
+        low, high = float(change.min()) / weight, float(change.max()) / weight
+        self._least += (low + high) / 2 - _OVERSHOOT * (high - low) / 2
+        return math.sqrt(max(squares, 0.0) / self._pixels)
+
+    def _residual(self) -> float:
+        """Root mean square of P_i - raw over the known pixels: with P_i in the band, sum(M P_i (raw - P_i)) is, too."""
+        known = self._known
+        explained = self._band.sum_of_product(self._coefficients, known.coefficients + self._missed)
+        return math.sqrt(max(known.squares - explained, 0.0) / known.pixels)
+
+    def _held_out_error(self, change: NDArray[np.floating]) -> float:
+        """Root mean square of P_i - raw over the held-out pixels; NaN if there are none."""
+        held_out, band = self._held_out, self._band
+        if held_out is None:
+            return math.nan
+        self._samples += change
+        squares = inner(held_out.mask * self._samples, self._samples) / band.weight
+        squares += held_out.squares - 2 * band.sum_of_product(held_out.coefficients, self._coefficients)
+        return math.sqrt(max(squares, 0.0) / held_out.pixels)
+
+    def _l1_norm(self) -> float:
+        """L1 norm of P_i over the block [m]: a plain sum as long as no value can be negative."""
+        if self._least <= 0:
+            values = self.surface
+            self._least = float(values.min())
+            if self._least <= 0:
+                return l1_norm(values)
+        return self._band.sum_of_product(self._block.coefficients, self._coefficients) + self._pixels * self._mean
+
+    def _note(self, sigma: float) -> None:
+        """Decide whether to stop, and let the schedule go on."""
+        self.settled = self._schedule.advance(sigma < self._parameters.s_criteria)
+        stop = self.settled and self._parameters.stop_when_steady
+        self._ended = stop or self._iterations >= self._parameters.max_iterations
+
+
+class _Values:
+    """Values at some of the block's pixels, and 0 elsewhere, as the band sees them.
+
+    Parameters
+    ----------
+    pixels : ndarray of bool, shape (h, w)
+    grid : tuple of int
+        Padded grid (H, W).
+    raw : ndarray of float64, shape (h, w), optional
+        Where the values stand among others; all of them are 1 if left out.
+    """
+
+    def __init__(
+        self, pixels: NDArray[np.bool_], grid: tuple[int, int], raw: NDArray[np.float64] | None = None
+    ) -> None:
+        self._mask_spectrum = self._spectrum = _spectrum(pixels.astype(np.float64), grid)
+        self.pixels = int(np.count_nonzero(pixels))
+        self.squares = float(self.pixels)
+        """Sum of the values' squares."""
+        if raw is not None:
+            values = np.where(pixels, raw, 0.0)
+            self._spectrum = _spectrum(values, grid)
+            self.squares = float(np.sum(values * values))
+
+    def use_band(self, band: Band, dtype: np.dtype) -> None:
+        """Bring the mask and the values to a band."""
+        self.mask = band.low_passed(self._mask_spectrum)
+        """1 at the pixels and 0 elsewhere, at the small grid's points."""
+        self.coefficients = band.cut(self._spectrum).astype(np.result_type(dtype, np.complex64), copy=False)
+        """The values' part in the band."""
+
+
+def _spectrum(values: NDArray[np.float64], grid: tuple[int, int]) -> NDArray[np.complex128]:
+    """Half spectrum (H, W // 2 + 1) of values in the first rows and columns of the padded grid, 0 elsewhere."""
+    rows = scipy.fft.rfft(values, n=grid[1], axis=1)
+    return scipy.fft.fft(rows, n=grid[0], axis=0)

@@ -1,0 +1,78 @@
+"""Camera intrinsics from the many forms in which people give theirs: presets, text, numbers, JSON files."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from ..camera import IMAGE_SIZES, INTRINSICS, WAY_OUT, CameraIntrinsics, camera_from_numbers, camera_of, fitted
+from ..errors import InputError
+from .files import read_json
+
+IntrinsicsSpec = CameraIntrinsics | str | os.PathLike[str] | Sequence[float] | Mapping[str, Any] | NDArray[Any]
+
+
+def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None = None) -> CameraIntrinsics | None:
+    """Intrinsics from whatever describes them.
+
+    Parameters
+    ----------
+    spec : None, CameraIntrinsics, str, path, sequence, mapping or ndarray
+        A preset name (see `INTRINSICS`); four numbers fx, fy, cx, cy [px], also as text "fx,fy,cx,cy";
+        a row-major 3 x 3 matrix; {fx, fy, cx, cy}; {"K": four numbers or a 3 x 3 matrix};
+        {"intrinsic_matrix": nine numbers, column-major} as Open3D writes it; or the path of a JSON file that
+        holds one of these.
+    shape : (int, int), optional
+        (H, W) of the frame. Numbers whose own image size is known (presets; mappings with "width" and
+        "height") are scaled to it.
+
+    Returns
+    -------
+    CameraIntrinsics or None
+        None only where `spec` is None.
+
+    Raises
+    ------
+    InputError
+        If there is no such preset, the numbers make no camera, or their image size has another aspect ratio
+        than the frame.
+    FormatError
+        If the JSON file cannot be read.
+    """
+    if spec is None or isinstance(spec, CameraIntrinsics):
+        return spec
+    if isinstance(spec, str) and spec.strip().lower() in INTRINSICS:
+        name = spec.strip().lower()
+        return fitted(INTRINSICS[name], IMAGE_SIZES[name], shape)
+    if isinstance(spec, str) and "," in spec and not Path(spec).exists():
+        return _from_text(spec)
+    if isinstance(spec, str | os.PathLike):
+        return _from_file(Path(spec), shape)
+    return camera_of(spec, shape, name="")
+
+
+def _from_text(text: str) -> CameraIntrinsics:
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise InputError(f"{text!r} is not a list of numbers. {WAY_OUT}") from error
+    return camera_from_numbers(numbers, name="")
+
+
+def _from_file(path: Path, shape: tuple[int, int] | None) -> CameraIntrinsics:
+    if path.suffix != ".json" and len(path.parts) < 2 and not path.exists():
+        near = difflib.get_close_matches(str(path).lower(), INTRINSICS, 1)
+        hint = f"Did you mean {near[0]}? " if near else ""
+        raise InputError(
+            f"There is no intrinsics preset {str(path)!r}. {hint}Known: {', '.join(INTRINSICS)}. {WAY_OUT}"
+        )
+    data = read_json(path)
+    try:
+        return camera_of(data, shape, name=path.name)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error

@@ -1,0 +1,122 @@
+"""The splat against a loop over points, and the orbit camera."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ilf.drawing.splat import NEAR, OrbitCamera, splat
+
+WIDTH, HEIGHT = 24, 18
+BACKGROUND = (7, 8, 9)
+
+
+def brute_force(points, colours, camera, size):
+    """Every point fills its square; a nearer one replaces a farther one."""
+    picture = np.full((HEIGHT, WIDTH, 3), BACKGROUND, np.uint8)
+    depth = np.full((HEIGHT, WIDTH), np.inf, np.float32)
+    matrix = camera.view_matrix().astype(np.float32)
+    eyes = points @ matrix[:3, :3].T + matrix[:3, 3]
+    for (x, y, z), colour in zip(eyes, colours, strict=True):
+        if not z > NEAR:
+            continue
+        column = math.floor(x * camera.focal(HEIGHT) / z + WIDTH / 2)
+        row = math.floor(y * camera.focal(HEIGHT) / z + HEIGHT / 2)
+        for v in range(row - (size - 1) // 2, row + size // 2 + 1):
+            for u in range(column - (size - 1) // 2, column + size // 2 + 1):
+                if 0 <= v < HEIGHT and 0 <= u < WIDTH and z < depth[v, u]:
+                    picture[v, u], depth[v, u] = colour, z
+    return picture
+
+
+@given(seed=st.integers(0, 2**32 - 1), size=st.integers(1, 4))
+def test_equals_a_loop_over_points(seed, size):
+    rng = np.random.default_rng(seed)
+    points = rng.uniform((-1, -1, -1), (1, 1, 3), (60, 3)).astype(np.float32)
+    colours = rng.integers(0, 256, (60, 3), dtype=np.uint8)
+    camera = OrbitCamera((0.1, -0.2, 1.0), 2.0, rng.uniform(-3, 3), rng.uniform(-1.5, 1.5))
+    picture = splat(points, colours, camera, WIDTH, HEIGHT, BACKGROUND, size, shaded=False)
+    # a product of matrices may round a point across the border of a pixel
+    different = (picture != brute_force(points, colours, camera, size)).any(axis=2)
+    assert np.count_nonzero(different) <= 2 * size
+
+
+@pytest.mark.parametrize("size", [1, 3, None])
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_nearest_point_wins(size, order):
+    points = np.array([[0, 0, 1], [0, 0, 2]], np.float32)[::order]
+    colours = np.array([[255, 0, 0], [0, 255, 0]], np.uint8)[::order]
+    picture = splat(points, colours, OrbitCamera((0, 0, 1.5), 1.5), WIDTH, HEIGHT, BACKGROUND, size, shaded=False)
+    assert tuple(picture[HEIGHT // 2, WIDTH // 2]) == (255, 0, 0)
+
+
+def test_points_that_cannot_be_seen_leave_the_background():
+    points = np.array([[0, 0, -5], [np.nan, 0, 1], [0, np.inf, 1], [0, 0, np.nan], [1e9, 0, 1]], np.float32)
+    picture = splat(points, np.full((5, 3), 255, np.uint8), OrbitCamera(), WIDTH, HEIGHT, BACKGROUND)
+    assert (picture == BACKGROUND).all()
+    nothing = splat(points[:0], np.empty((0, 3), np.uint8), OrbitCamera(), WIDTH, HEIGHT, BACKGROUND)
+    assert (nothing == BACKGROUND).all()
+
+
+def wall(step=0.01, depth=2.0):
+    x, y = np.meshgrid(np.arange(-1, 1, step, np.float32), np.arange(-1, 1, step, np.float32))
+    return np.stack([x, y, np.full_like(x, depth)], axis=-1).reshape(-1, 3)
+
+
+@pytest.mark.parametrize("distance", [2.0, 1.0, 0.5])
+def test_automatic_size_closes_a_surface_seen_from_near(distance):
+    points = wall()
+    picture = splat(
+        points, np.full(points.shape, 200, np.uint8), OrbitCamera((0, 0, 2), distance), 320, 240, BACKGROUND
+    )
+    assert (picture[20:-20, 60:-60] != BACKGROUND).all()
+
+
+def test_automatic_size_keeps_near_and_far_points_in_the_right_order():
+    back, front = wall(depth=3.0), wall(depth=2.0)[::7] * np.float32(0.3)
+    points = np.concatenate([back, front])
+    colours = np.repeat(np.array([[0, 0, 250], [250, 0, 0]], np.uint8), [len(back), len(front)], axis=0)
+    picture = splat(points, colours, OrbitCamera((0, 0, 2.0), 2.0), 320, 240, BACKGROUND, shaded=False)
+    assert set(np.unique(picture[80:160, 120:200].reshape(-1, 3), axis=0)[:, 0]) == {0, 250}
+    only_front = splat(points[-len(front) :], colours[-len(front) :], OrbitCamera((0, 0, 2.0), 2.0), 320, 240)
+    assert (picture[..., 0] > 0).sum() > 0
+    assert only_front[..., 2].max() == 0
+
+
+def test_shading_darkens_behind_an_edge_and_nothing_on_a_wall():
+    points = wall()
+    colours = np.full(points.shape, 200, np.uint8)
+    camera = OrbitCamera((0, 0, 2), 2.0)
+    assert (splat(points, colours, camera, 200, 200, (200, 200, 200)) == 200).all()
+    stepped = points.copy()
+    stepped[:, 2] += np.where(points[:, 0] > 0, np.float32(0.5), np.float32(0))
+    picture = splat(stepped, colours, camera, 200, 200, BACKGROUND)
+    assert picture[100, 40, 0] == 200
+    assert picture[100, 90:110, 0].min() < 150
+
+
+def test_orbit_pan_and_dolly_keep_what_they_should():
+    camera = OrbitCamera((1.0, 2.0, 3.0), 2.5, 0.3, 0.2)
+    turned = camera.orbit(1.0, 9.0)
+    assert (turned.target, turned.distance, turned.pitch) == (camera.target, 2.5, math.pi / 2)
+    for moved in (camera, turned, camera.pan(0.5, -0.25), camera.dolly(0.5)):
+        in_eye = moved.view_matrix() @ np.append(moved.target, 1.0)
+        np.testing.assert_allclose(in_eye[:3], (0, 0, moved.distance), atol=1e-12)
+        np.testing.assert_allclose(moved.rotation() @ moved.rotation().T, np.eye(3), atol=1e-12)
+    shift = np.subtract(camera.pan(0.5, -0.25).target, camera.target)
+    np.testing.assert_allclose(camera.rotation() @ shift, (0.5, -0.25, 0), atol=1e-12)
+    assert camera.dolly(0.0).distance > 0
+
+
+@pytest.mark.parametrize(("yaw", "pitch"), [(0, 0), (-0.4, 0.3), (0, math.pi / 2), (-math.pi / 2, 0)])
+def test_a_fitted_camera_sees_the_whole_cloud_large(yaw, pitch):
+    rng = np.random.default_rng(5)
+    points = rng.uniform((-3, -1, 1), (1, 1, 6), (5000, 3)).astype(np.float32)
+    camera = OrbitCamera(yaw=yaw, pitch=pitch).fitted(points, 4 / 3)
+    x, y, z, _ = camera.view_matrix() @ np.column_stack([points, np.ones(len(points))]).T
+    u, v = x / z * camera.focal(300) / 200, y / z * camera.focal(300) / 150
+    assert z.min() > 0
+    assert (np.maximum(np.abs(u), np.abs(v)) <= 1).mean() > 0.99
+    assert max(np.abs(u).max(), np.abs(v).max()) > 0.7
