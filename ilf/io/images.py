@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import threading
 from typing import Any
 
@@ -11,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import FormatError
-from .files import read_bytes
+from .files import FileSource, read_file
 from .headers import image_header
 
 MAX_PIXELS = 100_000_000
@@ -21,7 +20,7 @@ MAX_PIXELS = 100_000_000
 _decoding = threading.Lock()
 
 
-def read_image(path: str | os.PathLike[str]) -> NDArray[Any]:
+def read_image(path: FileSource) -> NDArray[Any]:
     """Pixels of a PNG, JPEG, TIFF, PGM or PPM file as stored, never rotated.
 
     Orientation tags are ignored: turning one image of a registered pair would part it from the other.
@@ -38,7 +37,7 @@ def read_image(path: str | os.PathLike[str]) -> NDArray[Any]:
     FormatError
         If it is truncated, damaged, of another format, or has more than `MAX_PIXELS` pixels.
     """
-    data = read_bytes(path)
+    data = read_file(path).data
     try:
         header = image_header(data.tobytes())
     except FormatError as error:
@@ -47,6 +46,7 @@ def read_image(path: str | os.PathLike[str]) -> NDArray[Any]:
     if header.orientation_at is not None:
         # the TIFF decoder turns the image whatever its flags say; both bytes, for either byte order
         big_endian = data[0] == ord("M")
+        data = data.copy()
         data[header.orientation_at : header.orientation_at + 2] = (0, 1) if big_endian else (1, 0)
     image = _decoded(data)
     if image is None or image.shape[:2] != (header.height, header.width):
@@ -57,7 +57,7 @@ def read_image(path: str | os.PathLike[str]) -> NDArray[Any]:
     return image
 
 
-def read_colour(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
+def read_colour(path: FileSource) -> NDArray[np.uint8]:
     """Colour image as uint8 (H, W, 3), red first.
 
     16-bit values are scaled to 8 bits (65535 -> 255), grey is repeated in all channels, alpha is dropped.
@@ -83,7 +83,7 @@ def read_colour(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
     return np.ascontiguousarray(np.broadcast_to(blue_first[..., ::-1], (*image.shape[:2], 3)))
 
 
-def check_pixel_count(path: str | os.PathLike[str], width: int, height: int) -> None:
+def check_pixel_count(path: object, width: int, height: int) -> None:
     """Raise FormatError for an image that is too large to work with."""
     if width * height > MAX_PIXELS:
         raise FormatError(
