@@ -45,4 +45,5 @@ def fill_rest(frame: RGBDFrame, completion: Completion) -> Completion:
     nearest, farthest = np.nanmin(completion.depth), np.nanmax(completion.depth)
     depth = completion.depth.copy()
     depth[guessed] = np.clip(surface[guessed], nearest, farthest)
-    return Completion(depth, completion.filled | guessed, completion.results, guessed)
+    notes = tuple(dict.fromkeys((*completion.notes, *iteration.notes)))
+    return Completion(depth, completion.filled | guessed, completion.results, guessed, notes)

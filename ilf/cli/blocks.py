@@ -16,7 +16,7 @@ from ..io.images import encode_image
 from ..parameters import BlockParameters
 from ..run.export import check_not_an_input
 from .comparison import warn
-from .parsing import Commands, add_block_parameters, add_frame, frame_from, given_parameters
+from .parsing import Commands, add_block_parameters, add_frame, frame_from, with_given
 from .report import table
 
 
@@ -45,7 +45,7 @@ def add_command(commands: Commands) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
-    parameters = BlockParameters().replace(**given_parameters(arguments, BlockParameters))
+    parameters = with_given(BlockParameters(), arguments)
     frame = frame_from(arguments)
     extraction = extract(frame, parameters)
     labels = extraction.blocks
@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace) -> None:
         made_folder(path.parent)
         # the encoder takes colours with blue first
         write_bytes(path, encode_image(".png", picture[..., ::-1] if picture.ndim == 3 else picture))
-    warn([extraction.note] if extraction.note else [])
+    warn(extraction.notes)
     if arguments.quiet:
         return
     pixels = np.bincount(labels.ravel())

@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..completion import CompletionRun, ParameterChoice, compose, prepare
+from ..completion import CompletionRun, ParameterChoice, compose
 from ..ebs import extract
 from ..errors import InputError
 from ..frame import RGBDFrame, doubtful_scale
 from ..io import frame_folder, read_labels
-from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters, preset
+from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..run.export import (
     CLOUD_AXES,
     CLOUD_FILES,
@@ -38,6 +38,7 @@ from .parsing import (
     add_parameters,
     frame_from,
     given_parameters,
+    with_given,
 )
 from .progress import RunProgress
 from .report import completion_report
@@ -122,46 +123,44 @@ def run(arguments: argparse.Namespace) -> None:
     started = time.perf_counter()
     wanted = not arguments.quiet and (sys.stderr.isatty() if arguments.progress is None else arguments.progress)
     with (
-        CompletionRun(frame, job.labels, job.parameters, job.only) as steps,
+        CompletionRun(frame, job.labels, job.parameters, job.only, extraction=job.extraction) as steps,
         RunProgress(steps, shown=wanted) as progress,
     ):
         for step in steps:
             progress.update(step)
     completion = compose(frame, steps.results)
     seconds = time.perf_counter() - started
-    used = {result.parameters for result in steps.results.values()}
-    notes = dict.fromkeys(filter(None, (prepare(frame, parameters) for parameters in used)))
     record = make_run_record(frame, job.labels, job.extraction, job.edited, completion, options, inputs=job.inputs)
     report = export(folder, frame, job.labels, completion, options, run_record=record)
-    warnings = [*job.warnings, *notes, *_outcome_warning(job.record, record), *report.warnings]
-    for warning in warnings:
+    warnings = [*job.warnings, *completion.notes, *_outcome_warning(job.record, record), *report.warnings]
+    for warning in dict.fromkeys(warnings):
         print("ilf: warning:", warning, file=sys.stderr)
     if not arguments.quiet:
         print(completion_report(frame, job.labels, completion, seconds, folder, report.files))
 
 
 def _new_job(arguments: argparse.Namespace) -> _Job:
-    parameters = preset(arguments.preset or DEFAULT_PRESET, **given_parameters(arguments, Parameters))
+    parameters = with_given(PRESETS[arguments.preset or DEFAULT_PRESET], arguments)
     block_changes = given_parameters(arguments, BlockParameters)
     if arguments.labels is not None and block_changes:
         raise UsageError(f"With --labels nothing is extracted: leave out the --{BLOCK_PREFIX}* flags.")
     options = _options(arguments)
     frame = frame_from(arguments)
-    extraction = None if arguments.labels is not None else BlockParameters().replace(**block_changes)
+    extraction = None if arguments.labels is not None else with_given(BlockParameters(), arguments)
     if extraction is None:
         labels = read_labels(arguments.labels, frame.shape)
-        note = ""
+        notes: tuple[str, ...] = ()
         way_out = "It holds 0 only: give a label map with blocks."
     else:
         extracted = extract(frame, extraction)
-        labels, note = extracted.blocks, extracted.note
+        labels, notes = extracted.blocks, extracted.notes
         way_out = (
             f"Lower --{BLOCK_PREFIX}min-size or --{BLOCK_PREFIX}min-known-share, or draw blocks and give --labels."
         )
     if not labels.any():
         raise InputError(f"There are no blocks, so there is nothing to complete. {way_out}")
     doubt = doubtful_scale(frame.depth, float(str(frame.sources["depth_units"])))
-    warnings = tuple(filter(None, (note, doubt)))
+    warnings = tuple(filter(None, (*notes, doubt)))
     if frame.intrinsics is None and options.cloud is not None and not _cloud_flags(arguments):
         options = replace(options, cloud=None)
         warnings += (

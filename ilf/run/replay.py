@@ -121,7 +121,7 @@ def _labels(record: RunRecord, frame: RGBDFrame, folder: Path) -> tuple[NDArray[
     extracted = record.extraction is not None and not record.edited
     if extracted:
         again = extract(frame, record.extraction)
-        notes = (again.note,) if again.note else ()
+        notes = again.notes
         if labels_sha256(again.blocks) == record.labels_sha256:
             return again.blocks, notes
     saved = _saved_labels(record, folder)

@@ -21,7 +21,7 @@ from ilf.run.record import read_run_record
 from .small_frames import CAMERA, write_small_frame
 
 ROOT = Path(__file__).parents[2]
-QUICK = ["--max-iterations", "25", "--rgb-iterations", "5"]
+QUICK = ["--max-iterations", "25"]
 ERRORS = {"expected_error.png", "expected_error.npy"}
 RESULTS = {"depth.png", "depth.npy", "blocks.png", "curves.csv", "cloud.ply", "run.json"} | ERRORS
 
@@ -80,7 +80,7 @@ def test_complete_writes_everything_and_says_what(files, capsys):
 def test_command_line_and_library_give_the_same_depth(files):
     main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK, "--mode", "fill+denoise"])
     frame = ilf.load_frame(*files)
-    parameters = ilf.preset(max_iterations=25, rgb_iterations=5, mode="fill+denoise")
+    parameters = ilf.preset(max_iterations=25, mode="fill+denoise")
     result = ilf.complete(frame, ilf.extract_blocks(frame), parameters)
     np.testing.assert_array_equal(np.load("out/depth.npy"), result.depth)
 
@@ -150,7 +150,10 @@ def test_a_missing_edge_network_is_said_by_every_command(files, capsys):
     filters = ["complete", *files, "--no-cloud", "--out", "own", "--quiet", "--preset", "best", "--model", "mine"]
     for command in (filters, ["complete", "--replay", "own/run.json", "--out", "own-again", "--quiet"]):
         assert main(command) == 0
-        assert capsys.readouterr().err.count("Edges come from Canny: There is no edge network 'mine'") == 1
+        assert (
+            capsys.readouterr().err.count("Canny's edges stand in for the network's: There is no edge network 'mine'")
+            == 1
+        )
 
 
 def test_replay_that_comes_out_differently_is_said(files, capsys):
@@ -290,7 +293,7 @@ def test_info_shows_frames_and_records(files, capsys):
     main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK, "--preset", "released-code"])
     assert main(["info", "out/run.json"]) == 0
     text = capsys.readouterr().out
-    assert "preset released-code with max_iterations 25, rgb_iterations 5" in text
+    assert "preset released-code with max_iterations 25" in text
     assert "block  pixels" in text
 
 

@@ -176,7 +176,7 @@ def test_files_that_are_no_record_are_refused(tmp_path, content):
         {},
         {"edit": draw_a_block},
         {"only": {2}},
-        {"parameters": {1: ilf.preset(**QUICK), 2: ilf.preset(**QUICK, mode="fill+denoise", centred=True)}},
+        {"parameters": {1: ilf.preset(**QUICK), 2: ilf.preset(**QUICK, mode="fill+denoise", trend=False)}},
         {"parameters": ilf.preset("released-code", **QUICK)},
     ],
     ids=["plain", "edited", "some blocks", "own parameters", "released code"],
@@ -227,9 +227,27 @@ def test_replay_of_edited_blocks_needs_their_label_map(tmp_path):
 
 
 def test_a_parameter_that_had_another_name_is_understood(tmp_path):
+    run = Run(tmp_path, parameters={1: ilf.preset(), 2: ilf.preset(edges="canny")})
+    for name in ("network", "hed"):
+        run.changed(set_at("parameters", "edges", name))
+        assert {label: own.edges for label, own in read_run_record(run.path).parameters.items()} == {
+            1: "combined", 2: "canny",
+        }  # fmt: skip
+
+
+def test_a_record_from_before_there_was_a_choice_of_filters_is_of_the_papers(tmp_path):
+    run = Run(tmp_path, parameters=ilf.preset("paper"))
+    data = json.loads(run.path.read_text())
+    for name in ("filter", "centred", "s_criteria", "smoothness", "edges", "model"):
+        del data["parameters"][name]
+    run.path.write_text(json.dumps(data))
+    assert set(read_run_record(run.path).parameters.values()) == {ilf.preset("paper")}
+
+
+def test_a_record_may_hold_values_without_effect(tmp_path):
     run = Run(tmp_path)
-    run.changed(set_at("parameters", "edges", "network"))
-    assert {parameters.edges for parameters in read_run_record(run.path).parameters.values()} == {"hed"}
+    run.changed(set_at("parameters", "padding", 3.0))
+    assert {own.padding for own in read_run_record(run.path).parameters.values()} == {3.0}
 
 
 def test_replay_where_the_extraction_has_changed(tmp_path, monkeypatch):
