@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 CAMERA = "80,80,39.5,29.5"
-QUICK = {"max_iterations": 25, "rgb_iterations": 5}
+QUICK = {"max_iterations": 25}
 
 
 def write_small_frame(folder: Path) -> tuple[Path, Path]:
