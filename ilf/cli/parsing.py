@@ -11,6 +11,7 @@ from ..declarations import Declaration, ParameterSet, Value
 from ..errors import IlfError, ParameterError
 from ..frame import RGBDFrame
 from ..io import load_frame
+from ..io.label_files import read_mask
 from ..parameters import BlockParameters
 
 Commands = Any
@@ -55,12 +56,23 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_distrusted(parser: argparse.ArgumentParser) -> None:
+    """Add the argument that says which known depth is not to be believed."""
+    parser.add_argument(
+        "--distrust",
+        metavar="MASK.png",
+        help="mask of measured depth that is wrong (behind glass, flying pixels, glare) and counts as missing: an "
+        "image of the frame's size with one channel, not 0 where depth is distrusted",
+    )
+
+
 def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
-    """Load the frame that the arguments name."""
+    """Load the frame that the arguments name, with what they distrust."""
     inputs = arguments.inputs
     if len(inputs) not in {1, 2}:
         raise UsageError(f"Give a colour and a depth file, or one folder; these are {len(inputs)} paths.")
-    return load_frame(*inputs, depth_units=arguments.depth_units, intrinsics=arguments.intrinsics)
+    frame = load_frame(*inputs, depth_units=arguments.depth_units, intrinsics=arguments.intrinsics)
+    return frame if arguments.distrust is None else frame.distrusting(read_mask(arguments.distrust, frame.shape))
 
 
 def add_block_parameters(parser: argparse.ArgumentParser) -> None:
