@@ -69,4 +69,5 @@ def guess_steps(frame: RGBDFrame, completion: Completion) -> Generator[Iteration
     nearest, farthest = np.nanmin(completion.depth), np.nanmax(completion.depth)
     depth = completion.depth.copy()
     depth[guessed] = np.clip(surface[guessed], nearest, farthest)
-    return replace(completion, depth=depth, filled=completion.filled | guessed, guessed=guessed)
+    notes = tuple(dict.fromkeys((*completion.notes, *iteration.notes)))
+    return replace(completion, depth=depth, filled=completion.filled | guessed, guessed=guessed, notes=notes)

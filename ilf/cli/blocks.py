@@ -19,7 +19,7 @@ from ..io.folders import made_folder
 from ..io.images import encode_image
 from ..parameters import BlockParameters
 from ..run import check_not_an_input
-from .parsing import Commands, UsageError, add_block_parameters, add_distrusted, add_frame, frame_from, given_parameters
+from .parsing import Commands, UsageError, add_block_parameters, add_distrusted, add_frame, frame_from, with_given
 from .report import table, warn
 
 
@@ -58,7 +58,7 @@ def add_command(commands: Commands) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
-    parameters = BlockParameters().replace(**given_parameters(arguments, BlockParameters))
+    parameters = with_given(BlockParameters(), arguments)
     frame = frame_from(arguments)
     if arguments.keep is not None and arguments.around is None:
         raise UsageError("--keep names blocks of a label map: give it by --around.")

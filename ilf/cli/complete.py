@@ -12,7 +12,7 @@ from ..completion import Completion
 from ..errors import InputError
 from ..frame import doubtful_scale
 from ..io import frame_folder, read_labels
-from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters, preset
+from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..run import ExportOptions, Replay, Run, check_write, output_folder_name, replay, write
 from ..run.options import CLOUD_AXES, CLOUD_FILES, CLOUD_UNITS, DEPTH_FILES
 from .parsing import (
@@ -25,6 +25,7 @@ from .parsing import (
     add_parameters,
     frame_from,
     given_parameters,
+    with_given,
 )
 from .progress import RunProgress
 from .report import completion_report, warn
@@ -121,14 +122,14 @@ def _completed(run: Run, arguments: argparse.Namespace) -> Completion:
 
 
 def _new_job(arguments: argparse.Namespace) -> _Job:
-    parameters = preset(arguments.preset or DEFAULT_PRESET, **given_parameters(arguments, Parameters))
+    parameters = with_given(PRESETS[arguments.preset or DEFAULT_PRESET], arguments)
     block_changes = given_parameters(arguments, BlockParameters)
     if arguments.labels is not None and block_changes:
         raise UsageError(f"With --labels nothing is extracted: leave out the --{BLOCK_PREFIX}* flags.")
     options = _options(arguments)
     frame = frame_from(arguments)
     if arguments.labels is None:
-        run = Run.extracted(frame, BlockParameters().replace(**block_changes), parameters, dense=arguments.dense)
+        run = Run.extracted(frame, with_given(BlockParameters(), arguments), parameters, dense=arguments.dense)
         way_out = (
             f"Lower --{BLOCK_PREFIX}min-size or --{BLOCK_PREFIX}min-known-share, or draw blocks and give --labels."
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Mapping
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar
 
 from ..camera import INTRINSICS
 from ..declarations import Declaration, ParameterSet, Value
@@ -18,6 +18,8 @@ Commands = Any
 """What `ArgumentParser.add_subparsers` returns; its type has no public name."""
 
 BLOCK_PREFIX = "blocks-"
+
+Set = TypeVar("Set", bound=ParameterSet)
 
 
 class UsageError(IlfError):
@@ -127,6 +129,14 @@ def given_parameters(arguments: argparse.Namespace, kind: type[ParameterSet]) ->
     return {
         name: values[_destination(kind, name)] for name in kind.declarations() if _destination(kind, name) in values
     }
+
+
+def with_given(base: Set, arguments: argparse.Namespace) -> Set:
+    """A parameter set with what was given on the command line; UsageError for a parameter that has no effect so."""
+    try:
+        return base.changed(**given_parameters(arguments, type(base)))
+    except ParameterError as error:
+        raise UsageError(str(error)) from error
 
 
 def _destination(kind: type[ParameterSet], name: str) -> str:

@@ -6,6 +6,7 @@ import io
 import math
 import os
 import tokenize
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -210,7 +211,9 @@ def _read_npy(file: FileContent) -> NDArray[Any]:
         # np.load would otherwise go on to try archives and pickles
         version = np.lib.format.read_magic(stream)
         read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        shape, in_columns, dtype = read_header(stream)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that Python 2 has written it is no harm
+            shape, in_columns, dtype = read_header(stream)
         if dtype.hasobject:
             raise ValueError("it holds Python objects")
         # what a header asks for must be there before any memory is taken

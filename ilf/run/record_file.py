@@ -98,7 +98,7 @@ def _parsed(record: _Section) -> RunRecord:
         raise FormatError(f"'shape' in the blocks must be [height, width], not {shape}.")
     extraction = record.get("extraction", dict, type(None))
     inputs = record.get("inputs", dict, type(None))
-    common = Parameters.from_dict(_renamed(record.get("parameters", dict)))
+    common = Parameters.from_dict(record.get("parameters", dict))
     own = record.section("block_parameters")
     outcomes = tuple(
         _parsed_outcome(_Section("blocks_outcome", values)) for values in record.items("blocks_outcome", dict)
@@ -117,7 +117,7 @@ def _parsed(record: _Section) -> RunRecord:
         extraction_networks={},
         networks={},
         parameters={
-            outcome.label: common.replace(**_renamed(own.get(str(outcome.label), dict)))
+            outcome.label: common.replace(**own.get(str(outcome.label), dict))
             if str(outcome.label) in own.values
             else common
             for outcome in outcomes
@@ -154,11 +154,6 @@ def _with_what_schema_1_brought(known: RunRecord, record: _Section) -> RunRecord
         outputs=outputs,
         processor=record.get("processor", str),
     )
-
-
-def _renamed(values: dict[str, Any]) -> dict[str, Any]:
-    """Parameters of a record, with what has another name since as it is called now."""
-    return values | {"edges": "hed"} if values.get("edges") == "network" else values
 
 
 def _parsed_inputs(inputs: _Section) -> FrameInputs:
