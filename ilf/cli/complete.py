@@ -123,8 +123,7 @@ def _completed(run: Run, arguments: argparse.Namespace) -> Completion:
 
 def _new_job(arguments: argparse.Namespace) -> _Job:
     parameters = with_given(PRESETS[arguments.preset or DEFAULT_PRESET], arguments)
-    block_changes = given_parameters(arguments, BlockParameters)
-    if arguments.labels is not None and block_changes:
+    if arguments.labels is not None and given_parameters(arguments, BlockParameters):
         raise UsageError(f"With --labels nothing is extracted: leave out the --{BLOCK_PREFIX}* flags.")
     options = _options(arguments)
     frame = frame_from(arguments)

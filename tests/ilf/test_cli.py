@@ -150,10 +150,8 @@ def test_a_missing_edge_network_is_said_by_every_command(files, capsys):
     filters = ["complete", *files, "--no-cloud", "--out", "own", "--quiet", "--preset", "best", "--model", "mine"]
     for command in (filters, ["complete", "--replay", "own/run.json", "--out", "own-again", "--quiet"]):
         assert main(command) == 0
-        assert (
-            capsys.readouterr().err.count("Canny's edges stand in for the network's: There is no edge network 'mine'")
-            == 1
-        )
+        note = "Canny's edges stand in for the network's: There is no edge network 'mine'"
+        assert capsys.readouterr().err.count(note) == 1
 
 
 def test_a_replay_says_how_it_came_out(files, capsys):

@@ -192,3 +192,17 @@ def test_a_parameter_that_had_another_name_is_understood(tmp_path):
     for name in ("network", "hed"):
         changed(path, "parameters", "edges", name)
         assert {own.edges for own in read_record(path).parameters.values()} == {"combined"}
+
+
+def test_a_record_from_before_there_was_a_choice_of_filters_is_of_the_papers(tmp_path):
+    path = written(small_run(tmp_path, parameters=ilf.preset("paper", **QUICK)), tmp_path / "out")
+    data = json.loads(path.read_text())
+    for name in ("filter", "centred", "s_criteria", "smoothness", "edges", "model"):
+        del data["parameters"][name]
+    path.write_text(json.dumps(data))
+    assert set(read_record(path).parameters.values()) == {ilf.preset("paper", **QUICK)}
+
+
+def test_a_record_may_hold_values_without_effect(tmp_path):
+    path = changed(written(small_run(tmp_path), tmp_path / "out"), "parameters", "padding", 3.0)
+    assert {own.padding for own in read_record(path).parameters.values()} == {3.0}
