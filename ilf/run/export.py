@@ -24,7 +24,7 @@ from ..errors import ExportError, InputError, ParameterError
 from ..frame import RGBDFrame
 from ..io import write_cloud, write_depth, write_expected_error, write_labels, write_mask
 from ..io.atomic import write_bytes
-from ..io.cloud_files import UNITS_PER_METRE
+from ..io.cloud_files import UNITS_PER_METRE, check_cloud_format
 from .curve_files import write_curves
 
 LABELS_FILE, CURVES_FILE, RECORD_FILE, GUESSED_FILE = "blocks.png", "curves.csv", "run.json", "guessed.png"
@@ -206,6 +206,8 @@ def check_export(
         As `export` does.
     """
     target = Path(folder)
+    if options.cloud is not None:
+        check_cloud_format(CLOUD_FILES[options.cloud])
     if options.cloud is not None and frame.intrinsics is None:
         raise InputError(
             "A point cloud needs the camera's intrinsics, and this frame has none. Give them as a preset "
