@@ -23,6 +23,8 @@ SYSTEM_PACKAGES = {
     "libstdc++.so.6": "libstdc++6",
     "libudev.so.1": "libudev1",
     "libusb-1.0.so.0": "libusb-1.0-0",
+    "libwayland-client.so.0": "libwayland-client0",
+    "libwayland-cursor.so.0": "libwayland-cursor0",
     "libxcb.so.1": "libxcb1",
     "libxcb-cursor.so.0": "libxcb-cursor0",
     "libxcb-icccm.so.4": "libxcb-icccm4",
