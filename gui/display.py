@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
 import sys
 
-from ilf.extras import SYSTEM_PACKAGES
+from ilf.extras import how_to_install, missing_libraries
 
 # what Qt's libraries and platform plugins are linked against, beyond the C and C++ run times and what Qt ships;
 # a test compares these with the installed Qt
@@ -52,7 +51,7 @@ PLATFORM_LIBRARIES = {
 
 def qt_problem() -> str:
     """Why Qt cannot start here at all, not even without a display, with what to do about it; "" where it can."""
-    return _message(_missing(QT_LIBRARIES)) if sys.platform.startswith("linux") else ""
+    return _problem(QT_LIBRARIES) if sys.platform.startswith("linux") else ""
 
 
 def display_problem() -> str:
@@ -63,7 +62,7 @@ def display_problem() -> str:
     if not platforms:
         return "There is no display here (neither DISPLAY nor WAYLAND_DISPLAY is set), so no window can be shown."
     # one that can be loaded is enough: Qt tries them in turn
-    problems = [_message(_missing(QT_LIBRARIES + PLATFORM_LIBRARIES.get(platform, ()))) for platform in platforms]
+    problems = [_problem(QT_LIBRARIES + PLATFORM_LIBRARIES.get(platform, ())) for platform in platforms]
     return "" if "" in problems else problems[0]
 
 
@@ -76,21 +75,6 @@ def _platforms() -> list[str]:
     return [platform for variable, platform in displays.items() if os.environ.get(variable)]
 
 
-def _missing(libraries: tuple[str, ...]) -> list[str]:
-    missing = []
-    for library in libraries:
-        try:
-            ctypes.CDLL(library)
-        except OSError:
-            missing.append(library)
-    return missing
-
-
-def _message(missing: list[str]) -> str:
-    if not missing:
-        return ""
-    packages = dict.fromkeys(SYSTEM_PACKAGES[library] for library in missing)
-    return (
-        f"Qt cannot start because system libraries are missing: {', '.join(missing)}. "
-        f"On Debian or Ubuntu: sudo apt install {' '.join(packages)}"
-    )
+def _problem(libraries: tuple[str, ...]) -> str:
+    missing = missing_libraries(libraries)
+    return f"Qt cannot start because system libraries are missing: {how_to_install(missing)}" if missing else ""

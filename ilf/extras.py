@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
 import sys
+from collections.abc import Sequence
 from importlib import import_module
 from types import ModuleType
 
@@ -70,14 +72,39 @@ def optional(module: str, extra: str, purpose: str) -> ModuleType:
         raise InputError(f"{purpose} needs the package {module}, {way_out(module, extra, error)}") from error
 
 
-def way_out(module: str, extra: str, error: ImportError | OSError) -> str:
-    """Why a package cannot be imported, and what to install: the end of a sentence."""
+def way_out(module: str, extra: str, error: ImportError | OSError, libraries: Sequence[str] = ()) -> str:
+    """Why a package cannot be imported, and what to install: the end of a sentence.
+
+    Parameters
+    ----------
+    module, extra : str
+        As `optional` takes them.
+    error : ImportError or OSError
+        What importing it raised.
+    libraries : sequence of str
+        System libraries that it is linked against, so that all that are missing are named at once and not one by one.
+    """
     if isinstance(error, ModuleNotFoundError):
         return f"which is not installed. Install it: pip install 'ilf-studio[{extra}]'."
-    library = next((name for name in SYSTEM_PACKAGES if name in str(error)), "")
-    if library and sys.platform.startswith("linux"):
-        return (
-            f"which cannot be loaded because the system library {library} is missing. On Debian or Ubuntu: "
-            f"sudo apt install {SYSTEM_PACKAGES[library]}"
-        )
+    missing = [name for name in SYSTEM_PACKAGES if name in str(error)]
+    if missing and sys.platform.startswith("linux"):
+        missing = list(dict.fromkeys([*missing, *missing_libraries(libraries)]))
+        return f"which cannot be loaded because system libraries are missing: {how_to_install(missing)}."
     return f"which cannot be loaded ({error}). Install what that names, or {module} again."
+
+
+def missing_libraries(libraries: Sequence[str]) -> list[str]:
+    """Those that cannot be loaded here."""
+    missing = []
+    for library in libraries:
+        try:
+            ctypes.CDLL(library)
+        except OSError:
+            missing.append(library)
+    return missing
+
+
+def how_to_install(libraries: Sequence[str]) -> str:
+    """Libraries, and the command that installs the packages that have them, for a message."""
+    packages = dict.fromkeys(SYSTEM_PACKAGES[library] for library in libraries)
+    return f"{', '.join(libraries)}. On Debian or Ubuntu: sudo apt install {' '.join(packages)}"

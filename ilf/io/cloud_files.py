@@ -24,6 +24,9 @@ CLOUD_SUFFIXES = (".ply", ".pcd", ".xyz", ".xyzrgb")
 
 UNITS_PER_METRE = {"m": 1.0, "mm": 1000.0}
 
+# what Open3D is linked against that bare machines lack
+_OPEN3D_LIBRARIES = ("libEGL.so.1", "libGL.so.1", "libX11.so.6", "libgomp.so.1", "libidn2.so.0", "libudev.so.1")
+
 _PCD_BYTES = 16  # of a binary point: 3 floats and packed colour
 _PCD_HEADER_END = re.compile(rb"DATA (?:binary|ascii)\n")
 
@@ -47,7 +50,7 @@ def load_open3d() -> Any:
         import open3d
     except (ImportError, OSError) as error:
         raise ExportError(
-            f"A PCD file needs the package open3d, {way_out('open3d', 'cloud', error).rstrip('.')}; "
+            f"A PCD file needs the package open3d, {way_out('open3d', 'cloud', error, _OPEN3D_LIBRARIES).rstrip('.')}; "
             "or write PLY, which needs nothing."
         ) from error
     return open3d

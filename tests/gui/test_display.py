@@ -14,6 +14,7 @@ import pytest
 from gui import display
 from gui.app import main
 from gui.display import PLATFORM_LIBRARIES, QT_LIBRARIES
+from ilf import extras
 from ilf.extras import SYSTEM_PACKAGES
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -27,7 +28,7 @@ def bare_linux(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
     monkeypatch.setattr("sys.platform", "linux")
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(display.ctypes, "CDLL", lambda name: None)
+    monkeypatch.setattr(extras.ctypes, "CDLL", lambda name: None)
     return monkeypatch
 
 
@@ -54,7 +55,7 @@ def test_a_display_or_a_platform_that_was_asked_for(bare_linux: pytest.MonkeyPat
 
 @pytest.mark.parametrize("library", QT_LIBRARIES)
 def test_what_qt_itself_lacks_is_named_with_its_package(bare_linux: pytest.MonkeyPatch, library: str) -> None:
-    bare_linux.setattr(display.ctypes, "CDLL", _lacking(library))
+    bare_linux.setattr(extras.ctypes, "CDLL", _lacking(library))
     bare_linux.setenv("QT_QPA_PLATFORM", "offscreen")
     for problem in (display.qt_problem(), display.display_problem()):
         assert library in problem
@@ -63,7 +64,7 @@ def test_what_qt_itself_lacks_is_named_with_its_package(bare_linux: pytest.Monke
 
 @pytest.mark.parametrize("library", PLATFORM_LIBRARIES["xcb"])
 def test_x11_libraries_matter_under_x11_only(bare_linux: pytest.MonkeyPatch, library: str) -> None:
-    bare_linux.setattr(display.ctypes, "CDLL", _lacking(library))
+    bare_linux.setattr(extras.ctypes, "CDLL", _lacking(library))
     bare_linux.setenv("DISPLAY", ":0")
     assert display.qt_problem() == ""
     assert f"apt install {SYSTEM_PACKAGES[library]}" in display.display_problem()
@@ -77,7 +78,7 @@ def test_x11_libraries_matter_under_x11_only(bare_linux: pytest.MonkeyPatch, lib
 
 
 def test_packages_are_named_once(bare_linux: pytest.MonkeyPatch) -> None:
-    bare_linux.setattr(display.ctypes, "CDLL", _lacking("libglib-2.0.so.0", "libgthread-2.0.so.0"))
+    bare_linux.setattr(extras.ctypes, "CDLL", _lacking("libglib-2.0.so.0", "libgthread-2.0.so.0"))
     assert display.qt_problem().endswith("apt install libglib2.0-0")
 
 
@@ -133,7 +134,7 @@ def test_without_display_the_sample_is_completed_by_the_command_line(
 def test_a_picture_of_the_window_that_qt_cannot_make_is_one_line(
     bare_linux: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    bare_linux.setattr(display.ctypes, "CDLL", _lacking("libEGL.so.1", "libxkbcommon.so.0"))
+    bare_linux.setattr(extras.ctypes, "CDLL", _lacking("libEGL.so.1", "libxkbcommon.so.0"))
     assert main(["--sample", "--run", "--screenshot", str(tmp_path / "x.png")]) == 1
     error = capsys.readouterr().err
     assert "apt install libegl1 libxkbcommon0" in error
@@ -166,7 +167,7 @@ def test_the_command_line_takes_over_without_importing_qt(tmp_path: Path) -> Non
         "sys.modules['PySide6'] = None\n"
         "from gui import display\n"
         "from gui.app import main\n"
-        "display._missing = lambda libraries: ['libEGL.so.1']\n"
+        "display.missing_libraries = lambda libraries: ['libEGL.so.1']\n"
         "sys.platform = 'linux'\n"
         f"sys.exit(main([{str(tmp_path)!r}]))\n"
     )
