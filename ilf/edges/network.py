@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import FormatError, InputError
-from ..io.files import read_bytes
+from ..io.files import read_file
 from ..models import model_path
 
 MULTIPLE = 16
@@ -67,7 +67,7 @@ class EdgeNetwork:
         with _networks_lock:
             known = _networks.get(path)
             if known is None or known[0] != version:
-                known = _networks[path] = (version, EdgeNetwork.read(read_bytes(path), path))
+                known = _networks[path] = (version, EdgeNetwork.read(read_file(path).data, path))
             return known[1]
 
     @staticmethod

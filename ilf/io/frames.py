@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import FormatError, InputError, ParameterError
-from ..frame import CameraIntrinsics, RGBDFrame
+from ..frame import CameraIntrinsics, FrameInputs, InputFile, RGBDFrame
 from .camera_files import IntrinsicsSpec, intrinsics_from
 from .depth_files import checked_units, default_depth_units, depth_in_metres, read_depth_values
-from .files import read_json
+from .files import FileContent, read_file, read_json
 from .images import read_colour
 
 META_NAME = "meta.json"
@@ -74,8 +74,8 @@ def load_frame(
     Returns
     -------
     RGBDFrame
-        Its `sources` hold "rgb" and "depth" (absolute paths), "depth_units" and "intrinsics" (fx, fy, cx,
-        cy or None): what it takes to read the same frame again.
+        Its `inputs` hold the absolute paths of the files and the SHA-256 of the bytes that were read, the depth units
+        and the intrinsics; its `sources` are what it takes to read the same frame again.
 
     Raises
     ------
@@ -100,7 +100,8 @@ def load_frame(
             f"{rgb}: a frame needs a depth image beside its colour image. Give both files, or one folder "
             f"that has {META_NAME} in it."
         )
-    colour, values = read_colour(files.rgb), read_depth_values(files.depth)
+    rgb_file, depth_file = read_file(files.rgb), read_file(files.depth)
+    colour, values = read_colour(rgb_file), read_depth_values(depth_file)
     if colour.shape[:2] != values.shape:
         raise InputError(
             f"{files.rgb} is {_size(colour)} but {files.depth} is {_size(values)}. Both must show the same "
@@ -120,12 +121,12 @@ def load_frame(
             depth=depth_in_metres(values, units),
             intrinsics=camera,
             name=name or files.name,
-            sources={
-                "rgb": str(files.rgb),
-                "depth": str(files.depth),
-                "depth_units": units,
-                "intrinsics": None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy],
-            },
+            inputs=FrameInputs(
+                _input_file(rgb_file),
+                _input_file(depth_file),
+                units,
+                None if camera is None else (camera.fx, camera.fy, camera.cx, camera.cy),
+            ),
         )
     except InputError as error:
         raise InputError(f"{files.depth}: {error}") from error
@@ -172,6 +173,10 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         )
     depth = _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint)
     return FrameFiles(rgb, depth, units, camera, size, name)
+
+
+def _input_file(content: FileContent) -> InputFile:
+    return InputFile(str(content.path), content.sha256)
 
 
 def _two_files(rgb: Path, depth: Path) -> FrameFiles:

@@ -7,7 +7,6 @@ fit, so these are looked at first, by Pillow, which reads no pixels for that.
 from __future__ import annotations
 
 import io
-import os
 import threading
 import warnings
 from collections.abc import Iterator
@@ -17,6 +16,7 @@ from dataclasses import dataclass
 from PIL import Image, TiffImagePlugin
 
 from ..errors import FormatError
+from .files import FileSource
 
 _KINDS = ("PNG", "JPEG", "TIFF", "PPM")
 _MAGIC = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"II", b"MM", b"P2", b"P3", b"P5", b"P6")
@@ -38,13 +38,13 @@ class ImageHeader:
     orientation: int = 1
 
 
-def image_header(path: str | os.PathLike[str], data: bytes) -> ImageHeader:
+def image_header(path: FileSource, data: bytes) -> ImageHeader:
     """Read the header of a PNG, JPEG, TIFF, PGM or PPM file.
 
     Parameters
     ----------
-    path : path-like
-        For messages.
+    path : path-like or FileContent
+        Named in messages.
     data : bytes
         Content of the file.
 
@@ -64,14 +64,14 @@ def image_header(path: str | os.PathLike[str], data: bytes) -> ImageHeader:
             return ImageHeader(str(image.format), *image.size)
 
 
-def check_checksums(path: str | os.PathLike[str], data: bytes) -> None:
+def check_checksums(path: FileSource, data: bytes) -> None:
     """Raise FormatError for a PNG that is cut short or whose checksums do not fit; other formats have none."""
     with _reading(path, "its end is missing or a checksum does not fit"):
         Image.open(io.BytesIO(data), formats=("PNG",)).verify()
 
 
 @contextmanager
-def _reading(path: str | os.PathLike[str], problem: str) -> Iterator[None]:
+def _reading(path: FileSource, problem: str) -> Iterator[None]:
     """Let Pillow read without a limit of its own and without a word; whatever it raises becomes one FormatError."""
     with _pillow, warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of tags that mean nothing to it

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import FormatError
-from .files import read_bytes
+from .files import FileSource, read_file
 from .headers import check_checksums, image_header
 
 MAX_PIXELS = 100_000_000
@@ -33,7 +32,7 @@ _AS_STORED: dict[int, Callable[[NDArray[Any]], NDArray[Any]]] = {
 }
 
 
-def read_image(path: str | os.PathLike[str]) -> NDArray[Any]:
+def read_image(path: FileSource) -> NDArray[Any]:
     """Pixels of a PNG, JPEG, TIFF, PGM or PPM file as stored, never rotated.
 
     Orientation tags are ignored: turning one image of a registered pair would part it from the other.
@@ -50,7 +49,7 @@ def read_image(path: str | os.PathLike[str]) -> NDArray[Any]:
     FormatError
         If it is truncated, damaged, of another format, or has more than `MAX_PIXELS` pixels.
     """
-    data = read_bytes(path)
+    data = read_file(path).data
     content = data.tobytes()
     header = image_header(path, content)
     check_pixel_count(path, header.width, header.height)
@@ -67,7 +66,7 @@ def read_image(path: str | os.PathLike[str]) -> NDArray[Any]:
     return image
 
 
-def read_colour(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
+def read_colour(path: FileSource) -> NDArray[np.uint8]:
     """Colour image as uint8 (H, W, 3), red first.
 
     16-bit values are scaled to 8 bits (65535 -> 255), grey is repeated in all channels, alpha is dropped.
@@ -93,7 +92,7 @@ def read_colour(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
     return np.ascontiguousarray(np.broadcast_to(blue_first[..., ::-1], (*image.shape[:2], 3)))
 
 
-def check_pixel_count(path: str | os.PathLike[str], width: int, height: int) -> None:
+def check_pixel_count(path: object, width: int, height: int) -> None:
     """Raise FormatError for an image that is too large to work with."""
     if width * height > MAX_PIXELS:
         raise FormatError(

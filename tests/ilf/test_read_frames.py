@@ -1,6 +1,7 @@
 """Reading frames: every format exactly, and every hostile file with one clear message."""
 
 import contextlib
+import hashlib
 import io
 import json
 import os
@@ -16,7 +17,10 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from ilf.errors import FormatError, IlfError, InputError, ParameterError
+from ilf.frame import FrameInputs, InputFile
 from ilf.io import frame_folder, load_frame, read_colour, read_depth_values
+
+from .small_frames import write_small_frame
 
 H, W = 24, 32
 RNG = np.random.default_rng(7)
@@ -444,3 +448,13 @@ def test_every_real_frame_with_depth_loads():
         meta = json.loads((path / "meta.json").read_text())
         assert list(frame.shape) == meta["size"][::-1], path
         assert frame.missing_share == pytest.approx(meta["hole_fraction"], abs=1e-6), path
+
+
+def test_the_hash_is_of_the_bytes_that_were_read(tmp_path):
+    colour, depth = write_small_frame(tmp_path)
+    read = {path: hashlib.sha256(path.read_bytes()).hexdigest() for path in (colour, depth)}
+    frame = load_frame(colour, depth)
+    depth.write_bytes(b"another file")
+    assert frame.inputs == FrameInputs(
+        InputFile(str(colour), read[colour]), InputFile(str(depth), read[depth]), 1000.0, None
+    )

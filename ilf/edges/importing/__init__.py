@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...errors import FormatError, InputError
 from ...extras import optional
 from ...io.atomic import write_bytes
-from ...io.files import read_bytes
+from ...io.files import read_file
 from ...io.folders import made_folder
 from ...models import name_from, new_model_path
 from ..network import EdgeNetwork, OutOfRange
@@ -79,7 +79,7 @@ def _converted(source: Path, inputs: str, logits: bool) -> NDArray[np.uint8]:
         raise FormatError(f"{source} is of no known format. Choose a file of {', '.join(_SUFFIXES)}.")
     if inputs not in INPUTS:
         raise InputError(f"The input of a network is one of {', '.join(INPUTS)}, not {inputs!r}.")
-    content = read_bytes(source)
+    content = read_file(source).data
     if suffix == _ONNX:
         return _from_onnx(content, source, inputs, logits)
     if inputs != _AS_IT_IS or logits:
