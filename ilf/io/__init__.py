@@ -5,7 +5,7 @@ File units, file names and file formats exist here only; everything else works i
 
 from .atomic import atomic_path
 from .camera_files import intrinsics_from
-from .cloud_files import CLOUD_SUFFIXES, load_open3d, write_cloud
+from .cloud_files import CLOUD_SUFFIXES, check_cloud_format, load_open3d, write_cloud
 from .depth_files import DEPTH_SUFFIXES, default_depth_units, read_depth_values, write_depth, write_expected_error
 from .frames import META_NAME, FrameFiles, frame_folder, load_frame
 from .images import read_colour
@@ -17,6 +17,7 @@ __all__ = [
     "META_NAME",
     "FrameFiles",
     "atomic_path",
+    "check_cloud_format",
     "default_depth_units",
     "frame_folder",
     "intrinsics_from",
