@@ -49,9 +49,12 @@ class Trials:
         self._root = root
         self._covering = covering
         self._killers: dict[str, Counter[str]] = {}
+        self._reliable: dict[str, bool] = {}
 
     def run(self, mutant: Mutant, tree: Path) -> Trial:
         """Make the fault in the copy, run its tests until one fails, and mend it again.
+
+        A test that fails alone without any fault, because it needs others before it, finds nothing: it is left out.
 
         Raises
         ------
@@ -59,20 +62,28 @@ class Trials:
             If pytest could not do what it was asked to.
         """
         source = (self._root / mutant.path).read_text(encoding="utf-8")
-        tests = self._covering.tests_of(mutant.path, mutant.line, source)
-        if not tests:
-            return Trial("survived", 0)
         killers = self._killers.setdefault(mutant.path, Counter())
-        first = [test for test, _ in killers.most_common(5) if test in set(tests)]
-        ordered = list(dict.fromkeys(first + tests))
-        put(tree, mutant.path, mutant.code(source))
-        try:
-            outcome, killer = self._pytest(tree, ordered)
-        finally:
-            put(tree, mutant.path, source)
-        if killer in self._covering.seconds:
-            killers[killer] += 1
-        return Trial(outcome, len(tests), killer)
+        while True:
+            tests = [test for test in self._covering.tests_of(mutant.path, mutant.line, source) if self._counts(test)]
+            if not tests:
+                return Trial("survived", 0)
+            first = [test for test, _ in killers.most_common(5) if test in set(tests)]
+            put(tree, mutant.path, mutant.code(source))
+            try:
+                outcome, killer = self._pytest(tree, list(dict.fromkeys(first + tests)))
+            finally:
+                put(tree, mutant.path, source)
+            if killer not in self._covering.seconds:
+                return Trial(outcome, len(tests), killer)
+            if killer not in self._reliable:
+                self._reliable[killer] = self._pytest(tree, [killer])[0] == "survived"
+            if self._reliable[killer]:
+                killers[killer] += 1
+                return Trial(outcome, len(tests), killer)
+            print(f"left out, since it fails without any fault: {killer}", flush=True)
+
+    def _counts(self, test: str) -> bool:
+        return self._reliable.get(test, True)
 
     def _pytest(self, tree: Path, tests: list[str]) -> tuple[str, str]:
         names = tree.with_suffix(".tests")
