@@ -275,7 +275,8 @@ class Documents(QObject):
             "About ILF Studio",
             f"<b>ILF Studio {ilf.__version__}</b><p>Completes the missing depth in RGB-D frames by iterative low-pass "
             "filtering.</p><p>After Wang, Yu, Yang, Huang, Zhu, Lau, Sun: <i>Depth Image Completion through "
-            "Iterative Low-Pass Filtering</i>.</p><p>MIT licence.</p>",
+            "Iterative Low-Pass Filtering</i>, Appl. Sci. 2024, 14(2), 696, doi:10.3390/app14020696.</p>"
+            "<p>MIT licence.</p>",
         )
 
     def shutdown(self) -> None:

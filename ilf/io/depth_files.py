@@ -116,6 +116,13 @@ def write_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1
         For another suffix or shape, or if the file cannot be written.
     ParameterError
         If `units` is not a positive number.
+
+    Examples
+    --------
+    >>> write_depth("depth.png", np.array([[1.5, np.nan]]), units=1000)
+    []
+    >>> read_depth_values("depth.png").tolist()
+    [[1500, 0]]
     """
     suffix = Path(path).suffix.lower()
     if suffix not in DEPTH_SUFFIXES:
@@ -157,6 +164,13 @@ def write_expected_error(path: str | os.PathLike[str], error: ArrayLike, units: 
     ------
     ExportError, ParameterError
         As `write_depth` does.
+
+    Examples
+    --------
+    >>> write_expected_error("error.npy", np.array([[np.nan, 0.02]]))
+    []
+    >>> read_depth_values("error.npy").tolist()
+    [[nan, 0.019999999552965164]]
     """
     values = np.asarray(error, np.float32)
     if Path(path).suffix.lower() == ".png":
