@@ -428,7 +428,7 @@ def test_a_terminal_that_cannot_show_a_name_is_no_error(files, tmp_path):
 def test_the_library_imports_nothing_that_only_some_of_the_work_needs():
     ended = _child(
         "-c",
-        "import sys, ilf, ilf.cli, ilf.run.export\nprint(*sorted({name.partition('.')[0] for name in sys.modules}))",
+        "import sys, ilf, ilf.cli, ilf.run.writing\nprint(*sorted({name.partition('.')[0] for name in sys.modules}))",
     )
     assert ended.returncode == 0, ended.stderr
     heavy = {"PySide6", "pyqtgraph", "qtawesome", "open3d", "libusb_package", "matplotlib", "h5py", "onnx", "torch"}
