@@ -3,6 +3,7 @@
 import ast
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -347,7 +348,7 @@ def test_info_shows_what_is_wrong_with_a_set(files, capsys):
     text = capsys.readouterr().out
     assert "name:         in-completed" in text
     assert "dense:        the rest was guessed" in text
-    assert "network edges:" in text
+    assert re.search(r"network:      edges \([0-9a-f]{12}\) for blocks and the filter\n", text)
     assert "problem" not in text
     Path("out/depth.npy").unlink()
     assert main(["info", "out/run.json"]) == 0
