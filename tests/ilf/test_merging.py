@@ -223,7 +223,7 @@ def test_the_least_parted_neighbours_unite_first() -> None:
 
 
 def test_a_region_that_took_in_another_plane_is_looked_at_again() -> None:
-    """1 and 2 lie on one plane, 3 on another. Once 2 and 3 are one, no plane holds 1 and them: the edge counts fully."""
+    """1 and 2 lie on one plane, 3 on another. Once 2 and 3 are one, no plane holds 1 and them: the edge counts."""
     regions = np.repeat(np.arange(1, 4, dtype=np.int32), 24)[None].repeat(24, axis=0)
     depth = np.where(np.arange(72) < 48, 2.0, 2.6)[None].repeat(24, axis=0)
     strength = borders(regions, 0.5, 0.05)
