@@ -10,8 +10,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gui.display import display_problem
+from gui.display import display_problem, qt_problem
 from gui.frames.frame_source import FrameSource, sorted_out
+from ilf.errors import InputError
+from ilf.extras import optional
 
 if TYPE_CHECKING:
     from gui.main_window import MainWindow
@@ -22,12 +24,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     offscreen = options.screenshot is not None and not os.environ.get("QT_QPA_PLATFORM")
     problem = display_problem()
+    if options.screenshot is not None and qt_problem():
+        return _refused(qt_problem())
     if problem and offscreen:
         os.environ["QT_QPA_PLATFORM"] = "offscreen"
         # the offscreen platform warns at every window that it cannot pass on size hints
         os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
     elif problem:
         return _without_display(options, problem)
+    try:
+        for package in ("PySide6.QtWidgets", "pyqtgraph", "qtawesome"):
+            optional(package, "app", "The window")
+    except InputError as error:
+        return _refused(f"{error} Without a window: ilf complete --help.")
 
     from PySide6.QtCore import QCoreApplication, QSettings, QTimer
     from PySide6.QtWidgets import QApplication
@@ -121,6 +130,12 @@ def _inputs(options: argparse.Namespace) -> tuple[list[Path], list[FrameSource],
     sources = [FrameSource(str(path), None, *how) for path in folders]
     sources += [FrameSource(str(rgb), str(depth), *how) for rgb, depth in zip(files[::2], files[1::2], strict=False)]
     return records, sources, files[len(files) // 2 * 2 :]
+
+
+def _refused(reason: str) -> int:
+    """Say in one line why there is no window; returns the exit status."""
+    print(f"ilf-gui: {reason}", file=sys.stderr)
+    return 1
 
 
 def _without_display(options: argparse.Namespace, problem: str) -> int:

@@ -6,6 +6,7 @@ import io
 import math
 import os
 import tokenize
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ExportError, FormatError, ParameterError
 from .atomic import write_bytes
-from .files import existing_file
+from .files import FileContent, FileSource, read_file
 from .images import check_pixel_count, encode_image, read_image
 
 DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
@@ -29,7 +30,7 @@ _NPY_ERRORS = (
 )  # fmt: skip
 
 
-def read_depth_values(path: str | os.PathLike[str]) -> NDArray[Any]:
+def read_depth_values(path: FileSource) -> NDArray[Any]:
     """Depth as the file has it: no unit conversion, nothing marked as missing yet.
 
     Parameters
@@ -49,8 +50,8 @@ def read_depth_values(path: str | os.PathLike[str]) -> NDArray[Any]:
     FormatError
         If it is damaged or holds something other than depth, such as a picture of depth.
     """
-    is_npy = Path(path).suffix.lower() == ".npy"
-    values = _read_npy(path) if is_npy else read_image(path)
+    content = read_file(path)
+    values = _read_npy(content) if content.path.suffix.lower() == ".npy" else read_image(content)
     if values.dtype.kind in "iu" and values.dtype.itemsize == 1:
         channels = f", {values.shape[2]} channels" if values.ndim == 3 else ""
         raise FormatError(
@@ -218,19 +219,27 @@ def _as_uint16(metres: NDArray[np.float32], units: float) -> tuple[NDArray[np.ui
     return np.nan_to_num(np.minimum(values, _UINT16_MAX), nan=0.0).astype(np.uint16), warnings
 
 
-def _read_npy(path: str | os.PathLike[str]) -> NDArray[Any]:
-    file = existing_file(path)
+def _read_npy(file: FileContent) -> NDArray[Any]:
+    stream = io.BytesIO(file.data.data)
     try:
-        with open(file, "rb") as stream:
-            # np.load would otherwise go on to try archives and pickles
-            np.lib.format.read_magic(stream)
-        # mapped, so that a header that asks for too much meets the true file size before any memory is taken
-        mapped = np.load(file, mmap_mode="r", allow_pickle=False)
+        # np.load would otherwise go on to try archives and pickles
+        version = np.lib.format.read_magic(stream)
+        read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that Python 2 has written it is no harm
+            shape, in_columns, dtype = read_header(stream)
+        if dtype.hasobject:
+            raise ValueError("it holds Python objects")
+        # what a header asks for must be there before any memory is taken
+        wanted, there = math.prod(shape) * dtype.itemsize, file.data.size - stream.tell()
+        if wanted > there:
+            raise ValueError(f"{wanted} bytes of values are announced, {there} are there")
+        values = np.frombuffer(file.data, dtype, math.prod(shape), stream.tell())
     except _NPY_ERRORS as error:
         raise FormatError(
             f"{file}: this NPY cannot be read ({error!s:.120}): it is truncated, damaged, or holds Python "
             "objects. Save a plain float32 or uint16 array with numpy.save."
         ) from error
-    if mapped.ndim >= 2:
-        check_pixel_count(file, mapped.shape[1], mapped.shape[0])
-    return np.array(mapped)
+    if len(shape) >= 2:
+        check_pixel_count(file, shape[1], shape[0])
+    return values.reshape(shape, order="F" if in_columns else "C").copy(order="C")
