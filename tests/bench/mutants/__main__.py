@@ -21,7 +21,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from .covering import Covering, collect
+from .covering import SUITES, Covering, collect
 from .sites import TARGETS, Mutant, sample, target_files
 from .trees import copy_tree, file_hash, take_tree, tree_hash
 from .trials import Trial, Trials
@@ -40,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         to_try = [mutant for mutant in mutants if not results.holds(mutant)]
         print(f"{len(mutants)} faults, {len(mutants) - len(to_try)} of them tried before", flush=True)
         if to_try:
-            covering = _covering(tree, options.out, options.jobs)
+            covering = _covering(tree, options.suites, options.out, options.jobs)
             _try_all(tree, to_try, covering, results, options.jobs)
         _report(tree, mutants, results)
     return 0
@@ -53,6 +53,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--sample", type=int, default=150, metavar="N", help="how many faults (default: 150)")
     parser.add_argument("--seed", type=int, default=0, help="which ones (default: 0)")
     parser.add_argument("--only", nargs="+", metavar="PATH", help=f"files or folders (default: {' '.join(TARGETS)})")
+    parser.add_argument("--suites", nargs="+", default=SUITES, metavar="PATH", help="tests (default: all suites)")
     parser.add_argument(
         "--jobs", type=int, default=os.cpu_count() or 1, help="faults at a time (default: one per core)"
     )
@@ -96,19 +97,19 @@ def _key(mutant: Mutant) -> str:
     return f"{mutant.path}:{mutant.operator}:{mutant.occurrence}"
 
 
-def _covering(tree: Path, folder: Path, jobs: int) -> Covering:
+def _covering(tree: Path, suites: Sequence[str], folder: Path, jobs: int) -> Covering:
     """Which tests run which lines, of this very tree."""
-    kept, present = folder / "covering.json", tree_hash(tree)
+    kept, present = folder / "covering.json", {"tree": tree_hash(tree), "suites": list(suites)}
     if kept.is_file():
         known = json.loads(kept.read_text(encoding="utf-8"))
-        if known["tree"] == present:
+        if known["of"] == present:
             lines = {path: {int(line): tests for line, tests in part.items()} for path, part in known["lines"].items()}
             return Covering(known["seconds"], lines)
     print("running all tests once, to learn which lines they run", flush=True)
     started = time.monotonic()
-    covering = collect(copy_tree(tree, tree.with_name("covering")), target_files(tree), jobs, folder)
+    covering = collect(copy_tree(tree, tree.with_name("covering")), target_files(tree), suites, jobs, folder)
     print(f"{len(covering.seconds)} tests in {time.monotonic() - started:.0f} s", flush=True)
-    kept.write_text(json.dumps({"tree": present} | asdict(covering)), encoding="utf-8")
+    kept.write_text(json.dumps({"of": present} | asdict(covering)), encoding="utf-8")
     return covering
 
 

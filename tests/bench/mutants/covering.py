@@ -46,8 +46,8 @@ class Covering:
         return sorted(tests, key=lambda test: (self.seconds[test], test))
 
 
-def collect(tree: Path, files: Sequence[str], jobs: int, folder: Path) -> Covering:
-    """Run the whole suite once, its parts side by side. Tests that fail without any fault are said and left out.
+def collect(tree: Path, files: Sequence[str], suites: Sequence[str], jobs: int, folder: Path) -> Covering:
+    """Run the suites once, side by side. Tests that fail without any fault are said and left out.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def collect(tree: Path, files: Sequence[str], jobs: int, folder: Path) -> Coveri
         return found
 
     with ThreadPoolExecutor(jobs) as pool:
-        parts = list(pool.map(run, SUITES))
+        parts = list(pool.map(run, suites))
     seconds: dict[str, float] = {}
     lines: dict[str, dict[int, list[str]]] = {path: {} for path in files}
     for part in parts:
