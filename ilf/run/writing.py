@@ -184,8 +184,9 @@ def _write_results(folder: Path, run: Run, completion: Completion, options: Expo
     for depth_format in options.depth_formats:
         name = DEPTH_FILES[depth_format]
         found = write_depth(folder / name, completion.depth, options.depth_units)
-        if depth_format == "png" and (coarser := _coarser_units(run, options)):
-            found.append(coarser)
+        if depth_format == "png" and run.frame.inputs is not None:
+            coarser = coarser_units(run.frame.inputs.depth_units, options.depth_units)
+            found += [coarser] if coarser else []
         notes += [f"{name}: {note}" for note in found]
     if options.expected_error and options.depth_formats:
         error = expected_error(run.frame, completion)
@@ -206,13 +207,6 @@ def _write_results(folder: Path, run: Run, completion: Completion, options: Expo
             ascii=options.cloud == "ply-ascii",
         )
     return notes
-
-
-def _coarser_units(run: Run, options: ExportOptions) -> str:
-    """What is lost where all exact depth goes into a PNG of coarser units than the input's; "" where nothing is."""
-    if run.frame.inputs is None or options.depth_formats != ("png",):
-        return ""
-    return coarser_units(run.frame.inputs.depth_units, options.depth_units)
 
 
 def _meta(frame: RGBDFrame, inputs: FrameInputs, options: ExportOptions) -> bytes:

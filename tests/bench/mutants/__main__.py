@@ -21,9 +21,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from .covering import Covering, collect
+from .covering import SUITES, Covering, collect
 from .sites import TARGETS, Mutant, sample, target_files
-from .trees import copy_tree, file_hash, tree_hash
+from .trees import copy_tree, file_hash, take_tree, tree_hash
 from .trials import Trial, Trials
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -33,15 +33,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Try the sample, and print what survived and the score."""
     options = _parser().parse_args(arguments)
     options.out.mkdir(parents=True, exist_ok=True)
-    results = Results(options.out / "results.json", options.fresh)
-    mutants = sample(ROOT, target_files(ROOT, options.only or TARGETS), options.sample, options.seed)
-    open_ones = [mutant for mutant in mutants if not results.holds(mutant)]
-    print(f"{len(mutants)} faults, {len(mutants) - len(open_ones)} of them tried before", flush=True)
-    if open_ones:
-        covering = _covering(options.out, options.jobs)
-        with tempfile.TemporaryDirectory(prefix="ilf-mutants-") as folder:
-            _try_all(open_ones, covering, results, options.jobs, Path(folder))
-    _report(mutants, results)
+    with tempfile.TemporaryDirectory(prefix="ilf-mutants-") as folder:
+        tree = take_tree(ROOT, Path(folder) / "tree")
+        results = Results(options.out / "results.json", tree, options.fresh)
+        mutants = sample(tree, target_files(tree, options.only or TARGETS), options.sample, options.seed)
+        to_try = [mutant for mutant in mutants if not results.holds(mutant)]
+        print(f"{len(mutants)} faults, {len(mutants) - len(to_try)} of them tried before", flush=True)
+        if to_try:
+            covering = _covering(tree, options.suites, options.out, options.jobs)
+            _try_all(tree, to_try, covering, results, options.jobs)
+        _report(tree, mutants, results)
     return 0
 
 
@@ -52,6 +53,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--sample", type=int, default=150, metavar="N", help="how many faults (default: 150)")
     parser.add_argument("--seed", type=int, default=0, help="which ones (default: 0)")
     parser.add_argument("--only", nargs="+", metavar="PATH", help=f"files or folders (default: {' '.join(TARGETS)})")
+    parser.add_argument("--suites", nargs="+", default=SUITES, metavar="PATH", help="tests (default: all suites)")
     parser.add_argument(
         "--jobs", type=int, default=os.cpu_count() or 1, help="faults at a time (default: one per core)"
     )
@@ -63,9 +65,10 @@ def _parser() -> argparse.ArgumentParser:
 class Results:
     """What has been tried, in a file that is written after every fault."""
 
-    def __init__(self, path: Path, fresh: bool) -> None:
+    def __init__(self, path: Path, tree: Path, fresh: bool) -> None:
         self._path = path
-        self._tree = tree_hash(ROOT)
+        self._tree = tree
+        self._hash = tree_hash(tree)
         self._entries: dict[str, dict[str, Any]] = {}
         if path.is_file() and not fresh:
             self._entries = json.loads(path.read_text(encoding="utf-8"))
@@ -73,9 +76,9 @@ class Results:
     def holds(self, mutant: Mutant) -> bool:
         """Whether the fault need not be tried: it was found in the same file, or survived in the same tree."""
         entry = self.entry(mutant)
-        if entry is None or entry["file"] != file_hash(ROOT, mutant.path):
+        if entry is None or entry["file"] != file_hash(self._tree, mutant.path):
             return False
-        return entry["outcome"] != "survived" or entry["tree"] == self._tree
+        return entry["outcome"] != "survived" or entry["tree"] == self._hash
 
     def entry(self, mutant: Mutant) -> dict[str, Any] | None:
         """What is known of a fault."""
@@ -83,7 +86,7 @@ class Results:
 
     def add(self, mutant: Mutant, trial: Trial) -> None:
         """Keep what became of a fault."""
-        known = {"file": file_hash(ROOT, mutant.path), "tree": self._tree}
+        known = {"file": file_hash(self._tree, mutant.path), "tree": self._hash}
         self._entries[_key(mutant)] = asdict(mutant) | asdict(trial) | known
         temporary = self._path.with_suffix(".part")
         temporary.write_text(json.dumps(self._entries, indent=1), encoding="utf-8")
@@ -94,35 +97,34 @@ def _key(mutant: Mutant) -> str:
     return f"{mutant.path}:{mutant.operator}:{mutant.occurrence}"
 
 
-def _covering(folder: Path, jobs: int) -> Covering:
+def _covering(tree: Path, suites: Sequence[str], folder: Path, jobs: int) -> Covering:
     """Which tests run which lines, of this very tree."""
-    kept, tree = folder / "covering.json", tree_hash(ROOT)
+    kept, present = folder / "covering.json", {"tree": tree_hash(tree), "suites": list(suites)}
     if kept.is_file():
         known = json.loads(kept.read_text(encoding="utf-8"))
-        if known["tree"] == tree:
+        if known["of"] == present:
             lines = {path: {int(line): tests for line, tests in part.items()} for path, part in known["lines"].items()}
             return Covering(known["seconds"], lines)
     print("running all tests once, to learn which lines they run", flush=True)
     started = time.monotonic()
-    with tempfile.TemporaryDirectory(prefix="ilf-mutants-") as copy:
-        covering = collect(copy_tree(ROOT, Path(copy)), target_files(ROOT), jobs, folder)
+    covering = collect(copy_tree(tree, tree.with_name("covering")), target_files(tree), suites, jobs, folder)
     print(f"{len(covering.seconds)} tests in {time.monotonic() - started:.0f} s", flush=True)
-    kept.write_text(json.dumps({"tree": tree} | asdict(covering)), encoding="utf-8")
+    kept.write_text(json.dumps({"of": present} | asdict(covering)), encoding="utf-8")
     return covering
 
 
-def _try_all(mutants: list[Mutant], covering: Covering, results: Results, jobs: int, folder: Path) -> None:
-    trials = Trials(ROOT, covering)
+def _try_all(tree: Path, mutants: list[Mutant], covering: Covering, results: Results, jobs: int) -> None:
+    trials = Trials(tree, covering)
     trees: queue.SimpleQueue[Path] = queue.SimpleQueue()
     for number in range(jobs):
-        trees.put(copy_tree(ROOT, folder / f"tree-{number}"))
+        trees.put(copy_tree(tree, tree.with_name(f"tree-{number}")))
 
     def attempt(mutant: Mutant) -> tuple[Trial, float]:
-        tree, started = trees.get(), time.monotonic()
+        copy, started = trees.get(), time.monotonic()
         try:
-            return trials.run(mutant, tree), time.monotonic() - started
+            return trials.run(mutant, copy), time.monotonic() - started
         finally:
-            trees.put(tree)
+            trees.put(copy)
 
     with ThreadPoolExecutor(jobs) as pool:
         waiting = {pool.submit(attempt, mutant): mutant for mutant in mutants}
@@ -141,7 +143,7 @@ def _try_all(mutants: list[Mutant], covering: Covering, results: Results, jobs: 
             raise
 
 
-def _report(mutants: list[Mutant], results: Results) -> None:
+def _report(tree: Path, mutants: list[Mutant], results: Results) -> None:
     counts = dict.fromkeys(("killed", "timeout", "survived"), 0)
     by_file: dict[str, list[int]] = {}
     for mutant in mutants:
@@ -154,7 +156,7 @@ def _report(mutants: list[Mutant], results: Results) -> None:
         if entry["outcome"] == "survived":
             why = f"{entry['tests']} tests run it" if entry["tests"] else "no test runs it"
             print(f"\nsurvived ({why}), {mutant.operator.removeprefix('core/')}:")
-            print(mutant.diff((ROOT / mutant.path).read_text(encoding="utf-8")))
+            print(mutant.diff((tree / mutant.path).read_text(encoding="utf-8")))
     print()
     for path, (found, tried) in sorted(by_file.items()):
         print(f"{found:4} of {tried:3} found  {path}")

@@ -46,8 +46,8 @@ class Covering:
         return sorted(tests, key=lambda test: (self.seconds[test], test))
 
 
-def collect(root: Path, files: Sequence[str], jobs: int, folder: Path) -> Covering:
-    """Run the whole suite once, its parts side by side. Tests that fail without any fault are said and left out.
+def collect(tree: Path, files: Sequence[str], suites: Sequence[str], jobs: int, folder: Path) -> Covering:
+    """Run the suites once, side by side. Tests that fail without any fault are said and left out.
 
     Raises
     ------
@@ -58,14 +58,14 @@ def collect(root: Path, files: Sequence[str], jobs: int, folder: Path) -> Coveri
     def run(suite: str) -> dict[str, dict[str, object]]:
         out = folder / f"{suite.replace('/', '-')}.json"
         command = [sys.executable, "-m", __name__, suite, str(out), *files]
-        done = subprocess.run(command, cwd=root, env=environment(root), capture_output=True, text=True, check=False)
+        done = subprocess.run(command, cwd=tree, env=environment(tree), capture_output=True, text=True, check=False)
         if done.returncode > 1:
             raise RuntimeError(f"{suite} cannot be run:\n{done.stdout[-4000:]}{done.stderr[-2000:]}")
         found: dict[str, dict[str, object]] = json.loads(out.read_text(encoding="utf-8"))
         return found
 
     with ThreadPoolExecutor(jobs) as pool:
-        parts = list(pool.map(run, SUITES))
+        parts = list(pool.map(run, suites))
     seconds: dict[str, float] = {}
     lines: dict[str, dict[int, list[str]]] = {path: {} for path in files}
     for part in parts:

@@ -103,19 +103,19 @@ class Mutant:
         return "\n".join(lines)
 
 
-def target_files(root: Path, targets: Iterable[str] = TARGETS) -> list[str]:
+def target_files(tree: Path, targets: Iterable[str] = TARGETS) -> list[str]:
     """The Python files among the targets, from the root, that have anything in them."""
     files = []
     for target in targets:
-        path = root / target
+        path = tree / target
         found = [path] if path.is_file() else sorted(path.rglob("*.py"))
-        files += [file.relative_to(root).as_posix() for file in found if file.stat().st_size]
+        files += [file.relative_to(tree).as_posix() for file in found if file.stat().st_size]
     return files
 
 
-def mutants_of(root: Path, path: str) -> list[Mutant]:
+def mutants_of(tree: Path, path: str) -> list[Mutant]:
     """All faults that can be made in a file, outside annotations, which nobody runs."""
-    source = (root / path).read_text(encoding="utf-8")
+    source = (tree / path).read_text(encoding="utf-8")
     annotations = list(_annotations(source))
     return [
         Mutant(path, line, operator, occurrence)
@@ -125,17 +125,17 @@ def mutants_of(root: Path, path: str) -> list[Mutant]:
     ]
 
 
-def sample(root: Path, files: Sequence[str], size: int, seed: int) -> list[Mutant]:
+def sample(tree: Path, files: Sequence[str], size: int, seed: int) -> list[Mutant]:
     """Faults spread over the files in proportion to their lines, each on another line while there are any.
 
     The same seed gives the same faults as long as the files are the same; what a file gives depends on no other file,
     but for its share.
     """
-    mutants = {path: found for path in files if (found := mutants_of(root, path))}
-    lines = {path: (root / path).read_text(encoding="utf-8").count("\n") for path in mutants}
+    mutants = {path: found for path in files if (found := mutants_of(tree, path))}
+    lines = {path: (tree / path).read_text(encoding="utf-8").count("\n") for path in mutants}
     chosen: list[Mutant] = []
     for path, share in _shares(lines, size).items():
-        source = (root / path).read_text(encoding="utf-8")
+        source = (tree / path).read_text(encoding="utf-8")
         rng = random.Random(f"{seed}:{path}")
         by_line: dict[int, list[Mutant]] = {}
         for mutant in rng.sample(mutants[path], len(mutants[path])):

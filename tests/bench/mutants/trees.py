@@ -9,35 +9,37 @@ import subprocess
 from pathlib import Path
 
 
-def tracked_files(root: Path) -> list[str]:
-    """What git knows or would take in, from the root."""
+def take_tree(root: Path, folder: Path) -> Path:
+    """A copy of what git knows or would take in, as it is now: work may go on meanwhile."""
     listed = subprocess.run(
         ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
         cwd=root, capture_output=True, text=True, check=True,
     )  # fmt: skip
-    return sorted(name for name in listed.stdout.split("\0") if name and (root / name).is_file())
+    for name in listed.stdout.split("\0"):
+        if name and (root / name).is_file():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(root / name, folder / name)
+    return folder
 
 
-def tree_hash(root: Path) -> str:
-    """SHA-256 over names and contents of all Python files."""
+def copy_tree(tree: Path, folder: Path) -> Path:
+    """Another copy, without bytecode."""
+    shutil.copytree(tree, folder, ignore=shutil.ignore_patterns("__pycache__"))
+    return folder
+
+
+def tree_hash(tree: Path) -> str:
+    """SHA-256 over names and contents of all Python files of a copy."""
     digest = hashlib.sha256()
-    for name in tracked_files(root):
-        if name.endswith(".py"):
-            digest.update(f"{name}\0{file_hash(root, name)}\0".encode())
+    for path in sorted(tree.rglob("*.py")):
+        name = path.relative_to(tree).as_posix()
+        digest.update(f"{name}\0{file_hash(tree, name)}\0".encode())
     return digest.hexdigest()
 
 
-def file_hash(root: Path, path: str) -> str:
+def file_hash(tree: Path, path: str) -> str:
     """SHA-256 of a file's content."""
-    return hashlib.sha256((root / path).read_bytes()).hexdigest()
-
-
-def copy_tree(root: Path, folder: Path) -> Path:
-    """A copy of what git knows."""
-    for name in tracked_files(root):
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy2(root / name, folder / name)
-    return folder
+    return hashlib.sha256((tree / path).read_bytes()).hexdigest()
 
 
 def put(tree: Path, path: str, source: str) -> None:

@@ -45,13 +45,13 @@ class Trial:
 class Trials:
     """Tries faults, in a copy of the tree at a time; tests that found faults in a file go first there."""
 
-    def __init__(self, root: Path, covering: Covering) -> None:
-        self._root = root
+    def __init__(self, tree: Path, covering: Covering) -> None:
+        self._tree = tree
         self._covering = covering
         self._killers: dict[str, Counter[str]] = {}
         self._reliable: dict[str, bool] = {}
 
-    def run(self, mutant: Mutant, tree: Path) -> Trial:
+    def run(self, mutant: Mutant, copy: Path) -> Trial:
         """Make the fault in the copy, run its tests until one fails, and mend it again.
 
         A test that fails alone without any fault, because it needs others before it, finds nothing: it is left out.
@@ -61,22 +61,22 @@ class Trials:
         RuntimeError
             If pytest could not do what it was asked to.
         """
-        source = (self._root / mutant.path).read_text(encoding="utf-8")
+        source = (self._tree / mutant.path).read_text(encoding="utf-8")
         killers = self._killers.setdefault(mutant.path, Counter())
         while True:
             tests = [test for test in self._covering.tests_of(mutant.path, mutant.line, source) if self._counts(test)]
             if not tests:
                 return Trial("survived", 0)
             first = [test for test, _ in killers.most_common(5) if test in set(tests)]
-            put(tree, mutant.path, mutant.code(source))
+            put(copy, mutant.path, mutant.code(source))
             try:
-                outcome, killer = self._pytest(tree, list(dict.fromkeys(first + tests)))
+                outcome, killer = self._pytest(copy, list(dict.fromkeys(first + tests)))
             finally:
-                put(tree, mutant.path, source)
+                put(copy, mutant.path, source)
             if killer not in self._covering.seconds:
                 return Trial(outcome, len(tests), killer)
             if killer not in self._reliable:
-                self._reliable[killer] = self._pytest(tree, [killer])[0] == "survived"
+                self._reliable[killer] = self._pytest(copy, [killer])[0] == "survived"
             if self._reliable[killer]:
                 killers[killer] += 1
                 return Trial(outcome, len(tests), killer)
