@@ -153,8 +153,8 @@ def expected_error(frame: RGBDFrame, completion: Completion) -> Array:
     >>> depth[8:12, 10:20] = np.nan
     >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
     >>> error = ilf.expected_error(frame, ilf.complete(frame, np.ones((20, 30), np.int32)))
-    >>> bool(0 < error[10, 15] < 0.01), bool(np.isnan(error[0, 0]))
-    (True, True)
+    >>> int(np.isfinite(error).sum()), bool(error[10, 15] < 0.01)
+    (40, True)
     """
     model = np.full(frame.shape, _NUMBERS[DEFAULT_MODEL])
     for result in completion.results.values():

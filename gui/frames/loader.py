@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from ilf.run.replay import replay
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
@@ -21,7 +22,6 @@ from ilf.frame import RGBDFrame
 from ilf.io import load_frame
 from ilf.parameters import BlockParameters, Parameters, preset
 from ilf.run.record import read_run_record
-from ilf.run.replay import replay
 
 
 @dataclass(frozen=True, eq=False)

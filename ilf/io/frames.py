@@ -86,6 +86,13 @@ def load_frame(
         If a file is damaged or holds something other than its role asks for.
     ParameterError
         If `depth_units` is not a positive number.
+
+    Examples
+    --------
+    >>> from ilf.assets import asset_path
+    >>> frame = load_frame(asset_path("samples/room"))
+    >>> frame.name, frame.shape, round(frame.missing_share, 3)
+    ('room', (480, 640), 0.168)
     """
     if depth is not None:
         files = _two_files(Path(rgb), Path(depth))

@@ -119,6 +119,17 @@ def replay(
         distrusted depth cannot be had again.
     FormatError
         If the record cannot be read.
+
+    Examples
+    --------
+    >>> import tempfile, ilf
+    >>> from ilf.assets import asset_path
+    >>> run = ilf.Run.extracted(ilf.load_frame(asset_path("samples/room")))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     written = ilf.write(folder, run, run.complete())
+    ...     again = ilf.replay(Path(folder) / "run.json")
+    >>> np.array_equal(again.run.blocks, run.blocks), again.differences
+    (True, ())
     """
     record, folder = read_record(path), Path(path).absolute().parent
     frame = _recorded_frame(record, folder, rgb, depth)

@@ -3,6 +3,7 @@
 import ast
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -390,7 +391,7 @@ def test_info_shows_what_is_wrong_with_a_set(files, capsys):
     text = capsys.readouterr().out
     assert "name:         in-completed" in text
     assert "dense:        the rest was guessed" in text
-    assert "network edges:" in text
+    assert re.search(r"network:      edges \([0-9a-f]{12}\) for blocks and the filter\n", text)
     assert "problem" not in text
     Path("out/depth.npy").unlink()
     assert main(["info", "out/run.json"]) == 0
@@ -440,6 +441,70 @@ def test_reader_that_goes_away_is_no_error_message(files):
         os.close(write_end)
     assert ended.returncode == 1
     assert ended.stderr == b""
+
+
+def _child(*arguments, **environment):
+    return subprocess.run(
+        [sys.executable, *arguments],
+        capture_output=True, check=False, env=os.environ | {"PYTHONPATH": str(ROOT)} | environment,
+    )  # fmt: skip
+
+
+def test_python_runs_the_package_as_the_command():
+    ended = _child("-m", "ilf", "--version")
+    assert (ended.returncode, ended.stdout.decode().split()) == (0, ["ilf", ilf.__version__])
+    ended = _child("-m", "ilf", "info", "absent")
+    assert ended.returncode == 1
+    assert ended.stderr.startswith(b"ilf: error:")
+
+
+def test_a_terminal_that_cannot_show_a_name_is_no_error(files, tmp_path):
+    folder = tmp_path / "größe 深度"
+    ended = _child(
+        "-m", "ilf", "complete", *files, "--out", str(folder), "--max-iterations", "2", PYTHONIOENCODING="ascii"
+    )
+    assert ended.returncode == 0, ended.stderr
+    assert b"Traceback" not in ended.stderr
+    assert rb"gr\xf6\xdfe \u6df1\u5ea6: depth.png" in ended.stdout
+    assert (folder / "depth.npy").is_file()
+
+
+def test_the_library_imports_nothing_that_only_some_of_the_work_needs():
+    ended = _child(
+        "-c",
+        "import sys, ilf, ilf.cli, ilf.run.writing\nprint(*sorted({name.partition('.')[0] for name in sys.modules}))",
+    )
+    assert ended.returncode == 0, ended.stderr
+    heavy = {"PySide6", "pyqtgraph", "qtawesome", "open3d", "libusb_package", "matplotlib", "h5py", "onnx", "torch"}
+    assert not set(ended.stdout.decode().split()) & heavy
+
+
+def test_a_bare_installation_completes_a_frame_and_refuses_pcd_before_the_run(files, tmp_path):
+    program = """
+import sys
+for name in ("PySide6", "pyqtgraph", "qtawesome", "open3d", "libusb_package", "matplotlib", "h5py", "onnx", "torch"):
+    sys.modules[name] = None  # as where it is not installed
+from ilf.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+    how = ["complete", *files, "--intrinsics", "80,80,40,30", "--max-iterations", "2"]
+    written = tmp_path / "out"
+    ended = _child("-c", program, *how, "--out", str(written))
+    assert ended.returncode == 0, ended.stderr
+    assert {"depth.npy", "depth.png", "blocks.png", "curves.csv", "cloud.ply", "run.json"} <= {
+        path.name for path in written.iterdir()
+    }
+    refused = tmp_path / "refused"
+    ended = _child("-c", program, *how, "--out", str(refused), "--cloud-format", "pcd")
+    assert ended.returncode == 1
+    assert b"pip install 'ilf-studio[cloud]'; or write PLY" in ended.stderr
+    assert ended.stderr.count(b"\n") == 1
+    assert not refused.exists()
+    ended = _child("-c", program, "experiments", "run", "convergence", "--quick", "--out", str(tmp_path / "e"))
+    assert ended.returncode == 1
+    assert b"matplotlib" in ended.stderr
+    assert b"pip install 'ilf-studio[experiments]'" in ended.stderr
+    assert ended.stderr.count(b"\n") == 1
 
 
 def test_no_qt_is_loaded_by_any_command(files):

@@ -156,7 +156,7 @@ def test_deep_grey_and_transparent_colour_become_rgb8(save):
     )
 
 
-@pytest.mark.parametrize("orientation", [3, 6])
+@pytest.mark.parametrize("orientation", [1, 2, 3, 4, 5, 6, 7, 8])
 @pytest.mark.parametrize("fmt", ["PNG", "TIFF", "JPEG"])
 def test_orientation_tags_do_not_turn_the_image(fmt, orientation, save):
     image = Image.fromarray(RGB)
@@ -170,6 +170,24 @@ def test_orientation_tags_do_not_turn_the_image(fmt, orientation, save):
     found = read_colour(save("turned", content.getvalue()))
     assert found.shape == RGB.shape
     np.testing.assert_allclose(found.astype(int), RGB, atol=12 if fmt == "JPEG" else 0)
+
+
+@pytest.mark.parametrize("orientation", [2, 6, 7])
+def test_a_tiff_with_a_turned_depth_is_read_as_it_is_stored(orientation, save):
+    path = save("turned.tif", tiff(Image.fromarray(METRES), tiffinfo={274: orientation}))
+    np.testing.assert_array_equal(read_depth_values(path), METRES)
+
+
+@pytest.mark.parametrize("dtype", [np.uint16, np.int32, np.float32, np.float64])
+def test_tiff_of_every_kind_of_number(dtype, save):
+    values = MILLIMETRES.astype(dtype)
+    np.testing.assert_array_equal(read_depth_values(save("d.tif", encoded(".tif", values))), values)
+
+
+def test_looking_at_a_header_leaves_pillows_own_limit_as_it_is(save, monkeypatch):
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 10)
+    np.testing.assert_array_equal(read_colour(save("rgb.png", COLOUR_FILES["rgb.png"])), RGB)
+    assert Image.MAX_IMAGE_PIXELS == 10
 
 
 def test_float_colour_is_refused(save):

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import FormatError, InputError
+from ...extras import optional
 from ...io.atomic import write_bytes
 from ...io.files import read_file
 from ...io.folders import made_folder
@@ -131,5 +131,4 @@ def _refuse_range(content: NDArray[np.uint8], source: Path) -> None:
 
 
 def _need_onnx() -> None:
-    if find_spec("onnx") is None:
-        raise InputError('Converting a network needs the package onnx. Install it: pip install "ilf-studio[models]".')
+    optional("onnx", "models", "Converting a network")
