@@ -99,8 +99,6 @@ def test_units_coarser_than_the_inputs_are_noted(run, completion, tmp_path):
     assert note.startswith("depth.png: The PNG has steps of 10 mm, the input of 1 mm")
     exact = replace(BARE, depth_formats=("npy",), depth_units=100.0)
     assert write(tmp_path / "out", run, completion, exact).notes == ()
-        write(tmp_path / "out", run, completion, replace(BARE, depth_formats=("npy",), depth_units=100.0)).notes == ()
-    )
 
 
 def test_guesses_and_distrusted_depth_have_masks(run, tmp_path):
