@@ -384,6 +384,8 @@ def test_so_many_pixels_must_be_known_however_small_the_share(known: int, fit: b
     depth[tuple(places[known:].T)] = np.nan
     assert _taken_in(regions, strength, Fitness(0, 0.01, 5), depth) == (_sets("1", "2") if fit else _sets("12"))
     assert _taken_in(regions, strength, Fitness(0, 0.0, 5), depth) == _sets("1", "2"), "nothing is asked of it"
+    depth[regions == 1] = np.nan
+    assert _taken_in(regions, strength, Fitness(0, 0.0, 5), depth) == _sets("2"), "nor goes it to another"
 
 
 def test_of_a_region_smaller_than_that_all_pixels_must_be_known() -> None:
