@@ -6,7 +6,7 @@ import argparse
 import os
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -56,15 +56,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         window.resize(*options.size)
     _install_exception_hook(window)
     window.show()
-    _open(window, options)
-    if options.run or options.screenshot:
-        from gui.unattended import Unattended
+    if not options.run and options.screenshot is None:
+        _open(window, options)
+        return app.exec()
 
-        unattended = Unattended(window, options.run, options.screenshot)
-        QTimer.singleShot(0, unattended.start)
-        status = app.exec()
-        return unattended.status or status
-    return app.exec()
+    from gui.unattended import Unattended
+
+    unattended = Unattended(window, options.run, options.screenshot)
+    if options.screenshot is not None:
+        _install_exception_hook(window, unattended.stop)
+    _open(window, options, None if options.screenshot is None else unattended.note_failure)
+    QTimer.singleShot(0, unattended.start)
+    status = app.exec()
+    return unattended.status or status
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -99,7 +103,8 @@ def _size(text: str) -> tuple[int, int]:
     return width, height
 
 
-def _open(window: MainWindow, options: argparse.Namespace) -> None:
+def _open(window: MainWindow, options: argparse.Namespace, refuse: Callable[[str], None] | None = None) -> None:
+    """Open what is named. A single file is asked about in the dialog, or, where nobody can answer, refused."""
     if options.view == "cloud":
         window.centre.setCurrentWidget(window.cloud)
     if options.sample:
@@ -107,7 +112,15 @@ def _open(window: MainWindow, options: argparse.Namespace) -> None:
     records, sources, single = _inputs(options)
     for source in sources:
         window.documents.open_source(source)
+    if refuse is not None:
+        for path in single:
+            refuse(_no_partner(path))
+        single = []
     window.documents.open_paths([*records, *single])
+
+
+def _no_partner(path: Path) -> str:
+    return f"{path}: a frame needs a colour and a depth file, or a folder."
 
 
 def _inputs(options: argparse.Namespace) -> tuple[list[Path], list[FrameSource], list[Path]]:
@@ -138,7 +151,7 @@ def _without_display(options: argparse.Namespace, problem: str) -> int:
 
         jobs.append([str(asset_path("samples/room")), "--out", "ilf-output"])
     for path in single:
-        print(f"ilf-gui: {path}: a frame needs a colour and a depth file, or a folder.", file=sys.stderr)
+        print(f"ilf-gui: {_no_partner(path)}", file=sys.stderr)
     if not jobs:
         print("Without a window, use: ilf complete RGB DEPTH --out DIR (see ilf complete --help).", file=sys.stderr)
         return 1
@@ -152,13 +165,15 @@ def _without_display(options: argparse.Namespace, problem: str) -> int:
     return status
 
 
-def _install_exception_hook(window: MainWindow) -> None:
-    """An unexpected error in a slot is shown and logged; the program goes on with what it has."""
+def _install_exception_hook(window: MainWindow, stop: Callable[[str], None] | None = None) -> None:
+    """An unexpected error in a slot is shown and logged; the program goes on with what it has, or stops."""
 
     def hook(kind: type[BaseException], error: BaseException, trace: object) -> None:
         traceback.print_exception(kind, error, trace)
         if isinstance(error, Exception):
             window.documents.report("Unexpected error", error)
+            if stop is not None:
+                stop(f"Unexpected error: {type(error).__name__}: {error}")
 
     sys.excepthook = hook
 

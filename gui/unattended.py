@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QObject, QTimer
+import os
+import sys
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Qt, QTimer
 from PySide6.QtWidgets import QApplication
 
+from gui.frames.documents import error_text
 from gui.main_window import MainWindow
+from ilf.completion import Status
 
 _SETTLE_MS = 400
 
@@ -13,7 +19,8 @@ _SETTLE_MS = 400
 class Unattended(QObject):
     """Waits for the frame, runs it if asked, saves a picture and quits if asked.
 
-    `status` is the exit status: 1 if something failed on the way.
+    Whatever fails on the way is one line on stderr and makes `status`, the exit status, 1. Then nothing more is run,
+    and there is no picture, which would look as if all was well.
     """
 
     def __init__(self, window: MainWindow, run: bool, picture: str | None) -> None:
@@ -22,33 +29,75 @@ class Unattended(QObject):
         self._run = run
         self._picture = picture
         self.status = 0
-        window.loader.failed.connect(self._note_failure)
-        window.runs.failed.connect(self._note_failure)
+        # nobody can answer whether to go on
+        window.documents.discard_silently = picture is not None
+        window.loader.failed.connect(lambda what, error: self.note_failure(f"{what}: {error_text(error)}"))
+        window.runs.failed.connect(lambda error: self.note_failure(f"The run stopped: {error_text(error)}"))
+        window.errors.failed.connect(lambda error: self.note_failure(f"Expected error: {error_text(error)}"))
 
     def start(self) -> None:
         """Go on as soon as every frame is open."""
-        if self._window.loader.busy:
-            self._window.loader.idle.connect(self._opened)
+        problem = "" if self._picture is None else _picture_problem(Path(self._picture))
+        if problem:
+            self.stop(problem)
+        elif self._window.loader.busy:
+            self._window.loader.idle.connect(self._opened, Qt.ConnectionType.SingleShotConnection)
         else:
             self._opened()
 
+    def note_failure(self, what: str) -> None:
+        """Say what went wrong, in one line."""
+        self.status = 1
+        print("ilf-gui: error:", " ".join(what.split()), file=sys.stderr, flush=True)
+
+    def stop(self, what: str) -> None:
+        """Go no further, because of this."""
+        self.note_failure(what)
+        self._finish()
+
     def _opened(self) -> None:
-        if self._run and self._window.workspace.has_session and self._window.actions_["run"].isEnabled():
-            self._window.runs.ended.connect(lambda _: self._finish())
-            self._window.runs.start()
-        else:
+        workspace = self._window.workspace
+        if self.status or not self._run:
             self._finish()
+        elif not workspace.has_session:
+            if self._picture is None:  # the user can open one
+                return
+            self.stop("There is no frame to run: name a frame folder, or a colour file and its depth file.")
+        elif not workspace.session.counts():
+            self.stop(
+                f"{workspace.session.name} has no blocks, so there is nothing to complete: "
+                "draw them in the window, or extract them with other parameters."
+            )
+        else:
+            self._window.runs.ended.connect(self._ran, Qt.ConnectionType.SingleShotConnection)
+            self._window.runs.start()
+
+    def _ran(self) -> None:
+        session = self._window.workspace.session
+        results = session.valid_results().values()
+        if results and all(result.outcome.status is Status.NOT_RECOVERABLE for result in results):
+            reason = next(iter(results)).outcome.message
+            self.note_failure(f"{session.name}: no block could be completed. The first: {reason}")
+        self._finish()
 
     def _finish(self) -> None:
         if self._picture is not None:
             QTimer.singleShot(_SETTLE_MS, self, self._take_picture)
 
     def _take_picture(self) -> None:
-        if not self._window.documents.save_picture(self._picture or ""):
-            self.status = 1
-        self._window.documents.discard_silently = True
+        if not self.status and not self._window.grab().save(self._picture, "PNG"):
+            self.note_failure(f"{self._picture} could not be written. Choose another folder, or make space.")
         self._window.close()
         QApplication.quit()
 
-    def _note_failure(self, *_: object) -> None:
-        self.status = 1
+
+def _picture_problem(path: Path) -> str:
+    """Why no picture can be written there, said before a long run; "" if nothing is known against it."""
+    folder = path.absolute().parent
+    if path.is_dir():
+        return f"{path} is a folder: name a file in it for the picture."
+    if not folder.is_dir():
+        return f"{folder} does not exist: make this folder for the picture, or choose another."
+    if not os.access(folder, os.W_OK):
+        return f"{folder} cannot be written: choose another folder for the picture."
+    return ""

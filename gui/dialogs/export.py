@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+from ilf.run.export import ExportOptions
 from numpy.typing import NDArray
 from PySide6.QtCore import QSettings
 from PySide6.QtWidgets import (
@@ -27,7 +28,6 @@ from PySide6.QtWidgets import (
 from gui.widgets.messages import Message, group
 from ilf.errors import ParameterError
 from ilf.io import UINT16_MAX, png_fit
-from ilf.run.export import ExportOptions
 
 _OPTIONS_KEY = "export/options"
 

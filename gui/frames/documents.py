@@ -7,6 +7,7 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ilf.run.export import ExportOptions, ExportReport, export, output_folder_name
 from PySide6.QtCore import QObject, QSettings, Qt, Signal
 from PySide6.QtGui import QActionGroup
 from PySide6.QtWidgets import QApplication, QFileDialog, QMenu, QMessageBox
@@ -26,7 +27,6 @@ from ilf.assets import asset_path
 from ilf.completion import compose
 from ilf.errors import IlfError
 from ilf.io import read_labels
-from ilf.run.export import ExportOptions, ExportReport, export, output_folder_name
 from ilf.run.record import make_run_record
 
 if TYPE_CHECKING:
@@ -275,7 +275,8 @@ class Documents(QObject):
             "About ILF Studio",
             f"<b>ILF Studio {ilf.__version__}</b><p>Completes the missing depth in RGB-D frames by iterative low-pass "
             "filtering.</p><p>After Wang, Yu, Yang, Huang, Zhu, Lau, Sun: <i>Depth Image Completion through "
-            "Iterative Low-Pass Filtering</i>.</p><p>MIT licence.</p>",
+            "Iterative Low-Pass Filtering</i>, Appl. Sci. 2024, 14(2), 696, doi:10.3390/app14020696.</p>"
+            "<p>MIT licence.</p>",
         )
 
     def shutdown(self) -> None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from ilf.run.replay import replay
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
@@ -21,7 +22,6 @@ from ilf.frame import RGBDFrame
 from ilf.io import load_frame
 from ilf.parameters import BlockParameters, Parameters, preset
 from ilf.run.record import read_run_record
-from ilf.run.replay import replay
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,8 +151,8 @@ class FrameLoader(QObject):
         if isinstance(outcome, _Opened):
             if not self._shown_already(outcome.origin, outcome.key):
                 self._add_session(outcome)
-            note = "" if outcome.found is None else outcome.found.extraction.note
-            self._tell_blocks(self._workspace.session, note)
+            notes = () if outcome.found is None else outcome.found.extraction.notes
+            self._tell_blocks(self._workspace.session, *notes)
         elif outcome.session in self._workspace.sessions:
             self._take_extraction(outcome)
         self._next()
@@ -162,11 +162,11 @@ class FrameLoader(QObject):
         kept = self._workspace.set_extracted(session, found.extraction.blocks, found.parameters)
         if session is self._workspace.session:
             self.extracted.emit(found)
-        self._tell_blocks(session, " ".join(filter(None, (_describe_kept(*kept), found.extraction.note))))
+        self._tell_blocks(session, _describe_kept(*kept), *found.extraction.notes)
 
-    def _tell_blocks(self, session: Session, note: str) -> None:
+    def _tell_blocks(self, session: Session, *notes: str) -> None:
         text = f"{session.name}: {describe_blocks(len(session.counts()), session.labels)}."
-        self.message.emit(f"{text} {note}".strip())
+        self.message.emit(" ".join(filter(None, (text, *notes))))
 
     def _add_session(self, opened: _Opened) -> None:
         session = Session(opened.frame, opened.origin, opened.key)
@@ -222,7 +222,7 @@ def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
 def _open(source: FrameSource, parameters: BlockParameters) -> _Opened:
     frame = load_frame(source.rgb, source.depth, depth_units=source.depth_units, intrinsics=source.intrinsics)
     found = find(frame, parameters)
-    prepare(frame, preset())  # here and now, rather than when the first slider is moved
+    prepare(frame, preset(), parameters)  # here and now, rather than when the first slider is moved
     return _Opened(frame, source, source.key, found.extraction.blocks, parameters, found)
 
 

@@ -184,7 +184,9 @@ class RunController(QObject):
     def _begin(self, only: set[int] | None, threads: int, paused: bool = False, resolving: int = 0) -> None:
         session = self._workspace.session
         choice = {label: session.parameters_of(label, self._workspace.parameters) for label in session.counts()}
-        run = CompletionRun(session.frame, session.labels.copy(), choice, only, threads)
+        run = CompletionRun(
+            session.frame, session.labels.copy(), choice, only, threads, extraction=session.notes.extraction
+        )
         self._run = run
         self.session = session
         self._started = time.perf_counter()

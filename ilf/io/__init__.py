@@ -16,13 +16,14 @@ from .depth_files import (
     write_depth,
     write_expected_error,
 )
-from .frames import FrameFiles, frame_folder, load_frame
+from .frames import META_NAME, FrameFiles, frame_folder, load_frame
 from .images import read_colour
 from .label_files import read_labels, write_labels, write_mask
 
 __all__ = [
     "CLOUD_SUFFIXES",
     "DEPTH_SUFFIXES",
+    "META_NAME",
     "UINT16_MAX",
     "FrameFiles",
     "atomic_path",

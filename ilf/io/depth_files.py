@@ -6,6 +6,7 @@ import io
 import math
 import os
 import tokenize
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -117,6 +118,13 @@ def write_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1
         For another suffix or shape, or if the file cannot be written.
     ParameterError
         If `units` is not a positive number.
+
+    Examples
+    --------
+    >>> write_depth("depth.png", np.array([[1.5, np.nan]]), units=1000)
+    []
+    >>> read_depth_values("depth.png").tolist()
+    [[1500, 0]]
     """
     suffix = Path(path).suffix.lower()
     if suffix not in DEPTH_SUFFIXES:
@@ -213,6 +221,13 @@ def write_expected_error(path: str | os.PathLike[str], error: ArrayLike, units: 
     ------
     ExportError, ParameterError
         As `write_depth` does.
+
+    Examples
+    --------
+    >>> write_expected_error("error.npy", np.array([[np.nan, 0.02]]))
+    []
+    >>> read_depth_values("error.npy").tolist()
+    [[nan, 0.019999999552965164]]
     """
     values = np.asarray(error, np.float32)
     if Path(path).suffix.lower() == ".png":
@@ -270,7 +285,9 @@ def _read_npy(file: FileContent) -> NDArray[Any]:
         # np.load would otherwise go on to try archives and pickles
         version = np.lib.format.read_magic(stream)
         read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        shape, in_columns, dtype = read_header(stream)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that Python 2 has written it is no harm
+            shape, in_columns, dtype = read_header(stream)
         if dtype.hasobject:
             raise ValueError("it holds Python objects")
         # what a header asks for must be there before any memory is taken

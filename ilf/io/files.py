@@ -103,3 +103,12 @@ def read_json(path: str | os.PathLike[str]) -> Any:
         return json.loads(content)
     except (ValueError, RecursionError) as error:
         raise FormatError(f"{Path(path).absolute()} is not valid JSON ({error}). Correct or re-export it.") from error
+
+
+def file_sha256(path: str | os.PathLike[str]) -> str:
+    """SHA-256 of a file's content, of whatever size; raises InputError if it cannot be read."""
+    try:
+        with open(path, "rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}). Check its permissions.") from error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -138,8 +139,9 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     Parameters
     ----------
     folder : path-like
-        Holds meta.json with the optional keys `name`, `size` [width, height], `depth_units_per_m` and `K`
-        [fx, fy, cx, cy], and the images `rgb.*` and `depth.*`.
+        Holds meta.json with the optional keys `name`, `size` [width, height], `depth_units_per_m`, `K` [fx, fy, cx,
+        cy], `rgb` and `depth` (where the images are; `rgb.*` and `depth.*` in the folder if left out) and `run` (the
+        record without which the folder is a half-written one).
 
     Raises
     ------
@@ -160,18 +162,25 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         units = None if units is None else checked_units(units)
         camera = None if meta.get("K") is None else intrinsics_from({"K": meta["K"]})
         size, name = _meta_size(meta.get("size")), meta.get("name") or root.name
-        if not isinstance(name, str):
-            raise InputError(f"name must be text, not {name!r:.60}.")
+        named = {key: meta.get(key) for key in ("rgb", "depth", "run")}
+        for key, value in {"name": name, **named}.items():
+            if not isinstance(value, str | None):
+                raise InputError(f"{key} must be text, not {value!r:.60}.")
     except (InputError, ParameterError) as error:
         raise FormatError(f"{meta_path}: {error}") from error
-    rgb = _image_in(root, "rgb", COLOUR_SUFFIXES, "")
+    if named["run"] and not (root / named["run"]).is_file():
+        raise InputError(
+            f"{root} holds an export that was interrupted: its {named['run']} is missing, so its files may not belong "
+            "together. Export again."
+        )
+    rgb = _named_image(root, named["rgb"]) or _image_in(root, "rgb", COLOUR_SUFFIXES, "")
     hint = ""
     if (root / "gt.png").is_file():
         hint = (
             f" To use gt.png as depth, load {rgb.name} and gt.png as two files"
             f" with depth units {meta.get('gt_units_per_m')}."
         )
-    depth = _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint)
+    depth = _named_image(root, named["depth"]) or _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint)
     return FrameFiles(rgb, depth, units, camera, size, name)
 
 
@@ -183,6 +192,16 @@ def _two_files(rgb: Path, depth: Path) -> FrameFiles:
     rgb, depth = rgb.absolute(), depth.absolute()
     name = rgb.parent.name if rgb.stem.lower() in _PLAIN_NAMES and rgb.parent.name else rgb.stem
     return FrameFiles(rgb, depth, None, None, None, name)
+
+
+def _named_image(root: Path, named: str | None) -> Path | None:
+    """An image that meta.json names: there, or by that name in the folder; None if it names none."""
+    if not named:
+        return None
+    for path in (root / named, root / re.split(r"[\\/]", named)[-1]):
+        if path.is_file():
+            return path
+    raise InputError(f"{root / META_NAME} names {named}, which is not there. Put it beside {META_NAME}, or correct it.")
 
 
 def _image_in(root: Path, stem: str, suffixes: tuple[str, ...], hint: str) -> Path:

@@ -49,6 +49,12 @@ def write_labels(path: str | os.PathLike[str], labels: ArrayLike) -> None:
     ------
     ExportError
         If the labels do not fit into 16 bits or the file cannot be written.
+
+    Examples
+    --------
+    >>> write_labels("blocks.png", [[0, 1], [1, 2]])
+    >>> read_labels("blocks.png").tolist()
+    [[0, 1], [1, 2]]
     """
     array = np.asarray(labels)
     if Path(path).suffix.lower() != ".png":

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from ilf.run.export import ExportOptions
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
@@ -18,7 +19,6 @@ from gui.main_window import MainWindow
 from gui.work.runs import RunState
 from ilf.cli import main as command_line
 from ilf.completion import Status
-from ilf.run.export import ExportOptions
 
 from .conftest import WAIT_MS, open_frame
 

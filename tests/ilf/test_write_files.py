@@ -14,6 +14,8 @@ import pytest
 
 from ilf.cloud import PointCloud
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
+from ilf.filter.edge_aware.record import EdgeAwareRecord
+from ilf.filter.pass_band.record import PassBandRecord
 from ilf.io import (
     CLOUD_SUFFIXES,
     DEPTH_SUFFIXES,
@@ -40,17 +42,20 @@ LABELS = RNG.integers(0, 40_000, (20, 30)).astype(np.int32)
 CLOUD = PointCloud(RNG.uniform(-3, 3, (200, 3)).astype(np.float32), RNG.integers(0, 256, (200, 3)).astype(np.uint8))
 HISTORY = {
     2: (
-        SimpleNamespace(
+        PassBandRecord(
             i=1, stage=1, radii=(1 / 3, np.float64(0.1)), sigma_i=math.nan, l1=1e-17, residual=0.02,
             held_out=math.nan, weighted=True, seconds=0.5,
         ),
+        EdgeAwareRecord(
+            i=2, stage=7, cell=4, round=1, sigma_i=0.25, l1=1.5, residual=0.02, held_out=math.nan, seconds=0.6,
+        ),
     ),
     1: (
-        SimpleNamespace(
+        PassBandRecord(
             i=1, stage=1, radii=(2.0, 1.5), sigma_i=0.1 + 0.2, l1=7.25, residual=1 / 7, held_out=np.float64(1 / 9),
             weighted=False, seconds=1.0,
         ),
-        SimpleNamespace(
+        PassBandRecord(
             i=2, stage=2, radii=(2.5, 2.0), sigma_i=np.float64(1e-3), l1=7.5, residual=0.1, held_out=0.2,
             weighted=False, seconds=2.0,
         ),
@@ -259,19 +264,26 @@ def test_a_picture_is_no_label_map(tmp_path):
 def test_curves_keep_every_digit_and_no_time(tmp_path):
     write_curves(tmp_path / "c.csv", HISTORY)
     text = (tmp_path / "c.csv").read_bytes().decode()
-    assert text.splitlines()[0] == "label,i,stage,r_y,r_x,sigma_i_m,l1_m,residual_m,held_out_m,weighted"
+    assert text.splitlines()[0] == ("label,i,stage,r_y,r_x,sigma_i_m,l1_m,residual_m,held_out_m,weighted,cell_px,round")
     assert "\r" not in text
     rows = list(csv.DictReader(io.StringIO(text)))
     assert [(row["label"], row["i"], row["weighted"]) for row in rows] == [
         ("1", "1", "0"),
         ("1", "2", "0"),
         ("2", "1", "1"),
+        ("2", "2", ""),
     ]
     assert float(rows[0]["sigma_i_m"]) == 0.1 + 0.2
     assert float(rows[2]["r_y"]) == 1 / 3
     assert math.isnan(float(rows[2]["sigma_i_m"]))
     assert (float(rows[0]["residual_m"]), float(rows[0]["held_out_m"])) == (1 / 7, 1 / 9)
     assert (rows[2]["residual_m"], rows[2]["held_out_m"]) == ("0.02", "")
+    assert [(row["r_y"] == row["r_x"] == "", row["cell_px"], row["round"]) for row in rows] == [
+        (False, "", ""),
+        (False, "", ""),
+        (False, "", ""),
+        (True, "4", "1"),
+    ]
 
 
 # --- clouds
