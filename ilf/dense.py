@@ -7,10 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from .completion import Completion, iterate
+from .completion import iterate
 from .errors import InputError
 from .filter.convergence import IterationRecord
 from .frame import RGBDFrame
+from .outcomes import Completion
 from .parameters import preset
 
 
