@@ -213,6 +213,13 @@ def test_a_united_region_has_the_borders_of_both() -> None:
     np.testing.assert_array_equal(merged(regions, strength, 0.43), numbered(np.where(regions == 3, 2, 1)))
 
 
+def test_a_border_that_only_one_of_the_united_has_stays_as_it_is() -> None:
+    regions = strips(4, 4, 4, 4)
+    strength = borders(regions, 0.5, 0.0, 0.5)
+    np.testing.assert_array_equal(merged(regions, strength, 0.5), np.choose(regions - 1, [2, 1, 1, 3]))
+    assert merged(regions, strength, 0.50001).max() == 1
+
+
 def test_the_least_parted_neighbours_unite_first() -> None:
     """2 could go with 1 or with 3; once it is with 3, to which no jump parts it, three jumps part both from 1."""
     regions = strips(4, 4, 4)
