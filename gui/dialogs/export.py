@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+from ilf.run.export import ExportOptions
 from numpy.typing import NDArray
 from PySide6.QtCore import QSettings
 from PySide6.QtWidgets import (
@@ -26,10 +27,9 @@ from PySide6.QtWidgets import (
 
 from gui.widgets.messages import Message, group
 from ilf.errors import ParameterError
-from ilf.run.export import ExportOptions
+from ilf.io import UINT16_MAX, png_fit
 
 _OPTIONS_KEY = "export/options"
-_UINT16_MAX = 65535
 
 _PNG_UNITS = ("1000 (millimetres)", "5000 (TUM)", "10000 (0.1 mm)", "256 (KITTI)")
 _CLOUD_FORMATS = {
@@ -66,7 +66,7 @@ class ExportDialog(QDialog):
         self.setWindowTitle(f"Export {name}")
         self._has_intrinsics = has_intrinsics
         self._has_result = has_result
-        self._known: NDArray[np.floating] = np.empty(0, np.float32)
+        self._depth: NDArray[np.floating] = np.empty(0, np.float32)
 
         self.folder_path = QLineEdit(folder)
         self.depth_png = QCheckBox("PNG, 16 bit")
@@ -102,7 +102,7 @@ class ExportDialog(QDialog):
 
     def set_depth(self, depth: NDArray[np.floating]) -> None:
         """Depth to be exported [m], (H, W), NaN = missing; the note about what fits into 16 bits comes from it."""
-        self._known = depth[np.isfinite(depth)]
+        self._depth = depth
         self._refresh()
 
     def folder(self) -> str:
@@ -280,16 +280,14 @@ class ExportDialog(QDialog):
         return "\n".join(lines), "warning" if len(lines) > 1 else "muted"
 
     def _png_note(self, units: float) -> tuple[str, str]:
-        if not self._known.size:
+        fit = png_fit(self._depth, units)
+        if np.isnan(fit.deepest):
             return f"Steps of {1000 / units:.3g} mm.", "muted"
-        deepest = float(self._known.max())
-        value = round(deepest * units)
-        if value <= _UINT16_MAX:
-            return f"Steps of {1000 / units:.3g} mm; at most {deepest:.2f} m → {value}, fits.", "muted"
-        clipped = np.count_nonzero(np.rint(self._known.astype(np.float64) * units) > _UINT16_MAX)
+        needs = f"at most {fit.deepest:.2f} m → {fit.largest}"
+        if not fit.clipped:
+            return f"Steps of {1000 / units:.3g} mm; {needs}, fits.", "muted"
         return (
-            f"At most {deepest:.2f} m → {value}, over {_UINT16_MAX}: clips {clipped} pixels. "
-            "Use fewer units per metre.",
+            f"{needs.capitalize()}, over {UINT16_MAX}: clips {fit.clipped} pixels. Use fewer units per metre.",
             "warning",
         )
 

@@ -7,6 +7,7 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ilf.run.export import ExportOptions, ExportReport, export, output_folder_name
 from PySide6.QtCore import QObject, QSettings, Qt, Signal
 from PySide6.QtGui import QActionGroup
 from PySide6.QtWidgets import QApplication, QFileDialog, QMenu, QMessageBox
@@ -26,7 +27,6 @@ from ilf.assets import asset_path
 from ilf.completion import compose
 from ilf.errors import IlfError
 from ilf.io import read_labels
-from ilf.run.export import ExportOptions, ExportReport, export, output_folder_name
 from ilf.run.record import make_run_record
 
 if TYPE_CHECKING:

@@ -36,11 +36,10 @@ def record_facts(record: RunRecord) -> list[tuple[str, str]]:
         for label, own in record.parameters.items()
         if own != record.common
     ]
-    facts += [
-        (f"network {name}", f"{sha256[:12]}, {use}")
-        for networks, use in ((record.extraction_networks, "for blocks"), (record.networks, "for the filter"))
-        for name, sha256 in networks.items()
-    ]
+    uses = (record.extraction_networks, "blocks"), (record.networks, "the filter")
+    for name, sha256 in dict.fromkeys(item for networks, _ in uses for item in networks.items()):
+        use = " and ".join(text for networks, text in uses if networks.get(name) == sha256)
+        facts.append(("network", f"{name} ({sha256[:12]}) for {use}"))
     if record.distrusted_file is not None:
         facts.append(("distrusted", f"depth in {record.distrusted_file}"))
     if record.dense:

@@ -7,6 +7,7 @@ import math
 import os
 import tokenize
 import warnings
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,8 @@ from .images import check_pixel_count, encode_image, read_image
 DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
 """Suffixes that `write_depth` knows."""
 
-_UINT16_MAX = 65535
+UINT16_MAX = 65535
+"""Largest value of a 16-bit PNG."""
 
 # whatever a header that is parsed as Python text can lead to
 _NPY_ERRORS = (
@@ -143,6 +145,61 @@ def write_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1
     return []
 
 
+@dataclass(frozen=True)
+class PngFit:
+    """What becomes of depth in a 16-bit PNG.
+
+    Attributes
+    ----------
+    deepest : float
+        [m]; NaN where no depth is known.
+    largest : int
+        The value that it would need: above `UINT16_MAX` it does not fit.
+    clipped, vanished : int
+        Pixels that are too far, and such that are so near that they would be rounded to 0, missing.
+    """
+
+    deepest: float
+    largest: int
+    clipped: int
+    vanished: int
+
+
+def png_fit(depth: NDArray[np.floating], units: float) -> PngFit:
+    """What becomes of depth in a 16-bit PNG.
+
+    Parameters
+    ----------
+    depth : ndarray
+        [m], of any shape, NaN = missing.
+    units : float
+        File units per metre, positive.
+    """
+    known = depth[np.isfinite(depth)]
+    if not known.size:
+        return PngFit(math.nan, 0, 0, 0)
+    values = _in_units(known, units)
+    clipped, vanished = int(np.count_nonzero(values > UINT16_MAX)), int(np.count_nonzero(values == 0))
+    return PngFit(float(known.max()), int(values.max()), clipped, vanished)
+
+
+def coarser_units(given: float, written: float) -> str:
+    """What a PNG loses of the steps that the input has, in one sentence; "" where it loses nothing.
+
+    Parameters
+    ----------
+    given, written : float
+        File units per metre, of the input's depth and of the PNG. Float depth, in metres, has 1 and loses nothing here:
+        how fine its steps were is not known.
+    """
+    if written >= given:
+        return ""
+    return (
+        f"The PNG has steps of {1000 / written:.4g} mm, the input of {1000 / given:.4g} mm: write {given:g} units per "
+        "metre to keep them, or TIFF or NPY, which lose nothing."
+    )
+
+
 def write_expected_error(path: str | os.PathLike[str], error: ArrayLike, units: float = 1000.0) -> list[str]:
     """Write expected errors atomically, as `write_depth` writes depth.
 
@@ -200,23 +257,26 @@ def _with_missing(metres: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _as_uint16(metres: NDArray[np.float32], units: float) -> tuple[NDArray[np.uint16], list[str]]:
-    values = np.rint(metres.astype(np.float64) * units)
-    too_far, too_near = values > _UINT16_MAX, values == 0
+    fit = png_fit(metres, units)
     warnings = []
-    if too_far.any():
-        deepest = float(np.nanmax(metres))
-        largest = _UINT16_MAX / deepest if deepest > _UINT16_MAX else _UINT16_MAX // deepest
+    if fit.clipped:
+        largest = UINT16_MAX / fit.deepest if fit.deepest > UINT16_MAX else UINT16_MAX // fit.deepest
         warnings.append(
-            f"{np.count_nonzero(too_far)} pixels are beyond {_UINT16_MAX / units:.4g} m, the most that "
+            f"{fit.clipped} pixels are beyond {UINT16_MAX / units:.4g} m, the most that "
             f"16 bits hold at {units:g} units per metre, and were clipped. At most {largest:.6g} units per "
-            f"metre would fit {deepest:.4g} m; or write TIFF or NPY."
+            f"metre would fit {fit.deepest:.4g} m; or write TIFF or NPY."
         )
-    if too_near.any():
+    if fit.vanished:
         warnings.append(
-            f"{np.count_nonzero(too_near)} pixels are nearer than half a unit at {units:g} units per metre, "
+            f"{fit.vanished} pixels are nearer than half a unit at {units:g} units per metre, "
             "were rounded to 0 and will read as missing. Use more units per metre; or write TIFF or NPY."
         )
-    return np.nan_to_num(np.minimum(values, _UINT16_MAX), nan=0.0).astype(np.uint16), warnings
+    values = np.minimum(_in_units(metres, units), UINT16_MAX)
+    return np.nan_to_num(values, nan=0.0).astype(np.uint16), warnings
+
+
+def _in_units(metres: NDArray[np.floating], units: float) -> NDArray[np.float64]:
+    return np.rint(metres.astype(np.float64) * units)
 
 
 def _read_npy(file: FileContent) -> NDArray[Any]:

@@ -16,7 +16,7 @@ from ..completion import Completion
 from ..confidence import expected_error
 from ..errors import ExportError, InputError
 from ..frame import FrameInputs, RGBDFrame
-from ..io import META_NAME, write_cloud, write_depth, write_expected_error, write_labels, write_mask
+from ..io import META_NAME, coarser_units, write_cloud, write_depth, write_expected_error, write_labels, write_mask
 from ..io.atomic import write_bytes
 from ..io.cloud_files import check_cloud_format
 from ..io.files import file_sha256
@@ -184,6 +184,9 @@ def _write_results(folder: Path, run: Run, completion: Completion, options: Expo
     for depth_format in options.depth_formats:
         name = DEPTH_FILES[depth_format]
         found = write_depth(folder / name, completion.depth, options.depth_units)
+        if depth_format == "png" and run.frame.inputs is not None:
+            coarser = coarser_units(run.frame.inputs.depth_units, options.depth_units)
+            found += [coarser] if coarser else []
         notes += [f"{name}: {note}" for note in found]
     if options.expected_error and options.depth_formats:
         error = expected_error(run.frame, completion)

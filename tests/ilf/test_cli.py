@@ -3,6 +3,7 @@
 import ast
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -226,6 +227,49 @@ def test_every_declared_parameter_has_a_flag(kind, prefix):
     assert parsing.given_parameters(arguments, ilf.BlockParameters) == {"margin": -1}
 
 
+@pytest.mark.parametrize(
+    ("flags", "sentence"),
+    [
+        (["--padding", "3"], "padding has no effect with filter edge-aware; it belongs to filter ideal."),
+        (
+            ["--preset", "paper", "--noise", "0.1"],
+            "noise has no effect with filter ideal; it belongs to filter edge-aware.",
+        ),
+        (
+            ["--blocks-detector", "canny", "--blocks-threshold", "0.5"],
+            "threshold has no effect with detector canny; it belongs to detector hed.",
+        ),
+    ],
+)
+def test_a_flag_that_has_no_effect_is_refused(flags, sentence, files, capsys):
+    assert fails(capsys, "complete", *files, "--out", "out", *flags, status=2) == f"ilf: error: {sentence}\n"
+    assert not Path("out").exists()
+    if flags[0].startswith("--blocks"):
+        assert sentence in fails(capsys, "blocks", *files, "--out", "b.png", *flags, status=2)
+
+
+def test_edges_of_the_filter_have_their_older_name_too(files):
+    for name in ("hed", "combined"):
+        assert main(["complete", *files, "--no-cloud", "--quiet", "--out", name, *QUICK, "--edges", name]) == 0
+    assert contents("hed") == contents("combined")
+
+
+def test_the_filter_follows_the_flags_of_the_extraction(files):
+    """The same blocks, other edges: what the library gives with that extraction."""
+    labels, mask = np.ones((60, 80), np.int32), np.zeros((60, 80), np.uint8)
+    mask[20:40, 30:50] = 255  # across the jump
+    cv2.imwrite("mask.png", mask)
+    frame = ilf.load_frame(*files).distrusting(mask > 0)
+    own = ilf.BlockParameters(granularity=0.0, min_size=50.0, depth_jump=3.0)
+    flags = ["--blocks-granularity", "0", "--blocks-min-size", "50", "--blocks-depth-jump", "3"]
+    flags += ["--distrust", "mask.png"]
+    assert main(["complete", *files, "--no-cloud", "--quiet", "--out", "out", *flags]) == 0
+    assert np.array_equal(read_labels("out/blocks.png"), labels)
+    expected = ilf.complete(frame, labels, extraction=own).depth
+    assert np.array_equal(np.load("out/depth.npy"), expected, equal_nan=True)
+    assert not np.array_equal(ilf.complete(frame, labels).depth, expected, equal_nan=True)
+
+
 def test_help_shows_range_unit_default_and_preset(capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "400")
     with pytest.raises(SystemExit) as stopped:
@@ -347,7 +391,7 @@ def test_info_shows_what_is_wrong_with_a_set(files, capsys):
     text = capsys.readouterr().out
     assert "name:         in-completed" in text
     assert "dense:        the rest was guessed" in text
-    assert "network edges:" in text
+    assert re.search(r"network:      edges \([0-9a-f]{12}\) for blocks and the filter\n", text)
     assert "problem" not in text
     Path("out/depth.npy").unlink()
     assert main(["info", "out/run.json"]) == 0
@@ -428,7 +472,7 @@ def test_a_terminal_that_cannot_show_a_name_is_no_error(files, tmp_path):
 def test_the_library_imports_nothing_that_only_some_of_the_work_needs():
     ended = _child(
         "-c",
-        "import sys, ilf, ilf.cli, ilf.run.export\nprint(*sorted({name.partition('.')[0] for name in sys.modules}))",
+        "import sys, ilf, ilf.cli, ilf.run.writing\nprint(*sorted({name.partition('.')[0] for name in sys.modules}))",
     )
     assert ended.returncode == 0, ended.stderr
     heavy = {"PySide6", "pyqtgraph", "qtawesome", "open3d", "libusb_package", "matplotlib", "h5py", "onnx", "torch"}

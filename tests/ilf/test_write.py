@@ -94,6 +94,13 @@ def test_lost_depth_is_noted_by_file(run, completion, tmp_path):
     assert "clipped" in note
 
 
+def test_units_coarser_than_the_inputs_are_noted(run, completion, tmp_path):
+    (note,) = write(tmp_path / "out", run, completion, replace(BARE, depth_units=100.0)).notes
+    assert note.startswith("depth.png: The PNG has steps of 10 mm, the input of 1 mm")
+    exact = replace(BARE, depth_formats=("npy",), depth_units=100.0)
+    assert write(tmp_path / "out", run, completion, exact).notes == ()
+
+
 def test_guesses_and_distrusted_depth_have_masks(run, tmp_path):
     dense = replace(distrusting(run), dense=True, only=frozenset({2}))
     found = write(tmp_path / "out", dense, dense.complete(), BARE)

@@ -19,10 +19,13 @@ from ilf.filter.pass_band.record import PassBandRecord
 from ilf.io import (
     CLOUD_SUFFIXES,
     DEPTH_SUFFIXES,
+    UINT16_MAX,
     atomic_path,
     check_cloud_format,
     cloud_files,
+    coarser_units,
     load_open3d,
+    png_fit,
     read_depth_values,
     read_labels,
     write_cloud,
@@ -179,6 +182,27 @@ def test_clipping_is_told_with_the_largest_scale_that_fits(tmp_path):
     assert " 936 units per metre" in warnings[0]
     assert warnings[1].startswith("1 pixels are nearer than half a unit")
     assert not any("beyond" in text for text in write_depth(tmp_path / "d.png", depth, 936))
+
+
+def test_what_becomes_of_depth_in_a_png_is_foretold_as_it_comes_out(tmp_path):
+    depth = np.array([[1.0, 65.5, 65.6], [70.0, np.nan, 0.0002]], np.float32)
+    fit = png_fit(depth, 1000)
+    assert (fit.deepest, fit.largest, fit.clipped, fit.vanished) == (70.0, 70_000, 2, 1)
+    write_depth(tmp_path / "d.png", depth, 1000)
+    values = read_depth_values(tmp_path / "d.png")
+    assert np.count_nonzero(values == UINT16_MAX) == fit.clipped
+    assert np.count_nonzero((values == 0) & np.isfinite(depth)) == fit.vanished
+    nothing = png_fit(np.full((2, 2), np.nan, np.float32), 1000)
+    assert math.isnan(nothing.deepest)
+    assert (nothing.largest, nothing.clipped, nothing.vanished) == (0, 0, 0)
+
+
+def test_units_coarser_than_the_inputs_are_told():
+    said = coarser_units(10_000, 1000)
+    assert "steps of 1 mm, the input of 0.1 mm" in said
+    assert "10000 units per metre" in said
+    for given, written in ((1000, 1000), (1000, 5000), (1, 1000)):
+        assert coarser_units(given, written) == ""
 
 
 def test_missing_in_any_form_is_written_as_missing(tmp_path):
