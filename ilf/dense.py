@@ -12,7 +12,7 @@ from .errors import InputError
 from .filter.convergence import IterationRecord
 from .frame import RGBDFrame
 from .outcomes import Completion
-from .parameters import preset
+from .parameters import BlockParameters, preset
 
 
 def fill_rest(frame: RGBDFrame, completion: Completion) -> Completion:
@@ -55,16 +55,19 @@ def fill_rest(frame: RGBDFrame, completion: Completion) -> Completion:
             return end.value
 
 
-def guess_steps(frame: RGBDFrame, completion: Completion) -> Generator[IterationRecord, None, Completion]:
+def guess_steps(
+    frame: RGBDFrame, completion: Completion, extraction: BlockParameters | None = None
+) -> Generator[IterationRecord, None, Completion]:
     """`fill_rest` step by step, for those who show its progress or may give it up: yields the record of every
-    iteration, and returns the completion."""
+    iteration, and returns the completion. With the edges of the blocks' extraction, where that is known."""
     guessed = ~np.isfinite(completion.depth)
     if guessed.all():
         raise InputError("There is no depth in this frame, so there is nothing to guess from.")
     if not guessed.any():
         return completion
     completed = RGBDFrame(frame.rgb, completion.depth)
-    iteration = iterate(completed, np.ones(frame.shape, np.int32), 1, preset("best", trend=False))
+    whole = np.ones(frame.shape, np.int32)
+    iteration = iterate(completed, whole, 1, preset("best", trend=False), extraction=extraction)
     yield from iteration
     surface = iteration.surface.reshape(frame.shape)
     nearest, farthest = np.nanmin(completion.depth), np.nanmax(completion.depth)

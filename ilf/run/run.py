@@ -206,4 +206,4 @@ class RunSteps(Iterator[Progress]):
                 yield Progress(GUESS, record=record)
 
     def _guess(self) -> Generator[IterationRecord, None, None]:
-        self._completion = yield from guess_steps(self.run.frame, self.completion())
+        self._completion = yield from guess_steps(self.run.frame, self.completion(), self.run.extraction)
