@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from .completion import iterate
-from .errors import InputError
 from .filter.convergence import IterationRecord
 from .frame import RGBDFrame
 from .outcomes import Completion
@@ -31,11 +30,6 @@ def fill_rest(frame: RGBDFrame, completion: Completion) -> Completion:
     -------
     Completion
         Without missing pixels; `guessed` says which ones this step has filled. What was there before is as it was.
-
-    Raises
-    ------
-    InputError
-        If there is no depth at all.
 
     Examples
     --------
@@ -61,8 +55,6 @@ def guess_steps(
     """`fill_rest` step by step, for those who show its progress or may give it up: yields the record of every
     iteration, and returns the completion. With the edges of the blocks' extraction, where that is known."""
     guessed = ~np.isfinite(completion.depth)
-    if guessed.all():
-        raise InputError("There is no depth in this frame, so there is nothing to guess from.")
     if not guessed.any():
         return completion
     completed = RGBDFrame(frame.rgb, completion.depth)
