@@ -69,7 +69,8 @@ def optional(module: str, extra: str, purpose: str) -> ModuleType:
     try:
         return import_module(module)
     except (ImportError, OSError) as error:
-        raise InputError(f"{purpose} needs the package {module}, {way_out(module, extra, error)}") from error
+        package = module.partition(".")[0]
+        raise InputError(f"{purpose} needs the package {package}, {way_out(package, extra, error)}") from error
 
 
 def way_out(module: str, extra: str, error: ImportError | OSError, libraries: Sequence[str] = ()) -> str:
