@@ -8,6 +8,7 @@ import sys
 import traceback
 from collections.abc import Sequence
 from pathlib import Path
+from types import TracebackType
 from typing import TYPE_CHECKING
 
 from gui.display import display_problem
@@ -36,7 +37,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     QCoreApplication.setOrganizationName("ILF Studio")
     QCoreApplication.setApplicationName("ilf-studio")
-    app = QApplication.instance() or QApplication(sys.argv[:1])
+    present = QApplication.instance()
+    app = present if isinstance(present, QApplication) else QApplication(sys.argv[:1])
     theme.apply_theme(app, options.theme or str(QSettings().value("theme", "system")))
     theme.follow_system(app)
 
@@ -51,7 +53,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.run or options.screenshot:
         from gui.unattended import Unattended
 
-        unattended = Unattended(window, options.run, options.screenshot)
+        parts = window.workspace, window.loader, window.runs, window.documents
+        unattended = Unattended(*parts, window.close, options.run, options.screenshot)
         QTimer.singleShot(0, unattended.start)
         status = app.exec()
         return unattended.status or status
@@ -140,10 +143,10 @@ def _without_display(options: argparse.Namespace, problem: str) -> int:
 def _install_exception_hook(window: MainWindow) -> None:
     """An unexpected error in a slot is shown and logged; the program goes on with what it has."""
 
-    def hook(kind: type[BaseException], error: BaseException, trace: object) -> None:
+    def hook(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
         traceback.print_exception(kind, error, trace)
         if isinstance(error, Exception):
-            window.documents.report("Unexpected error", error)
+            window.notes.report("Unexpected error", error)
 
     sys.excepthook = hook
 

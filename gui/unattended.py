@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtCore import QObject, QTimer
 from PySide6.QtWidgets import QApplication
 
-from gui.main_window import MainWindow
+from gui.dialogs.documents import Documents
+from gui.frames.loader import FrameLoader
+from gui.state.workspace import Workspace
+from gui.work.runs import RunController
 
 _SETTLE_MS = 400
 
@@ -16,26 +21,39 @@ class Unattended(QObject):
     `status` is the exit status: 1 if something failed on the way.
     """
 
-    def __init__(self, window: MainWindow, run: bool, picture: str | None) -> None:
-        super().__init__(window)
-        self._window = window
+    def __init__(
+        self,
+        workspace: Workspace,
+        loader: FrameLoader,
+        runs: RunController,
+        documents: Documents,
+        close: Callable[[], object],
+        run: bool,
+        picture: str | None,
+    ) -> None:
+        super().__init__(documents)
+        self._workspace = workspace
+        self._loader = loader
+        self._runs = runs
+        self._documents = documents
+        self._close = close
         self._run = run
         self._picture = picture
         self.status = 0
-        window.loader.failed.connect(self._note_failure)
-        window.runs.failed.connect(self._note_failure)
+        loader.failed.connect(self._note_failure)
+        runs.failed.connect(self._note_failure)
 
     def start(self) -> None:
         """Go on as soon as every frame is open."""
-        if self._window.loader.busy:
-            self._window.loader.idle.connect(self._opened)
+        if self._loader.busy:
+            self._loader.idle.connect(self._opened)
         else:
             self._opened()
 
     def _opened(self) -> None:
-        if self._run and self._window.workspace.has_session and self._window.actions_["run"].isEnabled():
-            self._window.runs.ended.connect(lambda _: self._finish())
-            self._window.runs.start()
+        if self._run and self._workspace.has_session and self._workspace.session.counts():
+            self._runs.ended.connect(lambda _: self._finish())
+            self._runs.start()
         else:
             self._finish()
 
@@ -44,10 +62,10 @@ class Unattended(QObject):
             QTimer.singleShot(_SETTLE_MS, self, self._take_picture)
 
     def _take_picture(self) -> None:
-        if not self._window.documents.save_picture(self._picture or ""):
+        if not self._documents.save_picture(self._picture or ""):
             self.status = 1
-        self._window.documents.discard_silently = True
-        self._window.close()
+        self._documents.discard_silently = True
+        self._close()
         QApplication.quit()
 
     def _note_failure(self, *_: object) -> None:

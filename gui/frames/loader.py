@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from gui.extraction.found_blocks import Found, find
+from gui.extraction.found_blocks import Found, describe_blocks, find
 from gui.frames.frame_source import FrameSource
 from gui.state.session import Session
 from gui.state.workspace import Workspace
@@ -54,8 +54,8 @@ class FrameLoader(QObject):
 
     Signals
     -------
-    busy_changed(str)
-        What is being done, or "" when idle.
+    busy_changed()
+        `busy` or `present` has changed.
     message(str)
         What an opening or an extraction gave.
     extracted(object)
@@ -66,7 +66,7 @@ class FrameLoader(QObject):
         Nothing is under way or waiting any more.
     """
 
-    busy_changed = Signal(str)
+    busy_changed = Signal()
     message = Signal(str)
     extracted = Signal(object)
     failed = Signal(str, object)
@@ -85,6 +85,11 @@ class FrameLoader(QObject):
     def busy(self) -> bool:
         """Whether anything is under way or waiting."""
         return self._worker.busy or bool(self._queue)
+
+    @property
+    def present(self) -> str:
+        """What is being done; "" when idle."""
+        return self._present if self.busy else ""
 
     def open(self, source: FrameSource) -> None:
         """Read a frame, extract its blocks and show it.
@@ -135,7 +140,7 @@ class FrameLoader(QObject):
         if self._worker.busy:
             return
         if not self._queue:
-            self.busy_changed.emit("")
+            self.busy_changed.emit()
             self.idle.emit()
             return
         self._present, job = self._queue.popleft()
@@ -145,7 +150,7 @@ class FrameLoader(QObject):
             return job()
 
         self._worker.start(steps)
-        self.busy_changed.emit(self._present)
+        self.busy_changed.emit()
 
     def _take(self, outcome: _Opened | _Extracted) -> None:
         if isinstance(outcome, _Opened):
@@ -174,38 +179,16 @@ class FrameLoader(QObject):
         replaced = self._workspace.session_of(opened.key)
         if replaced is not None:
             self._workspace.close_session(replaced)
-        if opened.parameters is not None:
-            self._take_parameters(session, opened.parameters, opened.extraction)
         if opened.found is not None:
             self.extracted.emit(opened.found)
-        self._workspace.add_session(session)
+        self._workspace.add_session(session, opened.parameters)
         for warning in opened.warnings:
             self.message.emit(f"{session.name}: {warning}")
-
-    def _take_parameters(
-        self, session: Session, parameters: dict[int, Parameters], extraction: BlockParameters | None
-    ) -> None:
-        """Those of a run record: for all blocks if no other frame is open, else for its own blocks alone."""
-        workspace = self._workspace
-        if not workspace.sessions and parameters:
-            workspace.set_parameters(Counter(parameters.values()).most_common(1)[0][0])
-        if extraction is not None:
-            workspace.extraction_parameters = extraction
-        common = workspace.parameters
-        session.notes.parameters.update({label: own for label, own in parameters.items() if own != common})
-        if set(parameters) != set(session.counts()):
-            session.selected = sorted(parameters)
 
     def _fail(self, error: Exception) -> None:
         what = self._present
         self.failed.emit(what, error)
         self._next()
-
-
-def describe_blocks(count: int, labels: NDArray[np.int32]) -> str:
-    """How many blocks there are in a label map, and how much of the frame they cover."""
-    covered = float((labels > 0).mean())
-    return f"{count} block{'s' * (count != 1)} cover{'s' * (count == 1)} {covered:.1%} of the frame"
 
 
 def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:

@@ -8,7 +8,7 @@ from enum import Enum, auto
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, Qt, Signal
 from PySide6.QtGui import QContextMenuEvent, QKeyEvent, QMouseEvent, QWheelEvent
 
-from gui.tools.pointer import PointerEvent, PointerHandler, PointerKind
+from gui.views.pointer import PointerEvent, PointerHandler, PointerKind
 
 from .image_view import ImageView
 from .view_transform import ViewTransform

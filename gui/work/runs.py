@@ -7,32 +7,26 @@ import time
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from enum import Enum
-from functools import partial
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from gui.state.results import Preview
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.worker import Worker
-from ilf.blocks import Block
-from ilf.completion import BlockResult, CompletionRun, Progress
+from ilf.completion import CompletionRun, Progress
 from ilf.filter.convergence import IterationRecord
 from ilf.threads import available_cores
 
-Previews = list[tuple[Block, NDArray[np.float32]]]
+Step = tuple[Progress, list[Preview] | None]
 
 _PATIENCE_MS = 150
 """A re-solve whose values have changed meanwhile may end if it takes no longer: during a drag, slightly old results
 show more than none."""
 
-_INTERVAL_S = 0.15
-"""Least interval between previews, and between looks at what is done."""
-
-_COSTS = 6.0
-"""The same, in times that drawing takes, so that the window has most of its time for the user."""
+_PREVIEWS_S = 0.15
+"""Least interval between previews of the blocks that run."""
 
 _FIRST_PREVIEW_S = 0.1
 """Age at which a re-solve may take the place of the block's former result before it has ended."""
@@ -59,18 +53,14 @@ class _FollowUp:
 
 
 class RunController(QObject):
-    """Starts, pauses, steps and cancels; brings records and results to the workspace.
+    """Starts, pauses, steps and cancels; brings records, previews and results to the workspace as they come.
 
     Signals
     -------
     state_changed()
-        `state`, or how far the blocks are, has changed.
+        `state` has changed, or which blocks are queued.
     records(int, list)
         New records of a block, in batches.
-    block_started(int)
-        A block's first records are about to come.
-    previewed(list)
-        Blocks that run, and their depth [m] as it stands: worth drawing.
     ended(str)
         The run is over; a sentence that says how.
     resolved(str)
@@ -81,8 +71,6 @@ class RunController(QObject):
 
     state_changed = Signal()
     records = Signal(int, list)
-    block_started = Signal(int)
-    previewed = Signal(list)
     ended = Signal(str)
     resolved = Signal(str)
     failed = Signal(object)
@@ -99,7 +87,6 @@ class RunController(QObject):
         self._run: CompletionRun | None = None
         self._started = 0.0
         self._preview_time = 0.0
-        self._report_time = 0.0
         self._stopping = False
         self._abandoned = False
         self._resolving = 0
@@ -107,10 +94,9 @@ class RunController(QObject):
         self._patience = QTimer(self, singleShot=True)
         self._patience.timeout.connect(self._worker.cancel)
         self.session: Session | None = None
-        self.live: dict[int, list[IterationRecord]] = {}
-        """Records of the run so far, by block, in the order in which the blocks began."""
+        """The frame that runs."""
+        self._begun: set[int] = set()
         self._done: set[int] = set()
-        self._unreported: list[BlockResult] = []
 
     @property
     def state(self) -> RunState:
@@ -134,16 +120,11 @@ class RunController(QObject):
         return self._resolving
 
     @property
-    def running(self) -> list[int]:
-        """Blocks that have records but no result in the workspace yet, the one that began last at the end."""
-        return [label for label in self.live if label not in self._done]
-
-    @property
     def queued(self) -> set[int]:
         """Blocks of the run that have not been reached yet."""
         if self._run is None or self._resolving:
             return set()
-        return set(self._run.blocks) - set(self.live) - self._done
+        return set(self._run.blocks) - self._begun - self._done
 
     @property
     def share_done(self) -> float:
@@ -159,6 +140,14 @@ class RunController(QObject):
         else:
             # one core stays the window's
             self._begin(only, threads=1 if stepwise else max(available_cores() - 1, 1), paused=stepwise)
+
+    def start_chosen(self) -> None:
+        """Run the chosen blocks of the present frame."""
+        self.start(self._chosen())
+
+    def _chosen(self) -> set[int]:
+        session = self._workspace.session
+        return set(session.selected) & set(session.counts())
 
     def resolve(self, label: int) -> None:
         """Solve a block of the present frame anew, with the values it has now; nothing happens during a run.
@@ -192,7 +181,7 @@ class RunController(QObject):
         if resolving:
             self._preview_time = max(self._preview_time, self._started + _FIRST_PREVIEW_S)
 
-        def job() -> Generator[tuple[Progress, Previews | None], None, None]:
+        def job() -> Generator[Step, None, None]:
             with run:
                 for progress in run:
                     yield progress, self._due_previews(run)
@@ -200,8 +189,8 @@ class RunController(QObject):
         self._worker.start(job, paused)
         self.state_changed.emit()
 
-    def _due_previews(self, run: CompletionRun) -> Previews | None:
-        """Called off the GUI's thread, which says when it has drawn the last."""
+    def _due_previews(self, run: CompletionRun) -> list[Preview] | None:
+        """Called off the GUI's thread, which says when it has taken the last."""
         if time.perf_counter() < self._preview_time:
             return None
         self._preview_time = math.inf
@@ -217,10 +206,17 @@ class RunController(QObject):
         self._worker.resume()
         self.state_changed.emit()
 
+    def toggle_pause(self) -> None:
+        """Hold the run, or let it go on."""
+        (self.resume if self.state is RunState.PAUSED else self.pause)()
+
     def step(self) -> None:
-        """One iteration more, then hold."""
-        self._worker.step()
-        self.state_changed.emit()
+        """One iteration, then hold: of the run under way, or of a new one over the chosen blocks, or all."""
+        if self.free:
+            self.start(self._chosen() or None, stepwise=True)
+        else:
+            self._worker.step()
+            self.state_changed.emit()
 
     def cancel(self) -> None:
         """Stop after the present iteration; blocks that are done keep their results."""
@@ -242,64 +238,53 @@ class RunController(QObject):
         self._patience.stop()
         return self._worker.shutdown()
 
-    def _take(self, batch: list[tuple[Progress, Previews | None]]) -> None:
-        if self._abandoned:
+    def _take(self, batch: list[Step]) -> None:
+        session = self.session
+        if self._abandoned or session is None:
             return
         fresh: dict[int, list[IterationRecord]] = {}
+        results = [progress.result for progress, _ in batch if progress.result is not None]
         for progress, _ in batch:
             if progress.record is not None:
                 fresh.setdefault(progress.label, []).append(progress.record)
-            if progress.result is not None:
-                self._unreported.append(progress.result)
+        self._begun.update(fresh)
         for label, records in fresh.items():
-            if label not in self.live:
-                self.live[label] = []
-                self.block_started.emit(label)
-            self.live[label] += records
+            self._workspace.add_records(session, label, records)
             self.records.emit(label, records)
-        if not self._resolving and time.perf_counter() >= self._report_time:
-            self._report_time = _next_time(self._report)
         for _, previews in batch:
             if previews is not None:
-                self._preview_time = _next_time(partial(self.previewed.emit, previews))
-
-    def _report(self) -> None:
-        """Bring the results that have come to the workspace, and say how far the run is."""
-        results, self._unreported = self._unreported, []
-        if results and self.session is not None:
+                self._workspace.add_previews(session, previews)
+                self._preview_time = time.perf_counter() + _PREVIEWS_S
+        if results:
             self._done.update(result.block.label for result in results)
-            self._workspace.store_results(self.session, results)
-        self.state_changed.emit()
+            self._workspace.store_results(session, results)
 
     def _end(self, how: str) -> None:
-        if self._abandoned:
-            self._unreported.clear()
-        self._report()
         run, self._run = self._run, None
         session, self.session = self.session, None
-        done, self._done = self._done, set()
+        done, self._done, self._begun = self._done, set(), set()
         resolved, self._resolving = self._resolving, 0
         following, self._next = self._next, None
         seconds = time.perf_counter() - self._started
         self._patience.stop()
-        self._preview_time = self._report_time = 0.0
+        self._preview_time = 0.0
         self._stopping = self._abandoned = False
-        self.live = {}
-        if following is not None and self._workspace.has_session and following.session is self._workspace.session:
+        if run is None or session is None:
+            return
+        if following is not None and not self._workspace.is_present(following.session):
+            following = None
+        # another re-solve of what is shown takes its place: what it shows may stay until then
+        self._workspace.end_run(session, previews_stay=following is not None and not following.is_run)
+        if following is not None:
             following.action()
         else:
             self.state_changed.emit()
-        if run is None or session is None:
-            return
         if resolved:
             if resolved in done:
                 outcome = run.results[resolved].outcome
                 name = session.info(resolved).name
                 self.resolved.emit(f"{name}: {outcome.iterations} iterations in {1000 * seconds:.0f} ms")
-            elif following is None:
-                self.previewed.emit([])
             return
-        self.previewed.emit([])
         text = f"{session.name}: run {how}, {len(done)} block{'s' * (len(done) != 1)} in {seconds:.1f} s."
         lost = len(done - set(session.valid_results()))
         if lost:
@@ -310,10 +295,3 @@ class RunController(QObject):
         self._next = None
         self._end("failed")
         self.failed.emit(error)
-
-
-def _next_time(draw: Callable[[], None]) -> float:
-    """Draw, and say when to do it again."""
-    begun = time.perf_counter()
-    draw()
-    return begun + max(_INTERVAL_S, _COSTS * (time.perf_counter() - begun))

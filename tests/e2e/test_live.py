@@ -218,8 +218,9 @@ def test_blocks_that_run_at_once_give_what_they_give_alone(
     labels = list(workspace.session.counts())
     together: list[list[int]] = []
     previews: list[int] = []
-    opened.runs.records.connect(lambda *_: together.append(opened.runs.running))
-    opened.runs.previewed.connect(lambda found: previews.append(len(found)))
+    opened.runs.records.connect(lambda *_: together.append(opened.workspace.session.results.running))
+    results = workspace.session.results
+    workspace.previews_changed.connect(lambda: previews.append(len(results.previews)))
     with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
         opened.actions_["run"].trigger()
     assert max(map(len, together)) == len(labels)
