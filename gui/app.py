@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from gui.display import display_problem
 from gui.frames.frame_source import FrameSource, sorted_out
+from ilf.assets import asset_path
 
 if TYPE_CHECKING:
     from gui.main_window import MainWindow
@@ -31,6 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _without_display(options, problem)
 
     from PySide6.QtCore import QCoreApplication, QSettings, QTimer
+    from PySide6.QtGui import QIcon
     from PySide6.QtWidgets import QApplication
 
     from gui import theme
@@ -41,6 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     app = present if isinstance(present, QApplication) else QApplication(sys.argv[:1])
     theme.apply_theme(app, options.theme or str(QSettings().value("theme", "system")))
     theme.follow_system(app)
+    app.setWindowIcon(QIcon(str(asset_path("icons/ilf-studio.png"))))
 
     from gui.main_window import MainWindow
 
@@ -122,8 +125,6 @@ def _without_display(options: argparse.Namespace, problem: str) -> int:
     jobs = [["--replay", str(record)] for record in records]
     jobs += [[source.rgb, source.depth] if source.depth else [source.rgb] for source in sources]
     if options.sample:
-        from ilf.assets import asset_path
-
         jobs.append([str(asset_path("samples/room")), "--out", "ilf-output"])
     for path in single:
         print(f"ilf-gui: {path}: a frame needs a colour and a depth file, or a folder.", file=sys.stderr)

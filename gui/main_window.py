@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, Qt
@@ -199,7 +200,7 @@ class MainWindow(QMainWindow):
             "next_frame": lambda: self.frame_presenter.turn(1),
             "previous_frame": lambda: self.frame_presenter.turn(-1),
             "about": lambda: show_about(self),
-            **{f"stage_{name}": lambda name=name: self.stages.show_stage(name) for name in STAGES},
+            **{f"stage_{name}": partial(self.stages.show_stage, name) for name in STAGES},
         }
         for name, handler in handlers.items():
             self.actions_[name].triggered.connect(lambda _=False, handler=handler: handler())

@@ -272,6 +272,12 @@ class _BlockDelegate(QStyledItemDelegate):
 
 
 def _blend(colour: QColor, other: QColor, share: float) -> QColor:
-    return QColor.fromRgbF(
-        *(share * a + (1 - share) * b for a, b in zip(colour.getRgbF()[:3], other.getRgbF()[:3], strict=True))
+    red, green, blue = (
+        share * a + (1 - share) * b
+        for a, b in (
+            (colour.redF(), other.redF()),
+            (colour.greenF(), other.greenF()),
+            (colour.blueF(), other.blueF()),
+        )
     )
+    return QColor.fromRgbF(red, green, blue)

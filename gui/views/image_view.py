@@ -104,10 +104,10 @@ class ImageView(pg.GraphicsView):
         # whole device pixels: at 1:1 every image pixel then covers exactly one
         dx = round((size.width() / 2 - transform.x * scale) * ratio) / ratio
         dy = round((size.height() / 2 - transform.y * scale) * ratio) / ratio
-        transform = QTransform(scale, 0, 0, scale, dx, dy)
-        self.setTransform(transform)
+        drawn = QTransform(scale, 0, 0, scale, dx, dy)
+        self.setTransform(drawn)
         # the visible part as scene rectangle leaves nothing to scroll
-        self.setSceneRect(transform.inverted()[0].mapRect(QRectF(QRect(0, 0, size.width(), size.height()))))
+        self.setSceneRect(drawn.inverted()[0].mapRect(QRectF(QRect(0, 0, size.width(), size.height()))))
         self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, scale * ratio < 1)
         for item in (self.outline, self.preview, *self._cross):
             item.set_pixel_size(1 / scale)

@@ -39,7 +39,10 @@ class StagePicker(QWidget):
         group = QButtonGroup(self)
         self._box = QComboBox()
         for name, text in STAGES.items():
-            button = QToolButton(text=text, checkable=True, autoRaise=True)
+            button = QToolButton()
+            button.setText(text)
+            button.setCheckable(True)
+            button.setAutoRaise(True)
             button.clicked.connect(lambda _=False, name=name: self.chosen.emit(name))
             group.addButton(button)
             layout.addWidget(button)
