@@ -69,6 +69,13 @@ COMMANDS = (
         "Solve the chosen block anew whenever a value of the filter changes",
         checkable=True,
     ),
+    Command(
+        "guess",
+        "&Guess the rest",
+        "ph.question",
+        "",
+        "Guess the depth that no block could complete, for programs that need all of it; it is marked as guessed",
+    ),
     Command("clear_results", "C&lear results", "ph.backspace", "", "Forget the completed depth of this frame"),
     Command("tool_select", "&Select", "ph.cursor", "Ctrl+1", "Choose blocks", group="tool"),
     Command("tool_paint", "&Paint", "ph.paint-brush", "Ctrl+2", "Add pixels to the chosen block", group="tool"),

@@ -6,14 +6,16 @@ import argparse
 import os
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-from gui.display import display_problem
+from gui.display import display_problem, qt_problem
 from gui.frames.frame_source import FrameSource, sorted_out
 from ilf.assets import asset_path
+from ilf.errors import InputError
+from ilf.extras import optional
 
 if TYPE_CHECKING:
     from gui.main_window import MainWindow
@@ -24,12 +26,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     offscreen = options.screenshot is not None and not os.environ.get("QT_QPA_PLATFORM")
     problem = display_problem()
+    if options.screenshot is not None and qt_problem():
+        return _refused(qt_problem())
     if problem and offscreen:
         os.environ["QT_QPA_PLATFORM"] = "offscreen"
         # the offscreen platform warns at every window that it cannot pass on size hints
         os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
     elif problem:
         return _without_display(options, problem)
+    try:
+        for package in ("PySide6.QtWidgets", "pyqtgraph", "qtawesome"):
+            optional(package, "app", "The window")
+    except InputError as error:
+        return _refused(f"{error} Without a window: ilf complete --help.")
 
     from PySide6.QtCore import QCoreApplication, QSettings, QTimer
     from PySide6.QtGui import QIcon
@@ -52,16 +61,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
         window.resize(*options.size)
     _install_exception_hook(window)
     window.show()
-    _open(window, options)
-    if options.run or options.screenshot:
-        from gui.unattended import Unattended
+    if not options.run and options.screenshot is None:
+        _open(window, options)
+        return app.exec()
 
-        parts = window.workspace, window.loader, window.runs, window.documents
-        unattended = Unattended(*parts, window.close, options.run, options.screenshot)
-        QTimer.singleShot(0, unattended.start)
-        status = app.exec()
-        return unattended.status or status
-    return app.exec()
+    from gui.unattended import Unattended
+
+    unattended = Unattended(
+        window.workspace,
+        window.loader,
+        window.runs,
+        window.notes,
+        window.documents,
+        window.picture,
+        window.close,
+        options.run,
+        options.screenshot,
+    )
+    if options.screenshot is not None:
+        _install_exception_hook(window, unattended.finish)
+    _open(window, options, None if options.screenshot is None else unattended.note_failure)
+    QTimer.singleShot(0, unattended.start)
+    status = app.exec()
+    return unattended.status or status
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -96,7 +118,8 @@ def _size(text: str) -> tuple[int, int]:
     return width, height
 
 
-def _open(window: MainWindow, options: argparse.Namespace) -> None:
+def _open(window: MainWindow, options: argparse.Namespace, refuse: Callable[[str], None] | None = None) -> None:
+    """Open what is named. A single file is asked about in the dialog, or, where nobody can answer, refused."""
     if options.view == "cloud":
         window.centre.setCurrentWidget(window.cloud)
     if options.sample:
@@ -104,7 +127,15 @@ def _open(window: MainWindow, options: argparse.Namespace) -> None:
     records, sources, single = _inputs(options)
     for source in sources:
         window.documents.open_source(source)
+    if refuse is not None:
+        for path in single:
+            refuse(_no_partner(path))
+        single = []
     window.documents.open_paths([*records, *single])
+
+
+def _no_partner(path: Path) -> str:
+    return f"{path}: a frame needs a colour and a depth file, or a folder."
 
 
 def _inputs(options: argparse.Namespace) -> tuple[list[Path], list[FrameSource], list[Path]]:
@@ -114,6 +145,12 @@ def _inputs(options: argparse.Namespace) -> tuple[list[Path], list[FrameSource],
     sources = [FrameSource(str(path), None, *how) for path in folders]
     sources += [FrameSource(str(rgb), str(depth), *how) for rgb, depth in zip(files[::2], files[1::2], strict=False)]
     return records, sources, files[len(files) // 2 * 2 :]
+
+
+def _refused(reason: str) -> int:
+    """Say in one line why there is no window; returns the exit status."""
+    print(f"ilf-gui: {reason}", file=sys.stderr)
+    return 1
 
 
 def _without_display(options: argparse.Namespace, problem: str) -> int:
@@ -127,7 +164,7 @@ def _without_display(options: argparse.Namespace, problem: str) -> int:
     if options.sample:
         jobs.append([str(asset_path("samples/room")), "--out", "ilf-output"])
     for path in single:
-        print(f"ilf-gui: {path}: a frame needs a colour and a depth file, or a folder.", file=sys.stderr)
+        print(f"ilf-gui: {_no_partner(path)}", file=sys.stderr)
     if not jobs:
         print("Without a window, use: ilf complete RGB DEPTH --out DIR (see ilf complete --help).", file=sys.stderr)
         return 1
@@ -141,13 +178,15 @@ def _without_display(options: argparse.Namespace, problem: str) -> int:
     return status
 
 
-def _install_exception_hook(window: MainWindow) -> None:
-    """An unexpected error in a slot is shown and logged; the program goes on with what it has."""
+def _install_exception_hook(window: MainWindow, stop: Callable[[], None] | None = None) -> None:
+    """An unexpected error in a slot is shown and logged; the program goes on with what it has, or stops."""
 
     def hook(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
         traceback.print_exception(kind, error, trace)
         if isinstance(error, Exception):
             window.notes.report("Unexpected error", error)
+            if stop is not None:
+                stop()
 
     sys.excepthook = hook
 

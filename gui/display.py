@@ -2,65 +2,79 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
 import sys
 
-_PACKAGES = {
-    "libEGL.so.1": "libegl1",
-    "libGL.so.1": "libgl1",
-    "libfontconfig.so.1": "libfontconfig1",
-    "libglib-2.0.so.0": "libglib2.0-0",
-    "libdbus-1.so.3": "libdbus-1-3",
-    "libxkbcommon.so.0": "libxkbcommon0",
-}
-"""Libraries that Qt needs to start at all -> Debian and Ubuntu package."""
+from ilf.extras import how_to_install, missing_libraries
 
-_X11_PACKAGES = {
-    "libxcb-cursor.so.0": "libxcb-cursor0",
-    "libxcb-icccm.so.4": "libxcb-icccm4",
-    "libxcb-image.so.0": "libxcb-image0",
-    "libxcb-keysyms.so.1": "libxcb-keysyms1",
-    "libxcb-randr.so.0": "libxcb-randr0",
-    "libxcb-render-util.so.0": "libxcb-render-util0",
-    "libxcb-shape.so.0": "libxcb-shape0",
-    "libxcb-xinerama.so.0": "libxcb-xinerama0",
-    "libxcb-xkb.so.1": "libxcb-xkb1",
-    "libxkbcommon-x11.so.0": "libxkbcommon-x11-0",
+# what Qt's libraries and platform plugins are linked against, beyond the C and C++ run times and what Qt ships;
+# a test compares these with the installed Qt
+QT_LIBRARIES = (
+    "libEGL.so.1",
+    "libGL.so.1",
+    "libX11.so.6",
+    "libdbus-1.so.3",
+    "libfontconfig.so.1",
+    "libfreetype.so.6",
+    "libglib-2.0.so.0",
+    "libgthread-2.0.so.0",
+    "libxkbcommon.so.0",
+    "libz.so.1",
+    "libzstd.so.1",
+)
+"""Needed to start at all, also without a display."""
+
+PLATFORM_LIBRARIES = {
+    "xcb": (
+        "libX11-xcb.so.1",
+        "libxcb.so.1",
+        "libxcb-cursor.so.0",
+        "libxcb-icccm.so.4",
+        "libxcb-image.so.0",
+        "libxcb-keysyms.so.1",
+        "libxcb-randr.so.0",
+        "libxcb-render.so.0",
+        "libxcb-render-util.so.0",
+        "libxcb-shape.so.0",
+        "libxcb-shm.so.0",
+        "libxcb-sync.so.1",
+        "libxcb-util.so.1",
+        "libxcb-xfixes.so.0",
+        "libxcb-xkb.so.1",
+        "libxkbcommon-x11.so.0",
+    ),
+    "wayland": ("libwayland-client.so.0", "libwayland-cursor.so.0"),
+    "offscreen": (),
 }
-"""The same for windows under X11."""
+"""Platform plugin -> what windows by it need as well."""
+
+
+def qt_problem() -> str:
+    """Why Qt cannot start here at all, not even without a display, with what to do about it; "" where it can."""
+    return _problem(QT_LIBRARIES) if sys.platform.startswith("linux") else ""
 
 
 def display_problem() -> str:
-    """Why no window can be shown, with what to do about it; "" where one can, or Qt has been told what to use."""
+    """Why no window can be shown, with what to do about it; "" where one can."""
     if not sys.platform.startswith("linux"):
         return ""
-    missing = _missing(_PACKAGES)
-    if missing:
-        return _message(missing)
-    if os.environ.get("QT_QPA_PLATFORM"):
-        return ""
-    if os.environ.get("WAYLAND_DISPLAY"):
-        return ""
-    if os.environ.get("DISPLAY"):
-        return _message(_missing(_X11_PACKAGES))
-    return "There is no display here (neither DISPLAY nor WAYLAND_DISPLAY is set), so no window can be shown."
+    platforms = _platforms()
+    if not platforms:
+        return "There is no display here (neither DISPLAY nor WAYLAND_DISPLAY is set), so no window can be shown."
+    # one that can be loaded is enough: Qt tries them in turn
+    problems = [_problem(QT_LIBRARIES + PLATFORM_LIBRARIES.get(platform, ())) for platform in platforms]
+    return "" if "" in problems else problems[0]
 
 
-def _missing(libraries: dict[str, str]) -> dict[str, str]:
-    missing = {}
-    for library, package in libraries.items():
-        try:
-            ctypes.CDLL(library)
-        except OSError:
-            missing[library] = package
-    return missing
+def _platforms() -> list[str]:
+    """The platform plugins that Qt would try: those that it has been told to use, or those with a display."""
+    asked = os.environ.get("QT_QPA_PLATFORM")
+    if asked:
+        return [name.partition(":")[0] for name in asked.split(";")]
+    displays = {"WAYLAND_DISPLAY": "wayland", "DISPLAY": "xcb"}
+    return [platform for variable, platform in displays.items() if os.environ.get(variable)]
 
 
-def _message(missing: dict[str, str]) -> str:
-    if not missing:
-        return ""
-    return (
-        f"Qt cannot start because system libraries are missing: {', '.join(missing)}. "
-        f"On Debian or Ubuntu: sudo apt install {' '.join(missing.values())}"
-    )
+def _problem(libraries: tuple[str, ...]) -> str:
+    missing = missing_libraries(libraries)
+    return f"Qt cannot start because system libraries are missing: {how_to_install(missing)}" if missing else ""

@@ -27,6 +27,7 @@ from gui.filtering.presenter import FilterPresenter
 from gui.frames.frame_list import FrameList
 from gui.frames.loader import FrameLoader
 from gui.frames.presenter import FramesPresenter
+from gui.frames.replays import ReplayPresenter
 from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar, show_about
 from gui.state.workspace import Workspace
 from gui.status.bar import StatusBar
@@ -95,6 +96,7 @@ class MainWindow(QMainWindow):
         workspace, runs, loader, actions = self.workspace, self.runs, self.loader, self.actions_
         self.editor = Editor(workspace, self.views, self)
         self.documents = Documents(self, self.picture, workspace, loader, runs, self.notes)
+        self.replays = ReplayPresenter(self.notes)
         self.frame_presenter = FramesPresenter(workspace, self.frames)
         self.view_presenter = ViewsPresenter(workspace, self.views)
         self.errors = ErrorPresenter(workspace, runs, self.views)
@@ -191,6 +193,7 @@ class MainWindow(QMainWindow):
             "pause": runs.toggle_pause,
             "step": runs.step,
             "cancel": runs.cancel,
+            "guess": runs.guess,
             "clear_results": runs.clear_results,
             "give_up": editor.cancel,
             "brush_smaller": lambda: editor.change_brush(-1),
@@ -210,6 +213,8 @@ class MainWindow(QMainWindow):
         stage_cell.stageChanged.connect(lambda name: self.actions_[f"stage_{name}"].setChecked(True))
         stage_cell.set_hints({name: self.actions_[f"stage_{name}"].toolTip() for name in STAGES})
         self.loader.extracted.connect(self.stages.hold)
+        self.loader.replayed.connect(self.replays.show_differences)
+        self.runs.finished.connect(self.replays.show_verdict)
         self.stages.extraction_wished.connect(self.loader.extract)
         self.stages.view_wished.connect(lambda: self.centre.setCurrentWidget(self.views))
         self.views.set_pointer_handler(self._point)

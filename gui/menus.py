@@ -22,7 +22,7 @@ _MENUS = {
     "&Edit": "undo redo | select_all delete_blocks merge_blocks lock_blocks new_block | tool_select "
     "tool_paint tool_erase tool_split | brush_smaller brush_larger give_up",
     "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks | zoom_block select_all",
-    "&Run": "run run_selected | pause step cancel | live | clear_results",
+    "&Run": "run run_selected | pause step cancel | live | guess clear_results",
 }
 _OPACITY = 45
 
@@ -93,7 +93,8 @@ def show_about(window: QWidget) -> None:
         "About ILF Studio",
         f"<b>ILF Studio {ilf.__version__}</b><p>Completes the missing depth in RGB-D frames by iterative low-pass "
         "filtering.</p><p>After Wang, Yu, Yang, Huang, Zhu, Lau, Sun: <i>Depth Image Completion through "
-        "Iterative Low-Pass Filtering</i>.</p><p>MIT licence.</p>",
+        "Iterative Low-Pass Filtering</i>, Appl. Sci. 2024, 14(2), 696, doi:10.3390/app14020696.</p>"
+        "<p>MIT licence.</p>",
     )
 
 

@@ -9,8 +9,8 @@ from .errors import IlfError
 from .frame import CameraIntrinsics, RGBDFrame
 from .io import load_frame
 from .parameters import BlockParameters, Parameters, preset
-
-__version__ = "0.2.0"
+from .run import Run, replay, write
+from .version import __version__
 
 __all__ = [
     "BlockParameters",
@@ -19,6 +19,8 @@ __all__ = [
     "IlfError",
     "Parameters",
     "RGBDFrame",
+    "Run",
+    "__version__",
     "complete",
     "edge_strength",
     "expected_error",
@@ -27,4 +29,6 @@ __all__ = [
     "iterate",
     "load_frame",
     "preset",
+    "replay",
+    "write",
 ]

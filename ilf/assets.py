@@ -24,6 +24,11 @@ def asset_path(name: str) -> Path:
     ------
     InputError
         If this installation does not have it.
+
+    Examples
+    --------
+    >>> sorted(path.name for path in asset_path("samples/room").iterdir())
+    ['depth.png', 'gt.png', 'meta.json', 'rgb.jpg']
     """
     for root in _ROOTS:
         if (root / name).exists():

@@ -46,7 +46,17 @@ def checked_labels(labels: NDArray[np.integer], shape: tuple[int, int]) -> NDArr
 
 
 def find_blocks(labels: NDArray[np.int32]) -> dict[int, Block]:
-    """All blocks of a label map, by label in rising order."""
+    """All blocks of a label map, by label in rising order.
+
+    Examples
+    --------
+    >>> labels = np.array([[0, 7, 7], [3, 3, 7]], np.int32)
+    >>> blocks = find_blocks(labels)
+    >>> list(blocks)
+    [3, 7]
+    >>> blocks[7].box, blocks[7].mask.tolist()
+    ((slice(0, 2, None), slice(1, 3, None)), [[True, True], [False, True]])
+    """
     from scipy.ndimage import find_objects
 
     present = np.unique(labels)

@@ -27,6 +27,13 @@ class CameraIntrinsics:
         Principal point [px], measured from the centre of the top left pixel.
     name : str
         Preset or file that the numbers came from; for display only.
+
+    Examples
+    --------
+    >>> CameraIntrinsics(525.0, 525.0, 319.5, 239.5).fx
+    525.0
+    >>> INTRINSICS["kinect-v2"].cx
+    254.878
     """
 
     fx: float
@@ -123,7 +130,13 @@ def _array(numbers: Any) -> NDArray[Any]:
 
 
 def fitted(intrinsics: CameraIntrinsics, size: tuple[int, int], shape: tuple[int, int] | None) -> CameraIntrinsics:
-    """Intrinsics for `size` (width, height), scaled to a frame of `shape` (H, W)."""
+    """Intrinsics for `size` (width, height), scaled to a frame of `shape` (H, W).
+
+    Examples
+    --------
+    >>> fitted(CameraIntrinsics(500.0, 500.0, 319.5, 239.5), (640, 480), (240, 320))
+    CameraIntrinsics(fx=250.0, fy=250.0, cx=159.5, cy=119.5, name='')
+    """
     if shape is None or size == (shape[1], shape[0]):
         return intrinsics
     scale = shape[1] / size[0]

@@ -62,6 +62,12 @@ def point_cloud(depth: ArrayLike, rgb: ArrayLike, intrinsics: CameraIntrinsics |
     ------
     InputError
         Without intrinsics, or if the shapes do not fit.
+
+    Examples
+    --------
+    >>> depth, rgb = np.array([[2.0, np.nan]]), np.zeros((1, 2, 3), np.uint8)
+    >>> point_cloud(depth, rgb, CameraIntrinsics(100.0, 100.0, 50.0, 0.0)).points.tolist()
+    [[-1.0, 0.0, 2.0]]
     """
     if intrinsics is None:
         raise InputError(
@@ -88,6 +94,12 @@ def in_axes(cloud: PointCloud, axes: str) -> PointCloud:
     ------
     ParameterError
         For unknown axes.
+
+    Examples
+    --------
+    >>> cloud = PointCloud(np.array([[1, 2, 3]], np.float32), np.zeros((1, 3), np.uint8))
+    >>> in_axes(cloud, "y-up").points.tolist()
+    [[1.0, -2.0, -3.0]]
     """
     if axes not in AXES:
         raise ParameterError(f"axes must be one of {', '.join(AXES)}, not {axes!r}.")

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable, Generator, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Self
 
@@ -13,20 +12,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .blocks import Block, checked_labels, find_blocks
-from .edges.network import load_model
-from .edges.strength import canny_strength, combined_strength
+from .equality import NanEqual
 from .errors import InputError
 from .filter.convergence import IterationRecord
-from .filter.edge_aware.iteration import EdgeAwareIteration
-from .filter.pass_band.iteration import PassBandIteration
+from .filter.stepper import Stepper, edges_for, make_stepper
 from .frame import RGBDFrame
-from .parameters import Parameters, preset
+from .parameters import BlockParameters, Parameters
 from .threads import available_cores, one_by_one, side_by_side
 
 History = tuple[IterationRecord, ...]
 ParameterChoice = Parameters | Mapping[int, Parameters]
-Stepper = PassBandIteration | EdgeAwareIteration
-"""What iterates on one block: a record per `next()`, and `surface` and `settled` at any time."""
 
 
 class Status(StrEnum):
@@ -38,9 +33,9 @@ class Status(StrEnum):
     NOTHING_MISSING = "nothing missing"
 
 
-@dataclass(frozen=True)
-class BlockOutcome:
-    """What became of one block.
+@dataclass(frozen=True, eq=False)
+class BlockOutcome(NanEqual):
+    """What became of one block. NaN equals NaN when outcomes are compared.
 
     Attributes
     ----------
@@ -84,6 +79,10 @@ class BlockResult:
     outcome : BlockOutcome
     history : tuple of IterationRecord
     parameters : Parameters
+    network : str or None
+        SHA-256 of the edge network that had a part in it; None if none had.
+    notes : tuple of str
+        What the user should know of how it came about: none if all is as asked for.
     """
 
     block: Block
@@ -91,6 +90,8 @@ class BlockResult:
     outcome: BlockOutcome
     history: History
     parameters: Parameters
+    network: str | None = None
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,12 +108,15 @@ class Completion:
         Block label -> BlockResult, in rising order of labels.
     guessed : ndarray of bool, shape (H, W)
         The filled pixels that no block vouches for: none, unless `ilf.dense.fill_rest` has been asked for them.
+    notes : tuple of str
+        What the user should know of how it came about, each sentence once.
     """
 
     depth: NDArray[np.float32]
     filled: NDArray[np.bool_]
     results: dict[int, BlockResult]
     guessed: NDArray[np.bool_]
+    notes: tuple[str, ...] = ()
 
     @property
     def history(self) -> dict[int, History]:
@@ -140,7 +144,13 @@ def compose(frame: RGBDFrame, results: Mapping[int, BlockResult]) -> Completion:
     for result in results.values():
         depth[result.block.box][result.block.mask] = result.depth
     filled = ~frame.known & np.isfinite(depth)
-    return Completion(depth, filled, dict(sorted(results.items())), np.zeros_like(filled))
+    in_order = dict(sorted(results.items()))
+    return Completion(depth, filled, in_order, np.zeros_like(filled), _notes_of(in_order))
+
+
+def _notes_of(results: Mapping[int, BlockResult]) -> tuple[str, ...]:
+    """Each sentence once."""
+    return tuple(dict.fromkeys(note for result in results.values() for note in result.notes))
 
 
 class CompletionRun(Iterator[Progress]):
@@ -162,6 +172,9 @@ class CompletionRun(Iterator[Progress]):
     threads : int, optional
         Blocks that run at the same time; as many as there are cores if left out. With 1 they run one after the other
         in the caller's thread, each `next()` exactly one iteration.
+    extraction : BlockParameters, optional
+        What the blocks were extracted with, where that is known: the filter sees edges with the same parameters of
+        Canny and depth jumps. Those of the defaults if left out.
 
     Raises
     ------
@@ -176,6 +189,7 @@ class CompletionRun(Iterator[Progress]):
         parameters: ParameterChoice,
         only: set[int] | None = None,
         threads: int | None = None,
+        extraction: BlockParameters | None = None,
     ) -> None:
         self._frame = frame
         blocks = find_blocks(checked_labels(labels, frame.shape))
@@ -184,7 +198,7 @@ class CompletionRun(Iterator[Progress]):
         self._parameters = {label: _parameters_for(parameters, label) for label in self.blocks}
         self._live: dict[int, Stepper] = {}
         tasks = {
-            label: _block_steps(frame, block, self._parameters[label], self._live)
+            label: _block_steps(frame, block, self._parameters[label], extraction, self._live)
             for label, block in self.blocks.items()
         }
         width = min(available_cores() if threads is None else threads, len(tasks))
@@ -193,6 +207,11 @@ class CompletionRun(Iterator[Progress]):
             self._steps = side_by_side([tasks[label] for label in largest_first], width)
         else:
             self._steps = one_by_one(tasks.values())
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the user should know of how the results so far came about, each sentence once."""
+        return _notes_of(self.results)
 
     def __next__(self) -> Progress:
         progress = next(self._steps)
@@ -229,6 +248,7 @@ def complete(
     *,
     on_progress: Callable[[Progress], None] | None = None,
     threads: int | None = None,
+    extraction: BlockParameters | None = None,
 ) -> Completion:
     """Complete the depth of all blocks of a frame by iterative low-pass filtering (section 3).
 
@@ -243,6 +263,8 @@ def complete(
         Called with every `Progress`; raise `Cancelled` in it to stop.
     threads : int, optional
         Blocks that run at the same time; as many as there are cores if left out. The result is the same.
+    extraction : BlockParameters, optional
+        What the blocks were extracted with, unless that were the defaults: the filter sees the same edges then.
 
     Returns
     -------
@@ -253,23 +275,70 @@ def complete(
     ------
     InputError
         If the label map does not fit the frame.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ilf
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[8:12, 10:20] = np.nan
+    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
+    >>> result = ilf.complete(frame, np.ones((20, 30), np.int32))
+    >>> int(result.filled.sum()), round(float(result.depth[10, 15]), 3), result.outcomes[1].status.value
+    (40, 2.0, 'completed')
     """
-    with CompletionRun(frame, blocks, preset() if parameters is None else parameters, threads=threads) as run:
+    chosen = Parameters() if parameters is None else parameters
+    with CompletionRun(frame, blocks, chosen, threads=threads, extraction=extraction) as run:
         for progress in run:
             if on_progress is not None:
                 on_progress(progress)
     return compose(frame, run.results)
 
 
-def iterate(frame: RGBDFrame, blocks: NDArray[np.integer], label: int, parameters: Parameters | None = None) -> Stepper:
+def iterate(
+    frame: RGBDFrame,
+    blocks: NDArray[np.integer],
+    label: int,
+    parameters: Parameters | None = None,
+    *,
+    extraction: BlockParameters | None = None,
+) -> Stepper:
     """The stepper of one block: iterate over it for one record per iteration.
 
-    `surface` of the returned object is P_i at the block's pixels at any time.
+    Parameters
+    ----------
+    frame : RGBDFrame
+    blocks : ndarray of int, shape (H, W)
+        Label map, 0 = no block.
+    label : int
+        The block.
+    parameters : Parameters, optional
+        The default preset, "best", if left out.
+    extraction : BlockParameters, optional
+        As in `complete`.
+
+    Returns
+    -------
+    Stepper
+        Its `surface` is P_i at the block's pixels at any time, and its `notes` say what there is to know.
 
     Raises
     ------
     InputError
         If there is no such block, or it has no known depth at all.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ilf
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[8:12, 10:20] = np.nan
+    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
+    >>> stepper = ilf.iterate(frame, np.ones((20, 30), np.int32), 1, ilf.preset("released-code", max_iterations=3))
+    >>> [(record.i, round(record.radii[0], 2)) for record in stepper]
+    [(1, 1.0), (2, 1.89), (3, 2.78)]
+    >>> stepper.surface.shape
+    (600,)
     """
     found = find_blocks(checked_labels(blocks, frame.shape))
     if label not in found:
@@ -277,61 +346,38 @@ def iterate(frame: RGBDFrame, blocks: NDArray[np.integer], label: int, parameter
     block = found[label]
     if not np.isfinite(frame.depth[block.box][block.mask]).any():
         raise InputError(f"Block {label} has no known depth, so there is nothing to iterate on.")
-    stepper, note = _stepper(frame, block, preset() if parameters is None else parameters)
-    if note:
-        warnings.warn(note, RuntimeWarning, stacklevel=2)
-    return stepper
+    return make_stepper(frame, block, parameters or Parameters(), extraction)
 
 
-def prepare(frame: RGBDFrame, parameters: Parameters) -> str:
-    """Work out beforehand what every run of a frame with such parameters needs: the frame's edges, once.
-
-    Returns
-    -------
-    str
-        Why the edges are not those that the parameters ask for; "" if they are.
-    """
-    return _edges(frame, parameters)[1] if parameters.filter == "edge-aware" else ""
-
-
-def _stepper(frame: RGBDFrame, block: Block, parameters: Parameters) -> tuple[Stepper, str]:
-    """What iterates on the block, and what has to be said about it."""
-    if parameters.filter == "edge-aware":
-        strength, note = _edges(frame, parameters)
-        return EdgeAwareIteration(frame, block, parameters, strength), note
-    return PassBandIteration(frame, block, parameters), ""
-
-
-def _edges(frame: RGBDFrame, parameters: Parameters) -> tuple[NDArray[np.float32], str]:
-    """The frame's edge strength, and why it is not the one that was asked for, if so."""
-    if parameters.edges == "hed":
-        try:
-            return combined_strength(frame, load_model(parameters.model), parameters.multiscale), ""
-        except InputError as error:
-            return canny_strength(frame), f"Edges come from Canny: {error}"
-    return canny_strength(frame), ""
+def prepare(frame: RGBDFrame, parameters: Parameters, extraction: BlockParameters | None = None) -> None:
+    """Work out beforehand what every run of a frame with such parameters needs: the frame's edges, once."""
+    edges_for(frame, parameters, extraction)
 
 
 def _block_steps(
-    frame: RGBDFrame, block: Block, parameters: Parameters, live: dict[int, Stepper]
+    frame: RGBDFrame,
+    block: Block,
+    parameters: Parameters,
+    extraction: BlockParameters | None,
+    live: dict[int, Stepper],
 ) -> Generator[Progress, None, None]:
     """All steps of one block; while they go on, its stepper stands in `live`."""
-    outcome = _refusal(frame, block, parameters)
-    depth = frame.depth[block.box][block.mask]
+    refusal = _refusal(frame, block, parameters)
+    raw = frame.depth[block.box][block.mask]
+    if refusal is not None:
+        yield Progress(block.label, result=BlockResult(block, raw, refusal, (), parameters))
+        return
+    stepper = make_stepper(frame, block, parameters, extraction)
+    live[block.label] = stepper
     history: list[IterationRecord] = []
-    if outcome is None:
-        iteration, note = _stepper(frame, block, parameters)
-        live[block.label] = iteration
-        for record in iteration:
-            history.append(record)
-            yield Progress(block.label, record=record)
-        del live[block.label]
-        completed = _block_depth(frame, block, iteration.surface, parameters.mode)
-        outcome = _outcome(block, depth, completed, history, iteration.settled, parameters)
-        if note:
-            outcome = replace(outcome, message=f"{note} {outcome.message}".strip())
-        depth = completed
-    yield Progress(block.label, result=BlockResult(block, depth, outcome, tuple(history), parameters))
+    for record in stepper:
+        history.append(record)
+        yield Progress(block.label, record=record)
+    del live[block.label]
+    depth = _block_depth(frame, block, stepper.surface, parameters.mode)
+    outcome = _outcome(block, raw, depth, history, stepper)
+    result = BlockResult(block, depth, outcome, tuple(history), parameters, stepper.network, stepper.notes)
+    yield Progress(block.label, result=result)
 
 
 def _parameters_for(parameters: ParameterChoice, label: int) -> Parameters:
@@ -378,25 +424,21 @@ def _outcome(
     raw: NDArray[np.float32],
     completed: NDArray[np.float32],
     history: list[IterationRecord],
-    settled: bool,
-    parameters: Parameters,
+    stepper: Stepper,
 ) -> BlockOutcome:
     missing = np.isnan(raw)
     left = int(np.count_nonzero(np.isnan(completed)))
-    sigma = history[-1].sigma_i
-    message = "" if settled else f"Not steady after {len(history)} iterations."
-    if settled and parameters.filter == "edge-aware" and sigma >= parameters.s_criteria:
-        message = f"The last stage ended by its number of steps, at sigma_i = {1000 * sigma:.2g} mm."
+    message = stepper.remark if stepper.settled else f"Not steady after {len(history)} iterations."
     if left:
         message = f"{message} {left} pixels stay missing: the filter gave no positive depth there.".strip()
     return BlockOutcome(
         label=block.label,
-        status=Status.COMPLETED if settled else Status.ITERATION_LIMIT,
+        status=Status.COMPLETED if stepper.settled else Status.ITERATION_LIMIT,
         message=message,
         pixels=raw.size,
         known=raw.size - int(np.count_nonzero(missing)),
         recovered=int(np.count_nonzero(missing)) - left,
         iterations=len(history),
         stages=history[-1].stage,
-        sigma_i=sigma,
+        sigma_i=history[-1].sigma_i,
     )

@@ -145,6 +145,16 @@ def expected_error(frame: RGBDFrame, completion: Completion) -> Array:
     ------
     InputError
         If the shapes differ.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[8:12, 10:20] = np.nan
+    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
+    >>> error = ilf.expected_error(frame, ilf.complete(frame, np.ones((20, 30), np.int32)))
+    >>> int(np.isfinite(error).sum()), bool(error[10, 15] < 0.01)
+    (40, True)
     """
     model = np.full(frame.shape, _NUMBERS[DEFAULT_MODEL])
     for result in completion.results.values():

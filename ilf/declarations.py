@@ -9,8 +9,8 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, Self
 
@@ -54,6 +54,8 @@ class Declaration:
         "linear", or "log" for a number whose size is felt by its ratio, as a slider should move it.
     when : tuple
         (name, value) of another parameter that must hold for this one to have any effect; empty for always.
+    aliases : mapping
+        Other names of choices, which older records and habits have, to the choice that they mean.
     """
 
     name: str
@@ -71,6 +73,7 @@ class Declaration:
     source: str = ""
     scale: str = "linear"
     when: tuple[str, Value] | tuple[()] = ()
+    aliases: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def kind(self) -> type:
@@ -85,6 +88,8 @@ class Declaration:
     def checked(self, value: object) -> Value:
         """`value` in the parameter's own type; raises ParameterError if it is of another kind or out of range."""
         if self.choices:
+            if isinstance(value, str):
+                value = self.aliases.get(value, value)
             if value not in self.choices:
                 raise ParameterError(f"{self.name} must be one of {', '.join(self.choices)}, not {value!r}.")
             return str(value)
@@ -142,17 +147,58 @@ class ParameterSet:
 
     def matters(self, name: str) -> bool:
         """Whether a parameter has any effect with the other values as they are."""
+        return not self._unmet(name)
+
+    def without_effect(self, names: Iterable[str]) -> tuple[str, ...]:
+        """Those of some parameters that have no effect with the values as they are: a sentence on each, and why.
+
+        Examples
+        --------
+        >>> from ilf.parameters import Parameters
+        >>> Parameters(filter="edge-aware").without_effect(["padding", "smoothness"])
+        ('padding has no effect with filter edge-aware; it belongs to filter ideal.',)
+        """
+        sentences = []
+        for name in names:
+            if condition := self._unmet(name):
+                other, value = condition
+                present = _words(getattr(self, other))
+                sentences.append(f"{name} has no effect with {other} {present}; it belongs to {other} {_words(value)}.")
+        return tuple(sentences)
+
+    def same_effect(self, other: Self) -> bool:
+        """Whether two sets differ at most in values that have no effect."""
+        return all(
+            getattr(self, name) == getattr(other, name) or not self.matters(name) for name in self.declarations()
+        )
+
+    def _unmet(self, name: str) -> tuple[str, Value] | tuple[()]:
+        """What must hold for a parameter to have any effect and does not, the outermost condition; empty if all do."""
         known = self.declarations()
+        unmet: tuple[str, Value] | tuple[()] = ()
         condition = known[name].when
         while condition:
             other, value = condition
             if getattr(self, other) != value:
-                return False
+                unmet = condition
             condition = known[other].when
-        return True
+        return unmet
+
+    def changed(self, **changes: object) -> Self:
+        """A copy with values that somebody has chosen, each of which must therefore count for something.
+
+        Raises
+        ------
+        ParameterError
+            As `replace` does, and for parameters that have no effect with the values as they are then.
+        """
+        result = self.replace(**changes)
+        if sentences := result.without_effect(changes):
+            raise ParameterError(" ".join(sentences))
+        return result
 
     def replace(self, **changes: object) -> Self:
-        """A copy with other values.
+        """A copy with other values, whether or not they have any effect.
 
         Raises
         ------
@@ -175,3 +221,8 @@ class ParameterSet:
     def from_dict(cls, values: Mapping[str, object]) -> Self:
         """Inverse of `to_dict`; names that are left out keep their defaults."""
         return cls().replace(**values)
+
+
+def _words(value: Value) -> str:
+    """A value as people write it."""
+    return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)

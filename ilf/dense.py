@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
+from dataclasses import replace
+
 import numpy as np
 
 from .completion import Completion, iterate
 from .errors import InputError
+from .filter.convergence import IterationRecord
 from .frame import RGBDFrame
 from .parameters import preset
 
@@ -31,7 +35,28 @@ def fill_rest(frame: RGBDFrame, completion: Completion) -> Completion:
     ------
     InputError
         If there is no depth at all.
+
+    Examples
+    --------
+    >>> import numpy as np, ilf
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[5:9, 5:9] = 0
+    >>> frame = ilf.RGBDFrame(rgb=np.zeros((20, 30, 3), np.uint8), depth=depth)
+    >>> nothing_run = ilf.complete(frame, np.zeros((20, 30), int))
+    >>> int(ilf.fill_rest(frame, nothing_run).guessed.sum())
+    16
     """
+    steps = guess_steps(frame, completion)
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value
+
+
+def guess_steps(frame: RGBDFrame, completion: Completion) -> Generator[IterationRecord, None, Completion]:
+    """`fill_rest` step by step, for those who show its progress or may give it up: yields the record of every
+    iteration, and returns the completion."""
     guessed = ~np.isfinite(completion.depth)
     if guessed.all():
         raise InputError("There is no depth in this frame, so there is nothing to guess from.")
@@ -39,10 +64,10 @@ def fill_rest(frame: RGBDFrame, completion: Completion) -> Completion:
         return completion
     completed = RGBDFrame(frame.rgb, completion.depth)
     iteration = iterate(completed, np.ones(frame.shape, np.int32), 1, preset("best", trend=False))
-    for _ in iteration:
-        pass
+    yield from iteration
     surface = iteration.surface.reshape(frame.shape)
     nearest, farthest = np.nanmin(completion.depth), np.nanmax(completion.depth)
     depth = completion.depth.copy()
     depth[guessed] = np.clip(surface[guessed], nearest, farthest)
-    return Completion(depth, completion.filled | guessed, completion.results, guessed)
+    notes = tuple(dict.fromkeys((*completion.notes, *iteration.notes)))
+    return replace(completion, depth=depth, filled=completion.filled | guessed, guessed=guessed, notes=notes)

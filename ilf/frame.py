@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +21,24 @@ COMMON_DEPTH_UNITS = (1000.0, 5000.0, 10_000.0, 4000.0, 1.0)
 """File units per metre that are in use, the most common first."""
 
 
+@dataclass(frozen=True)
+class InputFile:
+    """A file that was read: where it was, and the SHA-256 of the very bytes that were read."""
+
+    path: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class FrameInputs:
+    """The files of a frame and how they were read: file units per metre, and fx, fy, cx, cy [px] or None."""
+
+    rgb: InputFile
+    depth: InputFile
+    depth_units: float
+    intrinsics: tuple[float, float, float, float] | None
+
+
 @dataclass(frozen=True, eq=False)
 class RGBDFrame:
     """Registered colour and depth of one moment. Immutable: its arrays are read-only copies.
@@ -31,35 +49,83 @@ class RGBDFrame:
         Colour, uint8, shape (H, W, 3), red first.
     depth : array_like
         Depth [m], shape (H, W), any real type. NaN, infinite, zero and negative values all mean
-        *missing* and become NaN.
+        *missing* and become NaN, and so does distrusted depth.
     intrinsics : CameraIntrinsics, optional
         Needed for point clouds only.
     name : str
         What to call the frame in lists and reports.
-    sources : dict
-        Provenance: role ("rgb", "depth", ...) -> file path, plus the reading options; filled by the readers.
+    inputs : FrameInputs, optional
+        The files that it was read from; filled by the readers.
+    distrusted : array_like of bool, optional
+        Pixels, shape (H, W), whose measured depth is known to be wrong (the wall behind a glass, flying pixels, glare)
+        and counts as missing. Where nothing was measured it means nothing.
+
+    Attributes
+    ----------
+    measured : ndarray of float32, shape (H, W)
+        Depth [m] as it was given, distrusted depth included.
 
     Raises
     ------
     InputError
         If shapes or types do not fit, no depth is known, or the median depth is outside 0.1-50 m.
+
+    Examples
+    --------
+    >>> frame = RGBDFrame(rgb=np.zeros((2, 2, 3), np.uint8), depth=[[1.5, 2], [0, 2]])
+    >>> frame.depth
+    array([[1.5, 2. ],
+           [nan, 2. ]], dtype=float32)
+    >>> frame.distrusting([[False, True], [False, False]]).depth
+    array([[1.5, nan],
+           [nan, 2. ]], dtype=float32)
     """
 
     rgb: NDArray[np.uint8]
     depth: NDArray[np.float32]
     intrinsics: CameraIntrinsics | None = None
     name: str = "frame"
-    sources: dict[str, object] = field(default_factory=dict)
+    inputs: FrameInputs | None = None
+    distrusted: NDArray[np.bool_] | None = None
+    measured: NDArray[np.float32] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rgb", _checked_rgb(self.rgb))
-        object.__setattr__(self, "depth", _checked_depth(self.depth))
+        measured = depth = _checked_depth(self.depth)
+        if self.distrusted is not None:
+            distrusted = _checked_mask(self.distrusted, depth.shape)
+            object.__setattr__(self, "distrusted", distrusted)
+            depth = _frozen(np.where(distrusted, np.float32(np.nan), depth))
+        object.__setattr__(self, "measured", measured)
+        object.__setattr__(self, "depth", depth)
         if self.rgb.shape[:2] != self.depth.shape:
             raise InputError(
                 f"Colour is {_size(self.rgb)} but depth is {_size(self.depth)}. "
                 "Both must show the same pixels: register and resize one to the other first."
             )
+        if self.distrusted is not None and not self.known.any() and np.isfinite(self.measured).any():
+            raise InputError("All depth of the frame is distrusted: nothing is left to go by. Trust some of it.")
         check_depth_scale(self.depth)
+
+    @property
+    def sources(self) -> dict[str, object]:
+        """What `ilf.load_frame` takes to read the same files again, ready for JSON; empty if there are none."""
+        if self.inputs is None:
+            return {}
+        camera = self.inputs.intrinsics
+        return {
+            "rgb": self.inputs.rgb.path,
+            "depth": self.inputs.depth.path,
+            "depth_units": self.inputs.depth_units,
+            "intrinsics": None if camera is None else list(camera),
+        }
+
+    def distrusting(self, mask: ArrayLike | None) -> Self:
+        """The same frame with other depth distrusted: pixels of a mask, bool (H, W), or none at all."""
+        wanted = None if mask is None or not np.any(mask) else np.asarray(mask)
+        if wanted is None and self.distrusted is None:
+            return self
+        return replace(self, depth=self.measured, distrusted=wanted)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -148,6 +214,16 @@ def _checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
         metres = array.astype(np.float32)
     metres[~(np.isfinite(metres) & (metres > 0))] = np.nan
     return _frozen(metres)
+
+
+def _checked_mask(mask: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    array = np.asarray(mask)
+    if array.dtype != np.bool_ or array.shape != shape:
+        raise InputError(
+            f"A mask of distrusted depth must be bool with the frame's shape {shape}, not {array.dtype} with shape "
+            f"{array.shape}."
+        )
+    return _frozen(array.copy())
 
 
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:

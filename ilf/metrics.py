@@ -62,6 +62,13 @@ def measure_errors(depth: NDArray[np.floating], truth: NDArray[np.floating], mas
     ------
     InputError
         If shapes differ, the mask is empty, or a depth under it is missing.
+
+    Examples
+    --------
+    >>> truth = np.full((1, 4), 2.0)
+    >>> errors = measure_errors(truth + [[0.0, 0.2, -0.2, 1.0]], truth, np.array([[True, True, True, False]]))
+    >>> errors.pixels, round(errors.rmse, 3), round(errors.mae, 3), round(errors.acc, 3)
+    (3, 0.163, 0.133, 0.0)
     """
     if not depth.shape == truth.shape == mask.shape:
         raise InputError(
@@ -104,6 +111,11 @@ def fill_rate(depth: NDArray[np.floating], wanted: NDArray[np.bool_]) -> float:
     ------
     InputError
         If shapes differ or no pixel is wanted.
+
+    Examples
+    --------
+    >>> fill_rate(np.array([[1.5, np.nan, 2.0]]), np.array([[False, True, True]]))
+    0.5
     """
     if depth.shape != wanted.shape:
         raise InputError(f"Depth {depth.shape} and mask {wanted.shape} must have the same shape.")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, Self
 
 from .declarations import ParameterSet, declare
 from .errors import ParameterError
@@ -11,7 +13,7 @@ from .models import BUNDLED, model_names
 _BLOCKS, _EDGES, _BOUNDARIES = "Blocks", "Edges", "Boundaries"
 _OUTPUT, _SCHEDULE, _STOP, _COLOUR, _DATA = "Output", "Pass band", "Stopping", "Colour", "Data"
 _SMOOTH, _SOFT = "Smoothness", "Edges"
-_HED, _DEPTH, _NETWORK = ("detector", "hed"), ("use_depth", True), ("edges", "hed")
+_HED, _DEPTH, _NETWORK = ("detector", "hed"), ("use_depth", True), ("edges", "combined")
 _IDEAL, _EDGE_AWARE = ("filter", "ideal"), ("filter", "edge-aware")
 
 
@@ -96,15 +98,16 @@ class BlockParameters(ParameterSet):
 
 @dataclass(frozen=True)
 class Parameters(ParameterSet):
-    """Parameters of ILF, the iterative low-pass filter. Defaults are those of the paper's text."""
+    """Parameters of ILF, the iterative low-pass filter. Defaults are those of the preset `best`."""
 
     mode: str = declare(
         "fill", "Mode", "fill: only missing pixels change. fill+denoise: the whole block takes the filtered depth.",
         _OUTPUT, choices=("fill", "fill+denoise"), source="section 3; released code fills",
     )  # fmt: skip
     filter: str = declare(
-        "ideal", "Low-pass filter", "ideal: everything up to a cut-off radius passes, nothing beyond, and the radius "
-        "grows. edge-aware: what varies slowly passes, except at edges.", _OUTPUT, choices=("ideal", "edge-aware"),
+        "edge-aware", "Low-pass filter", "ideal: everything up to a cut-off radius passes, nothing beyond, and the "
+        "radius grows. edge-aware: what varies slowly passes, except at edges.", _OUTPUT,
+        choices=("ideal", "edge-aware"),
         source="ideal: section 3; edge-aware: not in the paper",
     )  # fmt: skip
     smoothness: float = declare(
@@ -135,9 +138,9 @@ class Parameters(ParameterSet):
         step=0.001, source="not in the paper", when=_EDGE_AWARE,
     )  # fmt: skip
     edges: str = declare(
-        "hed", "Edges from", "hed: an edge network, which finds the boundaries of objects. canny: "
-        "every strong change of colour. Depth jumps are edges with both.", _SOFT, choices=("hed", "canny"),
-        source="section 2: HED and Canny", when=_EDGE_AWARE,
+        "combined", "Edges from", "combined: an edge network, which finds the boundaries of objects. canny: "
+        "every strong change of colour. Depth jumps are edges with both.", _SOFT, choices=("combined", "canny"),
+        source="section 2: HED and Canny", when=_EDGE_AWARE, aliases={"hed": "combined", "network": "combined"},
     )  # fmt: skip
     model: str = declare(
         BUNDLED, "Edge network", "The bundled network, or one of your own: 'ilf models import FILE'.", _SOFT,
@@ -162,7 +165,7 @@ class Parameters(ParameterSet):
         unit="px", minimum=0.1, maximum=100.0, step=0.5, source="not in the paper", when=_EDGE_AWARE,
     )  # fmt: skip
     centred: bool = declare(
-        False, "Subtract mean depth", "Filter the deviation from the mean known depth, so the hole need not be "
+        True, "Subtract mean depth", "Filter the deviation from the mean known depth, so the hole need not be "
         "lifted from 0 m.", _OUTPUT, source="not in the paper", when=_IDEAL,
     )  # fmt: skip
     schedule: str = declare(
@@ -195,7 +198,7 @@ class Parameters(ParameterSet):
         unit="x", minimum=1.0, maximum=4.0, step=0.25, source="section 3", when=_IDEAL,
     )  # fmt: skip
     s_criteria: float = declare(
-        0.005, "S_criteria", "The iteration is steady when sigma_i falls below this. Stages of the edge-aware "
+        0.0005, "S_criteria", "The iteration is steady when sigma_i falls below this. Stages of the edge-aware "
         "filter also end by a number of steps.", _STOP,
         unit="m", scale="log", minimum=0.0, maximum=1.0, step=0.001, source="Eq. (1)",
     )  # fmt: skip
@@ -235,11 +238,22 @@ class Parameters(ParameterSet):
         "missing.", _DATA, unit="px", scale="log", minimum=1, maximum=1_000_000,
     )  # fmt: skip
 
+    @classmethod
+    def from_dict(cls, values: Mapping[str, object]) -> Self:
+        """Inverse of `to_dict`; names that are left out have the values of the preset `paper`.
+
+        A record that lacks names is older than they are, and those were the defaults then.
+        """
+        return cls(**_PAPER).replace(**values)
+
+
+_PAPER: dict[str, Any] = {"filter": "ideal", "centred": False, "s_criteria": 0.005}
+"""What the paper's text has otherwise than `best`, and the released code, too."""
 
 PRESETS: dict[str, Parameters] = {
-    "best": Parameters(filter="edge-aware", centred=True, s_criteria=0.0005),
-    "paper": Parameters(),
-    "released-code": Parameters(schedule="linear", stop_when_steady=False, rgb_iterations=99),
+    "best": Parameters(),
+    "paper": Parameters(**_PAPER),
+    "released-code": Parameters(**_PAPER, schedule="linear", stop_when_steady=False, rgb_iterations=99),
 }
 """Name -> parameters: `best` follows measurements, `paper` the text, `released-code` the authors' MATLAB program."""
 
@@ -260,13 +274,18 @@ def preset(name: str = DEFAULT_PRESET, **changes: object) -> Parameters:
     Raises
     ------
     ParameterError
-        For an unknown preset or parameter, or a value out of range.
+        For an unknown preset or parameter, a value out of range, or a parameter that has no effect beside the others.
 
     Examples
     --------
+    >>> preset() == Parameters()
+    True
     >>> preset("released-code", rgb_iterations=0, mode="fill+denoise").rgb_iterations
     0
+    >>> preset("best", padding=3)
+    Traceback (most recent call last):
+    ilf.errors.ParameterError: padding has no effect with filter edge-aware; it belongs to filter ideal.
     """
     if name not in PRESETS:
         raise ParameterError(f"There is no preset {name!r}. Known: {', '.join(PRESETS)}.")
-    return PRESETS[name].replace(**changes)
+    return PRESETS[name].changed(**changes)

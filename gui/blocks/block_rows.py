@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 
 from gui.blocks.block_table import BlockRow
 from gui.state.session import BlockCounts, Session
@@ -31,7 +30,7 @@ def block_rows(session: Session, runs: RunController, common: Parameters) -> lis
             state, detail, iterations, sigma = "queued", "", 0, math.nan
         elif result is not None:
             outcome = result.outcome
-            outdated = not anew and not _same_effect(result.parameters, session.parameters_of(label, common))
+            outdated = not anew and not result.parameters.same_effect(session.parameters_of(label, common))
             state = "values changed" if outdated else str(outcome.status)
             iterations, sigma = outcome.iterations, outcome.sigma_i
             detail = _detail(result, outdated)
@@ -53,14 +52,6 @@ def block_rows(session: Session, runs: RunController, common: Parameters) -> lis
             )
         )
     return rows
-
-
-@lru_cache
-def _same_effect(one: Parameters, other: Parameters) -> bool:
-    """Whether two sets differ at most in values that do not matter."""
-    return one == other or all(
-        getattr(one, name) == getattr(other, name) for name in one.declarations() if one.matters(name)
-    )
 
 
 def _detail(result: BlockResult, outdated: bool) -> str:

@@ -38,6 +38,7 @@ class CloudView(QWidget):
         self.setFocusProxy(self.canvas)
         self._colours: Rgb = np.empty((0, 3), np.uint8)
         self._filled: NDArray[np.bool_] | None = None
+        self._guessed: NDArray[np.bool_] | None = None
         self._colour_by = ColourBy.COLOUR
         self._icons: list[tuple[QAction | QToolButton, str]] = []
         self._bar = self._tool_bar()
@@ -68,12 +69,12 @@ class CloudView(QWidget):
         points = np.ascontiguousarray(points, np.float32)
         if points.ndim != 2 or points.shape[1] != 3 or points.shape != colours.shape:
             raise ValueError(f"points and colours must both be (N, 3), not {points.shape} and {colours.shape}")
-        self._colours, self._filled = colours, None
+        self._colours, self._filled, self._guessed = colours, None, None
         self.canvas.set_points(points, reset)
         self._recolour()
 
-    def set_filled(self, mask: NDArray[np.bool_] | None) -> None:
-        """Say which points of the present cloud were filled, bool (N,); None: none of them.
+    def set_filled(self, mask: NDArray[np.bool_] | None, guessed: NDArray[np.bool_] | None = None) -> None:
+        """Say which points of the present cloud were filled, and which of those are guesses, bool (N,); None: none.
 
         Raises
         ------
@@ -82,12 +83,12 @@ class CloudView(QWidget):
         """
         if mask is not None and mask.shape != (len(self.canvas.points),):
             raise ValueError(f"filled must be ({len(self.canvas.points)},), not {mask.shape}")
-        self._filled = mask
+        self._filled, self._guessed = mask, guessed
         self._recolour()
 
     def set_message(self, text: str = EMPTY_TEXT) -> None:
         """Drop the cloud and show a text in its place."""
-        self._filled = None
+        self._filled = self._guessed = None
         self._colours = np.empty((0, 3), np.uint8)
         self.canvas.message = text
         self.canvas.set_points(np.empty((0, 3), np.float32), reset=True)
@@ -117,10 +118,13 @@ class CloudView(QWidget):
             colours = depth_table("turbo")[to_indices(points[:, 2], low, high), :3]
             caption += f", blue {low:.2f} m to red {high:.2f} m"
         elif self._colour_by is ColourBy.FILLED and self._filled is not None:
-            accent = theme.colours(self.palette()).accent
+            shades = theme.colours(self.palette())
             colours = colours.copy()
-            colours[self._filled] = accent.red(), accent.green(), accent.blue()
+            colours[self._filled] = shades.accent.red(), shades.accent.green(), shades.accent.blue()
             caption += f", {np.count_nonzero(self._filled):,} filled"
+            if self._guessed is not None and self._guessed.any():
+                colours[self._guessed] = shades.warning.red(), shades.warning.green(), shades.warning.blue()
+                caption += f", of these {np.count_nonzero(self._guessed):,} guessed"
         self.canvas.set_colours(colours, caption)
 
     def _refresh_theme(self) -> None:

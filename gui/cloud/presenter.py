@@ -49,4 +49,5 @@ class CloudPresenter(QObject):
         points = point_cloud(depth, frame.rgb, frame.intrinsics)
         self._cloud.set_cloud(points.points, points.colours, reset=not same)
         if completion is not None:
-            self._cloud.set_filled(completion.filled[np.isfinite(depth)])
+            there = np.isfinite(depth)
+            self._cloud.set_filled(completion.filled[there], completion.guessed[there])

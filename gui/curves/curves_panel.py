@@ -13,6 +13,8 @@ from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QLabel, QStackedWidget, Q
 
 from gui import theme
 from ilf.filter.convergence import IterationRecord
+from ilf.filter.edge_aware.record import EdgeAwareRecord
+from ilf.filter.pass_band.record import PassBandRecord
 
 from .convergence_plot import ConvergencePlot, ErrorPlot, veil
 
@@ -185,7 +187,7 @@ class CurvesPanel(QWidget):
             for name in ("sigma_i", "residual", "held_out")
         )
         l1 = np.array([record.l1 for record in self.records], np.float64)
-        weighted = [record.i for record in self.records if record.weighted]
+        weighted = [record.i for record in self.records if isinstance(record, PassBandRecord) and record.weighted]
         span = (weighted[0] - 0.5, weighted[-1] + 0.5) if weighted else None
         self.sigma_plot.show_curve(iterations, sigma, self._stage_starts, span)
         self.error_plot.show_errors(iterations, held_out, residual, self._stage_starts, span)
@@ -216,11 +218,11 @@ class CurvesPanel(QWidget):
             self._refresh_theme()
 
     def _starts_stage(self, record: IterationRecord) -> bool:
-        """Whether the pass band grew after it had been held: where it grows every time there are no stages."""
+        """Whether a stage begins after one of some length: where one begins every time there is nothing to mark."""
         if len(self.records) < 2:
             return False
         before, last = self.records[-2:]
-        return (record.stage, record.radii) != (last.stage, last.radii) == (before.stage, before.radii)
+        return record.stage != last.stage == before.stage
 
     def _hover(self, iteration: float) -> None:
         """Point at the iteration nearest to a position on the axis; NaN: at none."""
@@ -245,7 +247,7 @@ class CurvesPanel(QWidget):
             f"σ {length_text(record.sigma_i)}",
             *([f"hold-out {length_text(record.held_out)}"] if math.isfinite(record.held_out) else []),
             f"L1 {record.l1:,.4g} m" if record.l1 < 1e4 else f"L1 {record.l1:,.0f} m",
-            f"radii {record.radii[0]:.1f} × {record.radii[1]:.1f}",
+            *_own_facts(record),
             f"stage {record.stage}",
             f"residual {length_text(record.residual)}",
         ]
@@ -275,3 +277,12 @@ class CurvesPanel(QWidget):
 def _logarithms(metres: list[float]) -> np.ndarray:
     """log10 of lengths [m], those below the floor at the floor; NaN stays NaN."""
     return np.log10(np.maximum(np.array(metres, np.float64), SIGMA_FLOOR))
+
+
+def _own_facts(record: IterationRecord) -> list[str]:
+    """What a filter says of its iteration besides what all of them say."""
+    if isinstance(record, PassBandRecord):
+        return [f"radii {record.radii[0]:.1f} × {record.radii[1]:.1f}"]
+    if isinstance(record, EdgeAwareRecord):
+        return [f"cells {record.cell} px", *([f"round {record.round}"] if record.round else [])]
+    return []

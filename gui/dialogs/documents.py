@@ -23,8 +23,7 @@ from ilf.assets import asset_path
 from ilf.completion import compose
 from ilf.errors import IlfError
 from ilf.io import read_labels
-from ilf.run.export import ExportOptions, ExportReport, export, output_folder_name
-from ilf.run.record import make_run_record
+from ilf.run import ExportOptions, Written, output_folder_name, write
 
 _IMAGES = "PNG image (*.png)"
 
@@ -42,7 +41,7 @@ class Documents(QObject):
     Signals
     -------
     exported(object)
-        The ExportReport of an export that has been written.
+        What has been Written by an export.
     """
 
     exported = Signal(object)
@@ -169,13 +168,8 @@ class Documents(QObject):
         """Export by the dialog."""
         session = self._workspace.session
         completion = session.completion()
-        dialog = ExportDialog(
-            session.name,
-            session.frame.intrinsics is not None,
-            completion is not None,
-            str(_export_folder(session)),
-            self._window,
-        )
+        run = session.run(self._workspace.parameters, dense=session.guessed)
+        dialog = ExportDialog(run, completion is not None, str(_export_folder(session)), self._window)
         dialog.set_depth(completion.depth if completion is not None else session.frame.depth)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.accepted.connect(lambda: self.export(Path(dialog.folder()), dialog.options()))
@@ -188,30 +182,26 @@ class Documents(QObject):
             return
         session = self._workspace.session
         completion = session.completion() or compose(session.frame, {})
-        labels = session.labels.copy()
-        extraction, edited = session.notes.extraction, session.edited
+        run = session.run(self._workspace.parameters, dense=session.guessed)
         # only with blocks and record can the work be had again; the rest is something to take away
         self._saving = (session, session.saving()) if options.labels and options.run_record else None
         QSettings().setValue("export/folder", str(folder.absolute().parent))
 
-        def job() -> Generator[None, None, ExportReport]:
+        def job() -> Generator[None, None, Written]:
             yield None
-            record = None
-            if options.run_record:
-                record = make_run_record(session.frame, labels, extraction, edited, completion, options)
-            return export(folder, session.frame, labels, completion, options, run_record=record)
+            return write(folder, run, completion, options)
 
         self._exporter.start(job)
         self._notes.tell(f"Exporting to {folder}…")
 
-    def _note_exported(self, report: ExportReport) -> None:
+    def _note_exported(self, written: Written) -> None:
         if self._saving is not None:
             session, state = self._saving
             self._workspace.note_saved(session, state)
-        folder = report.files[0].parent if report.files else ""
-        self._notes.tell(f"Exported {len(report.files)} files to {folder}")
-        self._notes.warn("Exported, with warnings", report.warnings)
-        self.exported.emit(report)
+        folder = written.files[0].parent if written.files else ""
+        self._notes.tell(f"Exported {len(written.files)} files to {folder}")
+        self._notes.warn("Exported, with warnings", written.notes)
+        self.exported.emit(written)
 
     def ask_save_picture(self) -> None:
         """Save what the window shows."""

@@ -107,7 +107,7 @@ class StagePresenter(QObject):
         elif self._failure and shown:
             panel.show_summary("", self._failure)
         elif self._found is not None and shown:
-            panel.show_summary(self._summary(self._found), self._found.extraction.note)
+            panel.show_summary(self._summary(self._found), " ".join(self._found.extraction.notes))
         else:
             panel.show_summary("")
 

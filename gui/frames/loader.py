@@ -7,8 +7,6 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from gui.extraction.found_blocks import Found, describe_blocks, find
@@ -17,27 +15,22 @@ from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.worker import Worker
 from ilf.completion import prepare
-from ilf.frame import RGBDFrame
 from ilf.io import load_frame
-from ilf.parameters import BlockParameters, Parameters, preset
-from ilf.run.record import read_run_record
-from ilf.run.replay import replay
+from ilf.parameters import BlockParameters, preset
+from ilf.run import Replay, Run, replay
 
 
 @dataclass(frozen=True, eq=False)
 class _Opened:
     """What a session is made of, in the GUI's thread, where its undo stack must live."""
 
-    frame: RGBDFrame
+    run: Run
     origin: FrameSource | Path
     key: str
-    labels: NDArray[np.int32]
-    extraction: BlockParameters | None
     found: Found | None = None
     """What has just been extracted; None if the blocks come from a record."""
-    edited: bool = False
-    parameters: dict[int, Parameters] | None = None
-    warnings: tuple[str, ...] = ()
+    again: Replay | None = None
+    """The record that the run comes from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +53,8 @@ class FrameLoader(QObject):
         What an opening or an extraction gave.
     extracted(object)
         What has been Found for the frame that is the present one or about to become it.
+    replayed(object)
+        A session that has been opened from a record.
     failed(str, object)
         What was tried, and the exception.
     idle()
@@ -69,6 +64,7 @@ class FrameLoader(QObject):
     busy_changed = Signal()
     message = Signal(str)
     extracted = Signal(object)
+    replayed = Signal(object)
     failed = Signal(str, object)
     idle = Signal()
 
@@ -156,34 +152,33 @@ class FrameLoader(QObject):
         if isinstance(outcome, _Opened):
             if not self._shown_already(outcome.origin, outcome.key):
                 self._add_session(outcome)
-            note = "" if outcome.found is None else outcome.found.extraction.note
-            self._tell_blocks(self._workspace.session, note)
+            self._tell_blocks(self._workspace.session, *outcome.run.notes)
         elif outcome.session in self._workspace.sessions:
             self._take_extraction(outcome)
         self._next()
 
     def _take_extraction(self, outcome: _Extracted) -> None:
         session, found = outcome.session, outcome.found
-        kept = self._workspace.set_extracted(session, found.extraction.blocks, found.parameters)
+        kept = self._workspace.set_extracted(session, found.extraction, found.parameters)
         if session is self._workspace.session:
             self.extracted.emit(found)
-        self._tell_blocks(session, " ".join(filter(None, (_describe_kept(*kept), found.extraction.note))))
+        self._tell_blocks(session, _describe_kept(*kept), *found.extraction.notes)
 
-    def _tell_blocks(self, session: Session, note: str) -> None:
+    def _tell_blocks(self, session: Session, *notes: str) -> None:
         text = f"{session.name}: {describe_blocks(len(session.counts()), session.labels)}."
-        self.message.emit(f"{text} {note}".strip())
+        self.message.emit(" ".join(filter(None, (text, *notes))))
 
     def _add_session(self, opened: _Opened) -> None:
-        session = Session(opened.frame, opened.origin, opened.key)
-        session.take_blocks(opened.labels, opened.extraction, opened.edited)
+        session = Session.of(opened.run, opened.origin, opened.key)
+        session.again = opened.again
         replaced = self._workspace.session_of(opened.key)
         if replaced is not None:
             self._workspace.close_session(replaced)
         if opened.found is not None:
             self.extracted.emit(opened.found)
-        self._workspace.add_session(session, opened.parameters)
-        for warning in opened.warnings:
-            self.message.emit(f"{session.name}: {warning}")
+        self._workspace.add_session(session, None if opened.again is None else opened.run)
+        if opened.again is not None:
+            self.replayed.emit(session)
 
     def _fail(self, error: Exception) -> None:
         what = self._present
@@ -205,20 +200,12 @@ def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
 def _open(source: FrameSource, parameters: BlockParameters) -> _Opened:
     frame = load_frame(source.rgb, source.depth, depth_units=source.depth_units, intrinsics=source.intrinsics)
     found = find(frame, parameters)
-    prepare(frame, preset())  # here and now, rather than when the first slider is moved
-    return _Opened(frame, source, source.key, found.extraction.blocks, parameters, found)
+    prepare(frame, preset(), parameters)  # here and now, rather than when the first slider is moved
+    extraction = found.extraction
+    run = Run(frame, extraction.blocks, extraction=parameters, network=extraction.network, notes=extraction.notes)
+    return _Opened(run, source, source.key, found)
 
 
 def _open_run(path: Path) -> _Opened:
-    record = read_run_record(path)
-    found = replay(record, path.parent)
-    return _Opened(
-        frame=found.frame,
-        origin=path,
-        key=str(path.absolute()),
-        labels=found.labels,
-        extraction=found.extraction,
-        edited=found.edited,
-        parameters=found.parameters,
-        warnings=found.warnings,
-    )
+    again = replay(path)
+    return _Opened(again.run, path, str(path.absolute()), again=again)

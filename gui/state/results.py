@@ -33,6 +33,7 @@ class Results:
         self.live: dict[int, list[IterationRecord]] = {}
         self.previews: dict[int, Preview] = {}
         self._error: tuple[Completion, NDArray[np.float32]] | None = None
+        self._guess: tuple[Completion, Completion] | None = None
         self._changes = 0
         self._saved = 0
 
@@ -48,6 +49,15 @@ class Results:
     def note_error(self, completion: Completion, error: NDArray[np.float32]) -> None:
         """Keep the expected error of a completion in place of any other."""
         self._error = completion, error
+
+    def guess_of(self, completion: Completion | None) -> Completion | None:
+        """That very completion with the rest guessed, if it has been."""
+        return self._guess[1] if self._guess is not None and self._guess[0] is completion else None
+
+    def note_guess(self, completion: Completion, guess: Completion) -> None:
+        """Keep the guess of what a completion leaves missing; it is not exported yet."""
+        self._guess = completion, guess
+        self._changes += 1
 
     def add_records(self, label: int, records: Iterable[IterationRecord]) -> None:
         """A block that runs has gone on."""
@@ -75,7 +85,7 @@ class Results:
     def clear(self) -> None:
         """Forget all results; of what is forgotten, nothing is left to be exported."""
         self.kept.clear()
-        self._error = None
+        self._error = self._guess = None
         self._saved = self._changes
 
     @property

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from ilf.ebs.reextraction import made_by_hand
 from ilf.filter.convergence import IterationRecord
 from ilf.frame import RGBDFrame
 from ilf.parameters import BlockParameters, Parameters
+from ilf.run import Replay, Run
 
 LARGEST_LABEL = 65535
 """Label maps are exported as 16-bit images."""
@@ -45,6 +46,8 @@ class BlockNotes:
         Block label -> parameters of its own, where they differ from those of all blocks.
     extraction : BlockParameters or None
         What the blocks were extracted with.
+    network : str or None
+        SHA-256 of the edge network that had a part in it.
     extracted : ndarray of int32 or None
         The map as that extraction left it; None if it was changed afterwards in ways that are not known.
     kept : frozenset of int
@@ -56,6 +59,7 @@ class BlockNotes:
     infos: dict[int, BlockInfo] = field(default_factory=dict)
     parameters: dict[int, Parameters] = field(default_factory=dict)
     extraction: BlockParameters | None = None
+    network: str | None = None
     extracted: NDArray[np.int32] | None = None
     kept: frozenset[int] = frozenset()
     handmade: frozenset[int] = frozenset()
@@ -100,17 +104,50 @@ class Session:
         self.selected: list[int] = []
         self.undo_stack = QUndoStack()
         self.results = Results()
+        self.dense = False
+        """Whether what is still missing after a run is to be guessed."""
+        self.again: Replay | None = None
+        """The record that the session was opened from."""
         self._counts: dict[int, BlockCounts] | None = None
         self._valid: dict[int, BlockResult] | None = None
         self._completion: Completion | None = None
         self._edits = 0
         self.undo_stack.indexChanged.connect(self._note_edit)
 
-    def take_blocks(self, labels: NDArray[np.int32], extraction: BlockParameters | None, edited: bool = False) -> None:
-        """The blocks to begin with; `edited` if they are not what the extraction gives."""
-        self.set_labels(labels)
-        self.notes.extraction = extraction
-        self.notes.extracted = None if edited or extraction is None else self.labels.copy()
+    @classmethod
+    def of(cls, run: Run, origin: object, key: str) -> Self:
+        """A session whose frame and blocks are those of a run; its parameters are taken up by the workspace."""
+        session = cls(run.frame, origin, key)
+        session.set_labels(run.blocks)
+        session.dense = run.dense
+        session.notes.extraction, session.notes.network = run.extraction, run.network
+        session.notes.extracted = None if run.edited else session.labels.copy()
+        return session
+
+    def run(self, common: Parameters, only: Iterable[int] | None = None, dense: bool = False) -> Run:
+        """What a run of the frame as it is now is made of.
+
+        Parameters
+        ----------
+        common : Parameters
+            Of all blocks that have none of their own.
+        only : iterable of int, optional
+            Run just these blocks.
+        dense : bool
+            Whether the rest is guessed.
+        """
+        notes = self.notes
+        return Run(
+            self.frame,
+            self.labels,
+            common,
+            {label: own for label, own in notes.parameters.items() if label in self.counts()},
+            None if only is None else frozenset(only),
+            dense=dense,
+            extraction=notes.extraction,
+            edited=self.edited,
+            network=notes.network,
+        )
 
     @property
     def name(self) -> str:
@@ -188,6 +225,10 @@ class Session:
         (patch.apply if forward else patch.revert)(self.labels)
         self._forget()
 
+    def add_guess(self, base: Completion, guess: Completion) -> None:
+        """Keep the guess of what a completion leaves missing; it holds as long as that is the present one."""
+        self.results.note_guess(base, guess)
+
     def add_results(self, results: Sequence[BlockResult]) -> None:
         """Keep blocks' results; they are not exported yet."""
         self.results.add(results)
@@ -226,7 +267,19 @@ class Session:
         return self._valid
 
     def completion(self) -> Completion | None:
-        """The completed depth as far as blocks have been run; None if none has. The same object until it changes."""
+        """The completed depth as far as blocks have been run, and the guess of the rest if there is one.
+
+        None if no block has been run; the same object until it changes.
+        """
+        completion = self._blocks_completion()
+        return self.results.guess_of(completion) or completion
+
+    @property
+    def guessed(self) -> bool:
+        """Whether the rest of the present completion has been guessed."""
+        return self.results.guess_of(self._blocks_completion()) is not None
+
+    def _blocks_completion(self) -> Completion | None:
         if self._completion is None and self.valid_results():
             self._completion = compose(self.frame, self.valid_results())
         return self._completion

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -16,10 +15,12 @@ from gui.state.commands import EditInfo, EditLabels
 from gui.state.results import Preview
 from gui.state.session import BlockNotes, Session
 from ilf.completion import BlockResult, Completion
+from ilf.ebs import Extraction
 from ilf.ebs.edit import LabelPatch, patch_between
 from ilf.ebs.reextraction import flow_around, keep_under
 from ilf.filter.convergence import IterationRecord
 from ilf.parameters import DEFAULT_PRESET, BlockParameters, Parameters, preset
+from ilf.run import Run
 
 
 class Kept(NamedTuple):
@@ -102,12 +103,12 @@ class Workspace(QObject):
         """The open session of a file or folder, if there is one."""
         return next((session for session in self.sessions if session.key == key), None)
 
-    def add_session(self, session: Session, recorded: Mapping[int, Parameters] | None = None) -> None:
+    def add_session(self, session: Session, recorded: Run | None = None) -> None:
         """Open a frame and make it the present one.
 
-        With `recorded`, it comes from a run of just these blocks with these parameters, which become those of all
-        blocks if no other frame is open, else of its own blocks alone; what it was extracted with goes for the next
-        extraction.
+        With `recorded`, it comes from that run, whose common parameters become those of all blocks if no other frame
+        is open, else of its own blocks alone; what it was extracted with goes for the next extraction, and the blocks
+        that were run are chosen if they are not all.
         """
         if recorded is not None:
             self._take_recorded(session, recorded)
@@ -116,14 +117,16 @@ class Workspace(QObject):
         self.sessions_changed.emit()
         self.show_session(session)
 
-    def _take_recorded(self, session: Session, recorded: Mapping[int, Parameters]) -> None:
-        if not self.sessions and recorded:
-            self.set_parameters(Counter(recorded.values()).most_common(1)[0][0])
-        if session.notes.extraction is not None:
-            self.set_extraction_parameters(session.notes.extraction)
-        session.notes.parameters.update({label: own for label, own in recorded.items() if own != self.parameters})
-        if set(recorded) != set(session.counts()):
-            session.selected = sorted(recorded)
+    def _take_recorded(self, session: Session, recorded: Run) -> None:
+        if not self.sessions:
+            self.set_parameters(recorded.parameters)
+        if recorded.extraction is not None:
+            self.set_extraction_parameters(recorded.extraction)
+        labels = set(session.counts()) if recorded.only is None else set(recorded.only)
+        own = {label: recorded.parameters_of(label) for label in labels}
+        session.notes.parameters.update({label: one for label, one in own.items() if one != self.parameters})
+        if labels != set(session.counts()):
+            session.selected = sorted(labels)
 
     def show_session(self, session: Session | None) -> None:
         """Make a frame the present one."""
@@ -150,14 +153,16 @@ class Workspace(QObject):
 
     # blocks
 
-    def set_extracted(self, session: Session, labels: NDArray[np.int32], used: BlockParameters) -> Kept:
+    def set_extracted(self, session: Session, extraction: Extraction, used: BlockParameters) -> Kept:
         """Take the blocks of another extraction as one undoable step, around the blocks that stay as they are."""
         self.prepare_change(session)
         locked, by_hand = self.staying(session)
         kept, handmade = locked | by_hand, session.handmade()
+        labels = extraction.blocks
         around = flow_around(session.labels, kept, labels, used.min_size / 100 * labels.size)
         # a block that only was locked is not made by hand: it goes when it is unlocked
-        self._replace(session, around, "Extract blocks", BlockNotes({}, {}, used, around.copy(), kept, handmade & kept))
+        notes = BlockNotes({}, {}, used, extraction.network, around.copy(), kept, handmade & kept)
+        self._replace(session, around, "Extract blocks", notes)
         return Kept(len(locked), len(by_hand), kept == set(session.counts()))
 
     def staying(self, session: Session) -> tuple[frozenset[int], frozenset[int]]:
@@ -266,6 +271,11 @@ class Workspace(QObject):
         """Keep blocks' results."""
         session.add_results(results)
         (self.results_added if session is self._session else self.sessions_changed).emit()
+
+    def store_guess(self, session: Session, base: Completion, guess: Completion) -> None:
+        """Keep the guess of what a completion leaves missing."""
+        session.add_guess(base, guess)
+        (self.results_changed if session is self._session else self.sessions_changed).emit()
 
     def end_run(self, session: Session, previews_stay: bool = False) -> None:
         """Nothing of the frame runs any more; with `previews_stay`, it will again at once."""

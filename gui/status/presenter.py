@@ -8,7 +8,7 @@ from gui.frames.loader import FrameLoader
 from gui.state.workspace import Workspace
 from gui.status.bar import StatusBar
 from gui.tools.editor import Editor
-from gui.work.runs import RunController
+from gui.work.runs import RunController, RunState
 
 
 class StatusPresenter(QObject):
@@ -33,7 +33,10 @@ class StatusPresenter(QObject):
         """How far the run is; or that something is being opened or extracted."""
         runs, progress = self._runs, self._bar.progress
         progress.setVisible(not runs.free or self._loader.busy)
-        if not runs.free:
+        if runs.state is RunState.GUESSING:
+            progress.setRange(0, 0)
+            progress.setFormat(runs.state.value)
+        elif not runs.free:
             progress.setRange(0, 100)
             progress.setValue(round(100 * runs.share_done))
             elsewhere = runs.session is not None and not self._workspace.is_present(runs.session)

@@ -43,7 +43,9 @@ class ReadoutPresenter(QObject):
         depth, error = session.present_depth(), session.expected_error()
         if depth is not None:
             depth_out = float(depth[y, x])
-            parts.append(f"out {_metres(depth_out)}")
+            completion = session.completion()
+            guessed = completion is not None and completion.guessed[y, x]
+            parts.append(f"out {_metres(depth_out)}{' (guessed)' if guessed else ''}")
             if np.isfinite(depth_in) and np.isfinite(depth_out):
                 parts.append(f"{1000 * (depth_out - depth_in):+.1f} mm")
         if error is not None and np.isfinite(error[y, x]):

@@ -53,6 +53,7 @@ class LinkedViews(QWidget):
         self._navigation = Navigation(self._transform, self)
         self._depth_in: NDArray[np.float32] | None = None
         self._depth_out: NDArray[np.float32] | None = None
+        self._guessed: NDArray[np.bool_] | None = None
         self._depth_map = "turbo"
         self._levels = (0.0, 1.0)
         self._selected: tuple[int, ...] = ()
@@ -143,8 +144,10 @@ class LinkedViews(QWidget):
         self.set_expected_error(None)
         self.extraction.show_message("")
 
-    def set_result(self, depth_out: NDArray[np.float32] | None) -> None:
+    def set_result(self, depth_out: NDArray[np.float32] | None, guessed: NDArray[np.bool_] | None = None) -> None:
         """Show completed depth [m], float32 (H, W), NaN where not recovered, and its difference; None for none.
+
+        With `guessed`, bool (H, W), part of it is a guess, which is marked.
 
         Raises
         ------
@@ -153,7 +156,7 @@ class LinkedViews(QWidget):
         """
         if depth_out is not None and (self._depth_in is None or depth_out.shape != self._depth_in.shape):
             raise ValueError(f"a result of shape {depth_out.shape} does not belong to the frame shown")
-        self._depth_out = depth_out
+        self._depth_out, self._guessed = depth_out, guessed
         self._draw_depths()
         self._difference.show_difference(self._depth_in, depth_out)
 
@@ -320,8 +323,9 @@ class LinkedViews(QWidget):
     # drawing
 
     def _draw_depths(self) -> None:
-        for cell, depth in zip(self._depths, (self._depth_in, self._depth_out), strict=True):
-            cell.show_depth(depth, self._levels, self._depth_table)
+        depth_in, depth_out = self._depths
+        depth_in.show_depth(self._depth_in, self._levels, self._depth_table)
+        depth_out.show_depth(self._depth_out, self._levels, self._depth_table, self._guessed)
 
     def _draw_outline(self) -> None:
         labels = self._overlay.labels

@@ -64,7 +64,10 @@ class ViewsPresenter(QObject):
     def show_depth(self) -> None:
         """The completed depth as far as it goes, with that of the blocks that run."""
         if self._workspace.has_session:
-            self._views.set_result(self._workspace.session.present_depth())
+            session = self._workspace.session
+            completion = session.completion()
+            guessed = completion.guessed if completion is not None and completion.guessed.any() else None
+            self._views.set_result(session.present_depth(), guessed)
 
     def zoom_to_blocks(self) -> None:
         """Show the chosen blocks large."""

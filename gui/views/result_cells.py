@@ -14,22 +14,62 @@ from ilf.drawing.levels import robust_difference_level, robust_error_levels, to_
 
 Depth = NDArray[np.float32]
 
+_STRIPE = QColor(255, 255, 255, 190)
+
 
 class DepthCell(ViewCell):
     """Depth in metres; what is missing shows the hatch, what is guessed is striped."""
 
-    def show_depth(self, depth: Depth | None, levels: tuple[float, float], table: NDArray[np.uint8]) -> None:
-        """Draw depth [m], float32 (H, W), NaN missing, with the ends of the colours at these levels; None for none."""
+    def __init__(self, title: str, unit: str, on_event: EventHandler) -> None:
+        super().__init__(title, unit, on_event)
+        # from below: the hatch of what is missing, guesses, stripes over them, and the rest of the depth
+        self._guesses = self.view.add_layer(-0.8)
+        self._stripes = self.view.add_hatch(-0.6)
+        self._stripes.setVisible(False)
+        self._missing, self._swatch = QBrush(), QBrush()
+
+    def show_depth(
+        self,
+        depth: Depth | None,
+        levels: tuple[float, float],
+        table: NDArray[np.uint8],
+        guessed: NDArray[np.bool_] | None = None,
+    ) -> None:
+        """Draw depth with the ends of the colours at some levels.
+
+        Parameters
+        ----------
+        depth : ndarray of float32, shape (H, W), or None
+            Depth [m], NaN missing; None for none.
+        levels : (float, float)
+            Depth [m] at the ends of the colours.
+        table : ndarray of uint8, shape (256, 4)
+        guessed : ndarray of bool, shape (H, W), optional
+            Pixels whose depth is a guess. There is nothing missing then.
+        """
         self.bar.set_table(table)
         self.bar.set_levels(None if depth is None else levels)
+        self._stripes.setVisible(guessed is not None)
+        self._guesses.clear()
+        self._write_legend()
         if depth is None:
             self.view.set_picture(None)
-        else:
-            self.view.set_picture(to_indices(depth, *levels), table)
+            return
+        indices = to_indices(depth, *levels)
+        if guessed is not None:
+            self._guesses.setImage(np.where(guessed, indices, 0).astype(np.uint8), autoLevels=False, lut=table)
+            indices = np.where(guessed, 0, indices).astype(np.uint8)
+        self.view.set_picture(indices, table)
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
         super().set_colours(colours, hatch)
-        self.strip.set_legend([(hatch, "missing")])
+        self._missing, self._swatch = hatch, hatch_brush(colours.muted, _STRIPE)
+        self._stripes.set_brush(hatch_brush(QColor(0, 0, 0, 0), _STRIPE))
+        self._write_legend()
+
+    def _write_legend(self) -> None:
+        guessed = [(self._swatch, "guessed")] if self._stripes.isVisible() else []
+        self.strip.set_legend([*guessed, (self._missing, "missing")])
 
 
 class DifferenceCell(ViewCell):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QStatusBar, QWidget
 
 from gui.widgets.log import LogPanel
@@ -16,7 +16,15 @@ _GLIMPSE_MS = 4000
 
 
 class Notes(QObject):
-    """Says things to the user, and keeps in the log what may be wanted later."""
+    """Says things to the user, and keeps in the log what may be wanted later.
+
+    Signals
+    -------
+    reported(str)
+        Something went wrong; a sentence that says what.
+    """
+
+    reported = Signal(str)
 
     def __init__(self, window: QWidget, status: QStatusBar, log: LogPanel) -> None:
         super().__init__(window)
@@ -43,7 +51,9 @@ class Notes(QObject):
 
     def report(self, what: str, error: Exception) -> None:
         """Something that went wrong."""
-        self.warn(what, [error_text(error)])
+        text = error_text(error)
+        self.warn(what, [text])
+        self.reported.emit(f"{what}: {text}")
 
 
 def error_text(error: Exception) -> str:

@@ -9,14 +9,17 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from gui.state.results import Preview
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.worker import Worker
-from ilf.completion import CompletionRun, Progress
+from ilf.completion import Completion, Progress
+from ilf.dense import guess_steps
 from ilf.filter.convergence import IterationRecord
+from ilf.run import GUESS, RunSteps
 from ilf.threads import available_cores
 
 Step = tuple[Progress, list[Preview] | None]
@@ -39,6 +42,8 @@ class RunState(Enum):
     RUNNING = "running"
     PAUSED = "paused"
     STOPPING = "stopping"
+    GUESSING = "guessing the rest"
+    """What no block vouches for, after a run."""
     RESOLVING = "solving anew"
     """One block, because its values have changed: it gives way to a run."""
 
@@ -65,6 +70,8 @@ class RunController(QObject):
         The run is over; a sentence that says how.
     resolved(str)
         A block has been solved anew; a sentence that says how fast.
+    finished(object)
+        A run has gone to its end, the guess of the rest included if there is one; its session.
     failed(object)
         The run broke on an exception.
     """
@@ -73,6 +80,7 @@ class RunController(QObject):
     records = Signal(int, list)
     ended = Signal(str)
     resolved = Signal(str)
+    finished = Signal(object)
     failed = Signal(object)
 
     def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
@@ -80,11 +88,12 @@ class RunController(QObject):
         self._workspace = workspace
         self._worker = Worker(self)
         self._worker.progressed.connect(self._take)
-        self._worker.finished.connect(lambda _: self._end("finished"))
+        self._worker.finished.connect(lambda guess: self._end("finished", guess))
         self._worker.cancelled.connect(lambda: self._end("cancelled"))
         self._worker.failed.connect(self._fail)
         self._worker.paused.connect(self.state_changed)
-        self._run: CompletionRun | None = None
+        self._run: RunSteps | None = None
+        self._guessing: Completion | None = None
         self._started = 0.0
         self._preview_time = 0.0
         self._stopping = False
@@ -107,7 +116,9 @@ class RunController(QObject):
             return RunState.IDLE
         if self._stopping:
             return RunState.STOPPING
-        return RunState.PAUSED if self._worker.is_paused else RunState.RUNNING
+        if self._worker.is_paused:
+            return RunState.PAUSED
+        return RunState.RUNNING if self._guessing is None else RunState.GUESSING
 
     @property
     def free(self) -> bool:
@@ -172,8 +183,7 @@ class RunController(QObject):
 
     def _begin(self, only: set[int] | None, threads: int, paused: bool = False, resolving: int = 0) -> None:
         session = self._workspace.session
-        choice = {label: session.parameters_of(label, self._workspace.parameters) for label in session.counts()}
-        run = CompletionRun(session.frame, session.labels.copy(), choice, only, threads)
+        run = session.run(self._workspace.parameters, only).steps(threads)
         self._run = run
         self.session = session
         self._started = time.perf_counter()
@@ -189,7 +199,31 @@ class RunController(QObject):
         self._worker.start(job, paused)
         self.state_changed.emit()
 
-    def _due_previews(self, run: CompletionRun) -> list[Preview] | None:
+    def guess(self) -> None:
+        """Guess what the present frame's blocks leave missing."""
+        completion = self._workspace.session.completion()
+        if self._resolving:
+            self._follow_up(self.guess, 0, is_run=True)
+        elif self.free and completion is not None and not self._workspace.session.guessed:
+            self._begin_guess(self._workspace.session, completion)
+
+    def _begin_guess(self, session: Session, completion: Completion) -> None:
+        self.session = session
+        self._guessing = completion
+        self._started = time.perf_counter()
+
+        def job() -> Generator[Step, None, Completion]:
+            steps = guess_steps(session.frame, completion)
+            while True:
+                try:
+                    yield Progress(GUESS, record=next(steps)), None
+                except StopIteration as end:
+                    return end.value
+
+        self._worker.start(job)
+        self.state_changed.emit()
+
+    def _due_previews(self, run: RunSteps) -> list[Preview] | None:
         """Called off the GUI's thread, which says when it has taken the last."""
         if time.perf_counter() < self._preview_time:
             return None
@@ -245,7 +279,7 @@ class RunController(QObject):
         fresh: dict[int, list[IterationRecord]] = {}
         results = [progress.result for progress, _ in batch if progress.result is not None]
         for progress, _ in batch:
-            if progress.record is not None:
+            if progress.record is not None and progress.label != GUESS:
                 fresh.setdefault(progress.label, []).append(progress.record)
         self._begun.update(fresh)
         for label, records in fresh.items():
@@ -259,7 +293,10 @@ class RunController(QObject):
             self._done.update(result.block.label for result in results)
             self._workspace.store_results(session, results)
 
-    def _end(self, how: str) -> None:
+    def _end(self, how: str, guess: Completion | None = None) -> None:
+        if self._guessing is not None:
+            self._end_guess(how, guess)
+            return
         run, self._run = self._run, None
         session, self.session = self.session, None
         done, self._done, self._begun = self._done, set(), set()
@@ -290,6 +327,35 @@ class RunController(QObject):
         if lost:
             text += f" {lost} had been edited meanwhile: run them again."
         self.ended.emit(text)
+        if how == "finished":
+            self._go_on(session)
+
+    def _go_on(self, session: Session) -> None:
+        """A run has gone to its end: guess the rest if that belongs to it."""
+        completion = session.completion()
+        if session.dense and completion is not None and self.state is RunState.IDLE:
+            self._begin_guess(session, completion)
+        else:
+            self.finished.emit(session)
+
+    def _end_guess(self, how: str, guess: Completion | None) -> None:
+        session, self.session = self.session, None
+        base, self._guessing = self._guessing, None
+        self._stopping = False
+        if session is None or base is None:
+            return
+        text = f"{session.name}: guess of the rest {how}."
+        if guess is not None:
+            self._workspace.store_guess(session, base, guess)
+            seconds = time.perf_counter() - self._started
+            count = np.count_nonzero(guess.guessed)
+            text = f"{session.name}: {count} pixels guessed in {seconds:.1f} s; no block vouches for them."
+            if not session.guessed:
+                text = f"{session.name}: the guess is of blocks that have been edited meanwhile: guess again."
+        self.state_changed.emit()
+        self.ended.emit(text)
+        if guess is not None and session.guessed:
+            self.finished.emit(session)
 
     def _fail(self, error: Any) -> None:
         self._next = None

@@ -43,8 +43,8 @@ def _ebs(**changes: Any) -> BlockMethod:
 
     def run(frame: RGBDFrame) -> Labels:
         extraction = extract(frame, parameters)
-        if extraction.note:
-            raise InputError(extraction.note)
+        if extraction.notes:
+            raise InputError(" ".join(extraction.notes))
         return extraction.blocks
 
     return BlockMethod(run, parameters.to_dict())

@@ -12,7 +12,8 @@ from typing import Any
 
 from .. import __version__
 from ..io.atomic import write_bytes
-from ..run.record import PROGRAM, library_versions
+from ..run.machine import library_versions
+from ..run.record import PROGRAM
 
 
 def write_table(path: str | os.PathLike[str], kind: type[Any], lines: Iterable[Any]) -> None:

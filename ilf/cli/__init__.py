@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -26,6 +27,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         Exit status: 0 if all is well, 1 after an error, 2 for wrong usage, 130 if interrupted. Whatever goes
         wrong is one line on stderr.
     """
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # as stderr has it: a name that a terminal cannot show must not be an error after all has been written
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         arguments = build_parser().parse_args(argv)
         arguments.command(arguments)

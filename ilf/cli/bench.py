@@ -11,8 +11,9 @@ from ..bench.methods import GROUPS
 from ..bench.results import write_csv, write_json
 from ..errors import InputError
 from . import bench_blocks
-from .comparison import Column, advance, comparison_table, skipped_lines, unit_bar, warn
+from .comparison import Column, advance, comparison_table, skipped_lines, unit_bar
 from .parsing import Commands, count, seed
+from .report import warn
 
 _PATTERNS_USED = "random,areas"
 

@@ -9,8 +9,9 @@ from ..bench.block_methods import choose_block_methods
 from ..bench.block_results import summarise_blocks, write_block_csv, write_block_json
 from ..bench.block_runner import BlockPlan, run_block_bench
 from ..errors import InputError
-from .comparison import Column, advance, comparison_table, skipped_lines, unit_bar, warn
+from .comparison import Column, advance, comparison_table, skipped_lines, unit_bar
 from .parsing import UsageError
+from .report import warn
 
 MODE = "blocks"
 """The first positional argument that asks for this bench."""

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..drawing.block_pictures import stage_pictures
 from ..ebs import extract
-from ..io import write_labels
+from ..ebs.reextraction import flow_around
+from ..errors import InputError
+from ..io import read_labels, write_labels
 from ..io.atomic import write_bytes
 from ..io.folders import made_folder
 from ..io.images import encode_image
 from ..parameters import BlockParameters
-from ..run.export import check_not_an_input
-from .comparison import warn
-from .parsing import Commands, add_block_parameters, add_frame, frame_from, given_parameters
-from .report import table
+from ..run import check_not_an_input
+from .parsing import Commands, UsageError, add_block_parameters, add_distrusted, add_frame, frame_from, with_given
+from .report import table, warn
 
 
 def add_command(commands: Commands) -> None:
@@ -32,6 +35,16 @@ def add_command(commands: Commands) -> None:
     )
     parser.set_defaults(command=run)
     add_frame(parser)
+    add_distrusted(parser)
+    again = parser.add_argument_group("extracting again")
+    again.add_argument(
+        "--around",
+        metavar="FILE.png",
+        help="label map whose blocks stay as they are, with their numbers; the others are extracted around them",
+    )
+    again.add_argument(
+        "--keep", type=_numbers, metavar="N,N,...", help="only these blocks of it stay (default: all of them)"
+    )
     output = parser.add_argument_group("output")
     output.add_argument("--out", metavar="FILE.png", required=True, help="the label map")
     output.add_argument(
@@ -45,10 +58,16 @@ def add_command(commands: Commands) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
-    parameters = BlockParameters().replace(**given_parameters(arguments, BlockParameters))
+    parameters = with_given(BlockParameters(), arguments)
     frame = frame_from(arguments)
+    if arguments.keep is not None and arguments.around is None:
+        raise UsageError("--keep names blocks of a label map: give it by --around.")
+    present = None if arguments.around is None else read_labels(arguments.around, frame.shape)
     extraction = extract(frame, parameters)
     labels = extraction.blocks
+    if present is not None:
+        kept = _kept(present, arguments.keep)
+        labels = flow_around(present, kept, labels, parameters.min_size / 100 * labels.size)
     pictures = {}
     if arguments.stages is not None:
         folder = Path(arguments.stages)
@@ -60,14 +79,33 @@ def run(arguments: argparse.Namespace) -> None:
         made_folder(path.parent)
         # the encoder takes colours with blue first
         write_bytes(path, encode_image(".png", picture[..., ::-1] if picture.ndim == 3 else picture))
-    warn([extraction.note] if extraction.note else [])
+    warn(extraction.notes)
     if arguments.quiet:
         return
     pixels = np.bincount(labels.ravel())
     known = np.bincount(labels[frame.known], minlength=pixels.size)
     rows = [
-        (str(label), str(pixels[label]), f"{1 - known[label] / pixels[label]:.1%}") for label in range(1, pixels.size)
+        (str(label), str(pixels[label]), f"{1 - known[label] / pixels[label]:.1%}")
+        for label in np.flatnonzero(pixels)
+        if label > 0
     ]
     print("\n".join(table(("block", "pixels", "missing"), rows)))
     print(f"\n{len(rows)} blocks cover {np.count_nonzero(labels) / labels.size:.1%} of the frame.")
     print("Written:", ", ".join([arguments.out, *map(str, pictures)]))
+
+
+def _numbers(text: str) -> frozenset[int]:
+    try:
+        return frozenset(int(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no list of block numbers, as in 3,7,12") from None
+
+
+def _kept(present: NDArray[np.int32], chosen: Collection[int] | None) -> frozenset[int]:
+    """The blocks of a label map that stay: the chosen ones, or all."""
+    there = frozenset(np.unique(present).tolist()) - {0}
+    if chosen is None:
+        return there
+    if absent := sorted(set(chosen) - there):
+        raise InputError(f"There are no blocks {', '.join(map(str, absent))} to keep in the label map.")
+    return frozenset(chosen)

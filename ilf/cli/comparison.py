@@ -61,12 +61,6 @@ def skipped_lines(skipped: Iterable[tuple[str, str, str]]) -> list[str]:
     ]
 
 
-def warn(lines: Iterable[str]) -> None:
-    """Print warnings on stderr, one line each."""
-    for line in lines:
-        print("ilf: warning:", " ".join(line.split()), file=sys.stderr)
-
-
 def _cells(column: Column, lines: Sequence[Any]) -> list[str]:
     values = [column.value(line) for line in lines]
     texts = ["-" if value is None else format(value, column.form) for value in values]

@@ -8,39 +8,27 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ..completion import CompletionRun, ParameterChoice, compose, prepare
-from ..ebs import extract
+from ..completion import Completion
 from ..errors import InputError
-from ..frame import RGBDFrame, doubtful_scale
+from ..frame import doubtful_scale
 from ..io import frame_folder, read_labels
-from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters, preset
-from ..run.export import (
-    CLOUD_AXES,
-    CLOUD_FILES,
-    CLOUD_UNITS,
-    DEPTH_FILES,
-    ExportOptions,
-    check_export,
-    export,
-    output_folder_name,
-)
-from ..run.record import RecordedInputs, RunRecord, make_run_record, outcome_to_dict, read_run_record
-from ..run.replay import replay, version_differences
+from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
+from ..run import ExportOptions, Replay, Run, check_write, output_folder_name, replay, write
+from ..run.options import CLOUD_AXES, CLOUD_FILES, CLOUD_UNITS, DEPTH_FILES
 from .parsing import (
     BLOCK_PREFIX,
     Commands,
     UsageError,
     add_block_parameters,
+    add_distrusted,
     add_frame,
     add_parameters,
     frame_from,
     given_parameters,
+    with_given,
 )
 from .progress import RunProgress
-from .report import completion_report
+from .report import completion_report, warn
 
 _USAGE = """ilf complete RGB DEPTH [options]
        ilf complete FOLDER [options]
@@ -49,18 +37,12 @@ _USAGE = """ilf complete RGB DEPTH [options]
 
 @dataclass(frozen=True, eq=False)
 class _Job:
-    """All that decides what is run and written."""
+    """What the arguments ask for: a new run or one again."""
 
-    frame: RGBDFrame
-    labels: NDArray[np.int32]
-    parameters: ParameterChoice
-    only: set[int] | None
-    extraction: BlockParameters | None
-    edited: bool
+    run: Run
     options: ExportOptions
-    warnings: tuple[str, ...] = ()
-    inputs: RecordedInputs | None = None
-    record: RunRecord | None = None
+    notes: tuple[str, ...]
+    again: Replay | None = None
 
 
 def add_command(commands: Commands) -> None:
@@ -74,6 +56,7 @@ def add_command(commands: Commands) -> None:
     )
     parser.set_defaults(command=run)
     add_frame(parser)
+    add_distrusted(parser)
     parser.add_argument(
         "--preset", choices=tuple(PRESETS), help=f"parameters to start from (default: {DEFAULT_PRESET})"
     )
@@ -115,65 +98,59 @@ def add_command(commands: Commands) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
-    job = _recorded_job(arguments) if arguments.replay is not None else _new_job(arguments)
-    frame, options = job.frame, job.options
-    folder = Path(arguments.out or output_folder_name(frame.name))
-    check_export(folder, frame, options)
+    job = _new_job(arguments) if arguments.replay is None else _recorded_job(arguments)
+    folder = Path(arguments.out or output_folder_name(job.run.frame.name))
+    check_write(folder, job.run, job.options)
     started = time.perf_counter()
+    completion = _completed(job.run, arguments)
+    seconds = time.perf_counter() - started
+    verdict = () if job.again is None else job.again.verdict(completion)
+    written = write(folder, job.run, completion, job.options)
+    warn([*job.notes, *job.run.notes, *completion.notes, *verdict, *written.notes])
+    if not arguments.quiet:
+        print(completion_report(job.run, completion, seconds, folder, written.files))
+        if job.again is not None and not verdict:
+            print("The run came out as recorded.")
+
+
+def _completed(run: Run, arguments: argparse.Namespace) -> Completion:
     wanted = not arguments.quiet and (sys.stderr.isatty() if arguments.progress is None else arguments.progress)
-    with (
-        CompletionRun(frame, job.labels, job.parameters, job.only) as steps,
-        RunProgress(steps, shown=wanted) as progress,
-    ):
+    with run.steps() as steps, RunProgress(steps, shown=wanted) as progress:
         for step in steps:
             progress.update(step)
-    completion = compose(frame, steps.results)
-    seconds = time.perf_counter() - started
-    used = {result.parameters for result in steps.results.values()}
-    notes = dict.fromkeys(filter(None, (prepare(frame, parameters) for parameters in used)))
-    record = make_run_record(frame, job.labels, job.extraction, job.edited, completion, options, inputs=job.inputs)
-    report = export(folder, frame, job.labels, completion, options, run_record=record)
-    warnings = [*job.warnings, *notes, *_outcome_warning(job.record, record), *report.warnings]
-    for warning in warnings:
-        print("ilf: warning:", warning, file=sys.stderr)
-    if not arguments.quiet:
-        print(completion_report(frame, job.labels, completion, seconds, folder, report.files))
+    return steps.completion()
 
 
 def _new_job(arguments: argparse.Namespace) -> _Job:
-    parameters = preset(arguments.preset or DEFAULT_PRESET, **given_parameters(arguments, Parameters))
-    block_changes = given_parameters(arguments, BlockParameters)
-    if arguments.labels is not None and block_changes:
+    parameters = with_given(PRESETS[arguments.preset or DEFAULT_PRESET], arguments)
+    if arguments.labels is not None and given_parameters(arguments, BlockParameters):
         raise UsageError(f"With --labels nothing is extracted: leave out the --{BLOCK_PREFIX}* flags.")
     options = _options(arguments)
     frame = frame_from(arguments)
-    extraction = None if arguments.labels is not None else BlockParameters().replace(**block_changes)
-    if extraction is None:
-        labels = read_labels(arguments.labels, frame.shape)
-        note = ""
-        way_out = "It holds 0 only: give a label map with blocks."
-    else:
-        extracted = extract(frame, extraction)
-        labels, note = extracted.blocks, extracted.note
+    if arguments.labels is None:
+        run = Run.extracted(frame, with_given(BlockParameters(), arguments), parameters, dense=arguments.dense)
         way_out = (
             f"Lower --{BLOCK_PREFIX}min-size or --{BLOCK_PREFIX}min-known-share, or draw blocks and give --labels."
         )
-    if not labels.any():
+    else:
+        run = Run(frame, read_labels(arguments.labels, frame.shape), parameters, dense=arguments.dense)
+        way_out = "It holds 0 only: give a label map with blocks."
+    if not run.blocks.any():
         raise InputError(f"There are no blocks, so there is nothing to complete. {way_out}")
-    doubt = doubtful_scale(frame.depth, float(str(frame.sources["depth_units"])))
-    warnings = tuple(filter(None, (note, doubt)))
+    doubt = doubtful_scale(frame.depth, 1.0 if frame.inputs is None else frame.inputs.depth_units)
+    notes = [doubt] if doubt else []
     if frame.intrinsics is None and options.cloud is not None and not _cloud_flags(arguments):
         options = replace(options, cloud=None)
-        warnings += (
-            "No point cloud is written, because the camera's intrinsics are not known: give --intrinsics for one.",
+        notes.append(
+            "No point cloud is written, because the camera's intrinsics are not known: give --intrinsics for one."
         )
-    return _Job(frame, labels, parameters, None, extraction, extraction is None, options, warnings)
+    return _Job(run, options, tuple(notes))
 
 
 def _recorded_job(arguments: argparse.Namespace) -> _Job:
     also = [
         f"--{name.replace('_', '-')}"
-        for name in ("preset", "labels", "depth_units", "intrinsics", "depth_formats", "png_units")
+        for name in ("preset", "labels", "distrust", "depth_units", "intrinsics", "depth_formats", "png_units")
         if getattr(arguments, name) is not None
     ]
     also += _cloud_flags(arguments) + ["--no-cloud"] * arguments.no_cloud
@@ -182,12 +159,8 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
         also += [f"--{prefix}{name.replace('_', '-')}" for name in given_parameters(arguments, kind)]
     if also:
         raise UsageError(f"--replay takes all from the record: leave out {', '.join(also)}.")
-    record = read_run_record(arguments.replay)
-    again = replay(record, Path(arguments.replay).absolute().parent, *_present_files(arguments.inputs))
-    return _Job(
-        again.frame, again.labels, again.parameters, set(again.parameters), again.extraction, again.edited,
-        again.options, again.warnings, again.inputs, record,
-    )  # fmt: skip
+    again = replay(arguments.replay, *_present_files(arguments.inputs))
+    return _Job(again.run, again.options, again.differences, again)
 
 
 def _present_files(inputs: list[str]) -> tuple[str | Path, ...]:
@@ -209,7 +182,6 @@ def _options(arguments: argparse.Namespace) -> ExportOptions:
         depth_formats=defaults.depth_formats if formats is None else tuple(filter(None, formats.split(","))),
         depth_units=defaults.depth_units if arguments.png_units is None else arguments.png_units,
         expected_error=not arguments.no_expected_error,
-        dense=arguments.dense,
         cloud=None if arguments.no_cloud else arguments.cloud_format or defaults.cloud,
         axes=arguments.axes or defaults.axes,
         cloud_unit=arguments.cloud_unit or defaults.cloud_unit,
@@ -220,11 +192,3 @@ def _cloud_flags(arguments: argparse.Namespace) -> list[str]:
     """The flags that ask for a point cloud."""
     names = ("cloud_format", "axes", "cloud_unit")
     return [f"--{name.replace('_', '-')}" for name in names if getattr(arguments, name) is not None]
-
-
-def _outcome_warning(old: RunRecord | None, new: dict[str, object]) -> list[str]:
-    """Say so where a replay did not come out as recorded."""
-    if old is None or [outcome_to_dict(outcome) for outcome in old.outcomes] == new["blocks_outcome"]:
-        return []
-    versions = version_differences(old)
-    return ["The blocks did not come out as recorded" + (f" by {versions}." if versions else ".")]

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..io.folders import made_folder
-from .comparison import unit_bar, warn
+from .comparison import unit_bar
 from .parsing import Commands, count, seed
 from .progress import Bar
+from .report import warn
 
 if TYPE_CHECKING:
     from ..experiments import Progress

@@ -8,15 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
-from ..declarations import ParameterSet
 from ..errors import InputError
 from ..frame import CameraIntrinsics, check_depth_scale
-from ..io import default_depth_units, frame_folder, read_colour, read_depth_values
+from ..io import META_NAME, default_depth_units, frame_folder, read_colour, read_depth_values
 from ..io.camera_files import intrinsics_from
 from ..io.depth_files import depth_in_metres
-from ..parameters import PRESETS, BlockParameters
-from ..run.record import RunRecord, read_run_record
+from ..run import missing_or_changed, read_record
+from ..run.options import RECORD_FILE
+from ..run.staging import interrupted
 from .parsing import Commands, UsageError, add_frame
+from .record_facts import camera_text, record_facts
 from .report import outcome_lines
 
 
@@ -37,17 +38,9 @@ def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
     inputs = [Path(path) for path in arguments.inputs]
     if len(inputs) == 1 and inputs[0].suffix.lower() == ".json":
-        record = read_run_record(inputs[0])
-        _print_facts(_record_facts(record))
-        print("", *outcome_lines(record.outcomes), sep="\n")
+        _print_record(inputs[0])
     elif len(inputs) == 1 and inputs[0].is_dir():
-        files = frame_folder(inputs[0])
-        units = arguments.depth_units or files.depth_units
-        _print_facts([
-            ("name", files.name),
-            ("colour", _colour(files.rgb)),
-            *_depth_facts(files.depth, units, arguments.intrinsics or files.intrinsics),
-        ])  # fmt: skip
+        _print_folder(inputs[0], arguments)
     elif len(inputs) in {1, 2}:
         facts = [("colour", _colour(inputs[0]))]
         if len(inputs) == 2:
@@ -55,6 +48,35 @@ def run(arguments: argparse.Namespace) -> None:
         _print_facts(facts)
     else:
         raise UsageError("Give a colour and a depth file, one folder, or a run.json.")
+
+
+def _print_folder(folder: Path, arguments: argparse.Namespace) -> None:
+    """A frame's folder, a run's, or both."""
+    record, left = folder / RECORD_FILE, interrupted(folder)
+    is_frame = (folder / META_NAME).is_file()
+    if left and not record.is_file():
+        raise InputError(
+            f"{folder} holds an export that was interrupted: its files do not belong together. Export again: that puts "
+            "back what was there before, first."
+        )
+    if is_frame or not record.is_file():
+        files = frame_folder(folder)
+        units = arguments.depth_units or files.depth_units
+        _print_facts([
+            ("name", files.name),
+            ("colour", _colour(files.rgb)),
+            *_depth_facts(files.depth, units, arguments.intrinsics or files.intrinsics),
+        ])  # fmt: skip
+        print()
+    if record.is_file():
+        _print_record(record)
+
+
+def _print_record(path: Path) -> None:
+    record = read_record(path)
+    wrong = missing_or_changed(record, path.absolute().parent)
+    _print_facts([*record_facts(record), *(("problem", sentence) for sentence in wrong)])
+    print("", *outcome_lines(record.outcomes), sep="\n")
 
 
 def _colour(path: Path) -> str:
@@ -76,7 +98,7 @@ def _depth_facts(path: Path, units: float | None, camera: str | CameraIntrinsics
         low, high = float(known.min()), float(known.max())
         facts.append(("range", f"{low:.3f} to {high:.3f} m, median {float(np.median(known)):.3f} m"))
     intrinsics = intrinsics_from(camera, metres.shape)
-    facts.append(("intrinsics", _camera(intrinsics)))
+    facts.append(("intrinsics", camera_text(intrinsics)))
     try:
         check_depth_scale(metres)
     except InputError as error:
@@ -84,47 +106,6 @@ def _depth_facts(path: Path, units: float | None, camera: str | CameraIntrinsics
     return facts
 
 
-def _camera(camera: CameraIntrinsics | None) -> str:
-    if camera is None:
-        return "not known"
-    name = f" ({camera.name})" if camera.name else ""
-    return f"fx {camera.fx:g}, fy {camera.fy:g}, cx {camera.cx:g}, cy {camera.cy:g}{name}"
-
-
 def _print_facts(facts: Iterable[tuple[str, str]]) -> None:
     for name, fact in facts:
         print(f"{name + ':':13} {fact}")
-
-
-def _record_facts(record: RunRecord) -> list[tuple[str, str]]:
-    facts = [
-        ("made with", f"ILF Studio {record.version}, " + ", ".join(f"{k} {v}" for k, v in record.versions.items()))
-    ]
-    if record.inputs is None:
-        facts.append(("frame", "not read from files, so the run cannot be replayed"))
-    else:
-        facts += [
-            ("colour", record.inputs.rgb.path),
-            ("depth", record.inputs.depth.path),
-            ("depth units", f"{record.inputs.depth_units:g} per metre"),
-            ("intrinsics", _camera(intrinsics_from(record.inputs.intrinsics))),
-        ]
-    origin = "given as a label map" if record.extraction is None else "edited" if record.edited else "extracted"
-    facts.append(("blocks", f"{len(record.outcomes)} run, {record.shape[1]} x {record.shape[0]}, {origin}"))
-    if record.extraction is not None:
-        facts.append(("extraction", _changes(record.extraction, BlockParameters()) or "defaults"))
-    name, changes = min(
-        ((name, _changes(record.common, values)) for name, values in PRESETS.items()), key=lambda item: len(item[1])
-    )
-    facts.append(("parameters", f"preset {name}" + (f" with {changes}" if changes else "")))
-    facts += [
-        (f"block {label}", _changes(own, record.common))
-        for label, own in record.parameters.items()
-        if own != record.common
-    ]
-    return [*facts, ("files", ", ".join(record.options.filenames()))]
-
-
-def _changes(values: ParameterSet, base: ParameterSet) -> str:
-    usual = base.to_dict()
-    return ", ".join(f"{name} {value}" for name, value in values.to_dict().items() if value != usual[name])

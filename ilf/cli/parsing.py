@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Mapping
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar
 
 from ..camera import INTRINSICS
 from ..declarations import Declaration, ParameterSet, Value
 from ..errors import IlfError, ParameterError
 from ..frame import RGBDFrame
 from ..io import load_frame
+from ..io.label_files import read_mask
 from ..parameters import BlockParameters
 
 Commands = Any
 """What `ArgumentParser.add_subparsers` returns; its type has no public name."""
 
 BLOCK_PREFIX = "blocks-"
+
+Set = TypeVar("Set", bound=ParameterSet)
 
 
 class UsageError(IlfError):
@@ -53,12 +56,23 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_distrusted(parser: argparse.ArgumentParser) -> None:
+    """Add the argument that says which known depth is not to be believed."""
+    parser.add_argument(
+        "--distrust",
+        metavar="MASK.png",
+        help="mask of measured depth that is wrong (behind glass, flying pixels, glare) and counts as missing: an "
+        "image of the frame's size with one channel, not 0 where depth is distrusted",
+    )
+
+
 def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
-    """Load the frame that the arguments name."""
+    """Load the frame that the arguments name, with what they distrust."""
     inputs = arguments.inputs
     if len(inputs) not in {1, 2}:
         raise UsageError(f"Give a colour and a depth file, or one folder; these are {len(inputs)} paths.")
-    return load_frame(*inputs, depth_units=arguments.depth_units, intrinsics=arguments.intrinsics)
+    frame = load_frame(*inputs, depth_units=arguments.depth_units, intrinsics=arguments.intrinsics)
+    return frame if arguments.distrust is None else frame.distrusting(read_mask(arguments.distrust, frame.shape))
 
 
 def add_block_parameters(parser: argparse.ArgumentParser) -> None:
@@ -115,6 +129,14 @@ def given_parameters(arguments: argparse.Namespace, kind: type[ParameterSet]) ->
     return {
         name: values[_destination(kind, name)] for name in kind.declarations() if _destination(kind, name) in values
     }
+
+
+def with_given(base: Set, arguments: argparse.Namespace) -> Set:
+    """A parameter set with what was given on the command line; UsageError for a parameter that has no effect so."""
+    try:
+        return base.changed(**given_parameters(arguments, type(base)))
+    except ParameterError as error:
+        raise UsageError(str(error)) from error
 
 
 def _destination(kind: type[ParameterSet], name: str) -> str:

@@ -7,7 +7,8 @@ from typing import Self
 
 from tqdm import tqdm
 
-from ..completion import CompletionRun, Progress
+from ..completion import Progress
+from ..run import GUESS, RunSteps
 
 
 class Bar(tqdm):
@@ -22,12 +23,12 @@ class RunProgress:
 
     Parameters
     ----------
-    run : CompletionRun
+    run : RunSteps
     shown : bool
         Whether there is a bar at all.
     """
 
-    def __init__(self, run: CompletionRun, *, shown: bool) -> None:
+    def __init__(self, run: RunSteps, *, shown: bool) -> None:
         self._bar = Bar(
             total=len(run.blocks),
             disable=not shown,
@@ -51,8 +52,9 @@ class RunProgress:
         if record is None:
             self._bar.update(1)
             return
+        what = "guessing the rest" if step.label == GUESS else f"block {step.label}"
         self._bar.set_postfix_str(
-            f"block {step.label}: iteration {record.i}, stage {record.stage}, sigma {record.sigma_i * 1000:.3g} mm",
+            f"{what}: iteration {record.i}, stage {record.stage}, sigma {record.sigma_i * 1000:.3g} mm",
             refresh=False,
         )
         self._bar.update(0)

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..completion import BlockOutcome, Completion, Status
 from ..frame import RGBDFrame
+from ..run import Run
 
 
 def completion_report(
-    frame: RGBDFrame,
-    labels: NDArray[np.int32],
+    run: Run,
     completion: Completion,
     seconds: float,
     folder: Path,
@@ -26,8 +26,9 @@ def completion_report(
     return "\n".join([
         *outcome_lines(outcomes),
         "",
-        f"{frame.name}: {len(outcomes)} blocks cover {np.count_nonzero(labels) / labels.size:.1%} of the frame.",
-        _recovered_line(frame, completion, seconds),
+        f"{run.frame.name}: {len(outcomes)} blocks cover {np.count_nonzero(run.blocks) / run.blocks.size:.1%} of the "
+        "frame.",
+        _recovered_line(run.frame, completion, seconds),
         f"Written to {folder}: {', '.join(file.name for file in files)}",
     ])  # fmt: skip
 
@@ -55,6 +56,12 @@ def outcome_lines(outcomes: Iterable[BlockOutcome]) -> list[str]:
         if outcome.message and outcome.status is not Status.NOTHING_MISSING
     ]
     return [*table(head, rows), *([""] if remarks else []), *remarks]
+
+
+def warn(notes: Iterable[str]) -> None:
+    """Print what there is to tell the user on stderr, a line each and each once."""
+    for note in dict.fromkeys(notes):
+        print("ilf: warning:", " ".join(note.split()), file=sys.stderr)
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 from threading import Lock
 
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import FormatError, InputError
-from ..io.files import read_bytes
+from ..io.files import read_file
 from ..models import model_path
 
 MULTIPLE = 16
@@ -35,12 +36,14 @@ class EdgeNetwork:
     the boundary strength in [0, 1] as float32 (1, 1, H, W) as its output, the last one where there are several.
     """
 
-    def __init__(self, net: cv2.dnn.Net, path: Path) -> None:
+    def __init__(self, net: cv2.dnn.Net, path: Path, sha256: str) -> None:
         self._net = net
         self._output = net.getUnconnectedOutLayersNames()[-1]
         # A net keeps the input and all in between to itself, so that only one thread may run it at a time.
         self._lock = Lock()
         self.path = path
+        self.sha256 = sha256
+        """Of the very bytes that the network was read from, in hexadecimal digits."""
         self._try()
 
     @staticmethod
@@ -67,7 +70,7 @@ class EdgeNetwork:
         with _networks_lock:
             known = _networks.get(path)
             if known is None or known[0] != version:
-                known = _networks[path] = (version, EdgeNetwork.read(read_bytes(path), path))
+                known = _networks[path] = (version, EdgeNetwork.read(read_file(path).data, path))
             return known[1]
 
     @staticmethod
@@ -93,7 +96,7 @@ class EdgeNetwork:
                 f"{path.name} cannot be read as an ONNX network. Choose an intact ONNX file that holds its weights, "
                 "or the Canny detector."
             ) from error
-        return EdgeNetwork(net, path)
+        return EdgeNetwork(net, path, hashlib.sha256(content.data).hexdigest())
 
     def strength(self, rgb: NDArray[np.uint8], multiscale: bool = False) -> NDArray[np.float32]:
         """Boundary strength of an image.

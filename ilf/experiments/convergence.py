@@ -16,6 +16,7 @@ from ..completion import iterate
 from ..ebs import extract_blocks
 from ..errors import InputError
 from ..filter.convergence import IterationRecord
+from ..filter.pass_band.record import PassBandRecord
 from ..frame import RGBDFrame
 from ..parameters import PRESETS, BlockParameters, Parameters
 from .experiment import METHOD_PRESETS, OnProgress, Result, Row, Settings, preset_parameters
@@ -104,7 +105,7 @@ def _run_unit(name: str, colour: bool, every: int) -> tuple[Row, list[Row]]:
             "colour": colour,
             "i": record.i,
             "stage": record.stage,
-            "radius_y": record.radii[0],
+            "radius_y": record.radii[0] if isinstance(record, PassBandRecord) else None,
             "sigma_mm": 1000 * record.sigma_i,
             "l1_m": record.l1,
             "mae_mm": error,
@@ -119,7 +120,7 @@ def _run_unit(name: str, colour: bool, every: int) -> tuple[Row, list[Row]]:
         "colour": colour,
         "defect_rate": float(missing.mean()),
         "iterations": len(records),
-        "weighted_iterations": sum(record.weighted for record in records),
+        "weighted_iterations": sum(isinstance(record, PassBandRecord) and record.weighted for record in records),
         "enlargements": len(enlarged),
         "sigma_jumps": len(sigma_jumps),
         "glitches": len(glitches),
@@ -143,8 +144,9 @@ def _mae(surface: NDArray[np.float64], truth: NDArray[np.float64], missing: NDAr
 
 
 def _events(records: Sequence[IterationRecord]) -> tuple[list[int], set[int], list[int]]:
-    """Places of records whose pass band has grown; of these, where L1 jumps up, and where sigma_i does."""
-    enlarged = [place for place, (a, b) in enumerate(itertools.pairwise(records), 1) if b.radii > a.radii]
+    """Places of records that begin a stage, with a larger pass band; of these, where L1 jumps up, and where sigma_i
+    does."""
+    enlarged = [place for place, (a, b) in enumerate(itertools.pairwise(records), 1) if b.stage > a.stage]
     sigma_jumps = [place for place in enlarged if records[place].sigma_i > records[place - 1].sigma_i]
     rises = [0.0, *(b.l1 - a.l1 for a, b in itertools.pairwise(records))]
     glitches = {place for place in enlarged if rises[place] > max(rises[place - 1], 0.0)}

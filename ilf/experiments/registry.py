@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from ..bench.choices import chosen_names
 from ..errors import ParameterError
+from ..extras import optional
 from .convergence import run_convergence
 from .convergence_view import compare_convergence, draw_convergence
 from .cylinder import CYLINDER, CYLINDER_NOISE
@@ -93,10 +94,11 @@ def run_experiment(
     ParameterError
         For an unknown name.
     InputError, FormatError
-        If the data cannot be used.
+        If the data cannot be used, or the package that draws the figures is missing.
     """
     if name not in EXPERIMENTS:
         raise ParameterError(f"There is no experiment {name!r}. Known: {', '.join(EXPERIMENTS)}.")
+    optional("matplotlib", "experiments", "Drawing an experiment's figures")  # before the work, not after it
     chosen = settings or Settings()
     report = on_progress or (lambda progress: None)
     started = time.perf_counter()

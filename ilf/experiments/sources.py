@@ -104,7 +104,7 @@ def _thinned(whole: BenchFrame, every: int) -> BenchFrame:
         camera = CameraIntrinsics(
             camera.fx / every, camera.fy / every, camera.cx / every, camera.cy / every, camera.name
         )
-    thin = RGBDFrame(frame.rgb[part, part], frame.depth[part, part], camera, frame.name, frame.sources)
+    thin = RGBDFrame(frame.rgb[part, part], frame.depth[part, part], camera, frame.name)
     return BenchFrame(thin, None if whole.truth is None else whole.truth[part, part])
 
 

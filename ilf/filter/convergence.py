@@ -7,22 +7,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..equality import NanEqual
+
 _SEED = 0
 
 
-@dataclass(frozen=True, slots=True)
-class IterationRecord:
-    """What one iteration did.
+@dataclass(frozen=True, slots=True, eq=False)
+class IterationRecord(NanEqual):
+    """What one iteration did, whatever the filter. NaN equals NaN when records are compared.
 
     Attributes
     ----------
     i : int
         Number of the iteration, from 1.
     stage : int
-        How many different pass bands there have been, from 1. With the edge-aware filter: how many grids, and rounds
-        in which jumps let go.
-    radii : tuple of float
-        Cut-off radii (r_y, r_x) of this iteration, in cycles per padded grid.
+        Number of the stage, from 1: a stretch of iterations that all let the same through, after which the filter lets
+        more through.
     sigma_i : float
         Deviation between P_i and P_(i-1) over the block [m], Eq. (2).
     l1 : float
@@ -33,20 +33,16 @@ class IterationRecord:
     held_out : float
         The same over the known pixels that are held out of it; NaN if there are none. Its minimum says where noise
         begins to come in with the band, which sigma_i does not see.
-    weighted : bool
-        Whether the colour spectrum weighted this iteration.
     seconds : float
         Time since the block's iteration was set up [s].
     """
 
     i: int
     stage: int
-    radii: tuple[float, float]
     sigma_i: float
     l1: float
     residual: float
     held_out: float
-    weighted: bool
     seconds: float
 
 

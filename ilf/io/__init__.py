@@ -5,22 +5,36 @@ File units, file names and file formats exist here only; everything else works i
 
 from .atomic import atomic_path
 from .camera_files import intrinsics_from
-from .cloud_files import CLOUD_SUFFIXES, load_open3d, write_cloud
-from .depth_files import DEPTH_SUFFIXES, default_depth_units, read_depth_values, write_depth, write_expected_error
-from .frames import FrameFiles, frame_folder, load_frame
+from .cloud_files import CLOUD_SUFFIXES, check_cloud_format, load_open3d, write_cloud
+from .depth_files import (
+    DEPTH_SUFFIXES,
+    UINT16_MAX,
+    coarser_units,
+    default_depth_units,
+    png_fit,
+    read_depth_values,
+    write_depth,
+    write_expected_error,
+)
+from .frames import META_NAME, FrameFiles, frame_folder, load_frame
 from .images import read_colour
 from .label_files import read_labels, write_labels, write_mask
 
 __all__ = [
     "CLOUD_SUFFIXES",
     "DEPTH_SUFFIXES",
+    "META_NAME",
+    "UINT16_MAX",
     "FrameFiles",
     "atomic_path",
+    "check_cloud_format",
+    "coarser_units",
     "default_depth_units",
     "frame_folder",
     "intrinsics_from",
     "load_frame",
     "load_open3d",
+    "png_fit",
     "read_colour",
     "read_depth_values",
     "read_labels",

@@ -35,6 +35,13 @@ def atomic_path(target: str | os.PathLike[str]) -> Iterator[Path]:
     ExportError
         For every OSError, in the block or here: missing or read-only folder, full disk. A file that was there
         before is as it was.
+
+    Examples
+    --------
+    >>> with atomic_path("notes.txt") as temporary:
+    ...     _ = temporary.write_text("all or nothing")
+    >>> Path("notes.txt").read_text()
+    'all or nothing'
     """
     final = Path(target).absolute()
     temporary = final.with_name(f".ilf-{secrets.token_hex(8)}{final.suffix}")

@@ -43,6 +43,13 @@ def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None =
         than the frame.
     FormatError
         If the JSON file cannot be read.
+
+    Examples
+    --------
+    >>> intrinsics_from("525,525,319.5,239.5").cx
+    319.5
+    >>> intrinsics_from("kinect-v2", shape=(212, 256)).fx
+    182.728
     """
     if spec is None or isinstance(spec, CameraIntrinsics):
         return spec

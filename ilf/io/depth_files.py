@@ -6,6 +6,8 @@ import io
 import math
 import os
 import tokenize
+import warnings
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +16,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ExportError, FormatError, ParameterError
 from .atomic import write_bytes
-from .files import existing_file
+from .files import FileContent, FileSource, read_file
 from .images import check_pixel_count, encode_image, read_image
 
 DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
 """Suffixes that `write_depth` knows."""
 
-_UINT16_MAX = 65535
+UINT16_MAX = 65535
+"""Largest value of a 16-bit PNG."""
 
 # whatever a header that is parsed as Python text can lead to
 _NPY_ERRORS = (
@@ -29,7 +32,7 @@ _NPY_ERRORS = (
 )  # fmt: skip
 
 
-def read_depth_values(path: str | os.PathLike[str]) -> NDArray[Any]:
+def read_depth_values(path: FileSource) -> NDArray[Any]:
     """Depth as the file has it: no unit conversion, nothing marked as missing yet.
 
     Parameters
@@ -49,8 +52,8 @@ def read_depth_values(path: str | os.PathLike[str]) -> NDArray[Any]:
     FormatError
         If it is damaged or holds something other than depth, such as a picture of depth.
     """
-    is_npy = Path(path).suffix.lower() == ".npy"
-    values = _read_npy(path) if is_npy else read_image(path)
+    content = read_file(path)
+    values = _read_npy(content) if content.path.suffix.lower() == ".npy" else read_image(content)
     if values.dtype.kind in "iu" and values.dtype.itemsize == 1:
         channels = f", {values.shape[2]} channels" if values.ndim == 3 else ""
         raise FormatError(
@@ -115,6 +118,13 @@ def write_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1
         For another suffix or shape, or if the file cannot be written.
     ParameterError
         If `units` is not a positive number.
+
+    Examples
+    --------
+    >>> write_depth("depth.png", np.array([[1.5, np.nan]]), units=1000)
+    []
+    >>> read_depth_values("depth.png").tolist()
+    [[1500, 0]]
     """
     suffix = Path(path).suffix.lower()
     if suffix not in DEPTH_SUFFIXES:
@@ -133,6 +143,61 @@ def write_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1
     else:
         write_bytes(path, encode_image(suffix, metres))
     return []
+
+
+@dataclass(frozen=True)
+class PngFit:
+    """What becomes of depth in a 16-bit PNG.
+
+    Attributes
+    ----------
+    deepest : float
+        [m]; NaN where no depth is known.
+    largest : int
+        The value that it would need: above `UINT16_MAX` it does not fit.
+    clipped, vanished : int
+        Pixels that are too far, and such that are so near that they would be rounded to 0, missing.
+    """
+
+    deepest: float
+    largest: int
+    clipped: int
+    vanished: int
+
+
+def png_fit(depth: NDArray[np.floating], units: float) -> PngFit:
+    """What becomes of depth in a 16-bit PNG.
+
+    Parameters
+    ----------
+    depth : ndarray
+        [m], of any shape, NaN = missing.
+    units : float
+        File units per metre, positive.
+    """
+    known = depth[np.isfinite(depth)]
+    if not known.size:
+        return PngFit(math.nan, 0, 0, 0)
+    values = _in_units(known, units)
+    clipped, vanished = int(np.count_nonzero(values > UINT16_MAX)), int(np.count_nonzero(values == 0))
+    return PngFit(float(known.max()), int(values.max()), clipped, vanished)
+
+
+def coarser_units(given: float, written: float) -> str:
+    """What a PNG loses of the steps that the input has, in one sentence; "" where it loses nothing.
+
+    Parameters
+    ----------
+    given, written : float
+        File units per metre, of the input's depth and of the PNG. Float depth, in metres, has 1 and loses nothing here:
+        how fine its steps were is not known.
+    """
+    if written >= given:
+        return ""
+    return (
+        f"The PNG has steps of {1000 / written:.4g} mm, the input of {1000 / given:.4g} mm: write {given:g} units per "
+        "metre to keep them, or TIFF or NPY, which lose nothing."
+    )
 
 
 def write_expected_error(path: str | os.PathLike[str], error: ArrayLike, units: float = 1000.0) -> list[str]:
@@ -156,6 +221,13 @@ def write_expected_error(path: str | os.PathLike[str], error: ArrayLike, units: 
     ------
     ExportError, ParameterError
         As `write_depth` does.
+
+    Examples
+    --------
+    >>> write_expected_error("error.npy", np.array([[np.nan, 0.02]]))
+    []
+    >>> read_depth_values("error.npy").tolist()
+    [[nan, 0.019999999552965164]]
     """
     values = np.asarray(error, np.float32)
     if Path(path).suffix.lower() == ".png":
@@ -185,38 +257,49 @@ def _with_missing(metres: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _as_uint16(metres: NDArray[np.float32], units: float) -> tuple[NDArray[np.uint16], list[str]]:
-    values = np.rint(metres.astype(np.float64) * units)
-    too_far, too_near = values > _UINT16_MAX, values == 0
+    fit = png_fit(metres, units)
     warnings = []
-    if too_far.any():
-        deepest = float(np.nanmax(metres))
-        largest = _UINT16_MAX / deepest if deepest > _UINT16_MAX else _UINT16_MAX // deepest
+    if fit.clipped:
+        largest = UINT16_MAX / fit.deepest if fit.deepest > UINT16_MAX else UINT16_MAX // fit.deepest
         warnings.append(
-            f"{np.count_nonzero(too_far)} pixels are beyond {_UINT16_MAX / units:.4g} m, the most that "
+            f"{fit.clipped} pixels are beyond {UINT16_MAX / units:.4g} m, the most that "
             f"16 bits hold at {units:g} units per metre, and were clipped. At most {largest:.6g} units per "
-            f"metre would fit {deepest:.4g} m; or write TIFF or NPY."
+            f"metre would fit {fit.deepest:.4g} m; or write TIFF or NPY."
         )
-    if too_near.any():
+    if fit.vanished:
         warnings.append(
-            f"{np.count_nonzero(too_near)} pixels are nearer than half a unit at {units:g} units per metre, "
+            f"{fit.vanished} pixels are nearer than half a unit at {units:g} units per metre, "
             "were rounded to 0 and will read as missing. Use more units per metre; or write TIFF or NPY."
         )
-    return np.nan_to_num(np.minimum(values, _UINT16_MAX), nan=0.0).astype(np.uint16), warnings
+    values = np.minimum(_in_units(metres, units), UINT16_MAX)
+    return np.nan_to_num(values, nan=0.0).astype(np.uint16), warnings
 
 
-def _read_npy(path: str | os.PathLike[str]) -> NDArray[Any]:
-    file = existing_file(path)
+def _in_units(metres: NDArray[np.floating], units: float) -> NDArray[np.float64]:
+    return np.rint(metres.astype(np.float64) * units)
+
+
+def _read_npy(file: FileContent) -> NDArray[Any]:
+    stream = io.BytesIO(file.data.data)
     try:
-        with open(file, "rb") as stream:
-            # np.load would otherwise go on to try archives and pickles
-            np.lib.format.read_magic(stream)
-        # mapped, so that a header that asks for too much meets the true file size before any memory is taken
-        mapped = np.load(file, mmap_mode="r", allow_pickle=False)
+        # np.load would otherwise go on to try archives and pickles
+        version = np.lib.format.read_magic(stream)
+        read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that Python 2 has written it is no harm
+            shape, in_columns, dtype = read_header(stream)
+        if dtype.hasobject:
+            raise ValueError("it holds Python objects")
+        # what a header asks for must be there before any memory is taken
+        wanted, there = math.prod(shape) * dtype.itemsize, file.data.size - stream.tell()
+        if wanted > there:
+            raise ValueError(f"{wanted} bytes of values are announced, {there} are there")
+        values = np.frombuffer(file.data, dtype, math.prod(shape), stream.tell())
     except _NPY_ERRORS as error:
         raise FormatError(
             f"{file}: this NPY cannot be read ({error!s:.120}): it is truncated, damaged, or holds Python "
             "objects. Save a plain float32 or uint16 array with numpy.save."
         ) from error
-    if mapped.ndim >= 2:
-        check_pixel_count(file, mapped.shape[1], mapped.shape[0])
-    return np.array(mapped)
+    if len(shape) >= 2:
+        check_pixel_count(file, shape[1], shape[0])
+    return values.reshape(shape, order="F" if in_columns else "C").copy(order="C")

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -42,17 +44,46 @@ def existing_file(path: str | os.PathLike[str]) -> Path:
     return found
 
 
-def read_bytes(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
-    """The content of a file, uint8 (N,).
+@dataclass(frozen=True, eq=False)
+class FileContent:
+    """A file as it was when it was read.
+
+    Attributes
+    ----------
+    path : Path
+        Absolute.
+    data : ndarray of uint8, shape (N,)
+    """
+
+    path: Path
+    data: NDArray[np.uint8]
+
+    @property
+    def sha256(self) -> str:
+        """SHA-256 of the content."""
+        return hashlib.sha256(self.data.data).hexdigest()
+
+    def __str__(self) -> str:
+        return str(self.path)
+
+
+FileSource = str | os.PathLike[str] | FileContent
+"""A path, or what was read from one."""
+
+
+def read_file(source: FileSource) -> FileContent:
+    """The whole content of a file; of what was read already, that.
 
     Raises
     ------
     InputError
         If there is no such file, or it cannot be read, or it is empty.
     """
-    found = existing_file(path)
+    if isinstance(source, FileContent):
+        return source
+    found = existing_file(source)
     try:
-        return np.fromfile(found, np.uint8)
+        return FileContent(found, np.fromfile(found, np.uint8))
     except OSError as error:
         raise InputError(f"{found}: cannot be read ({error.strerror}). Check its permissions.") from error
 
@@ -67,8 +98,17 @@ def read_json(path: str | os.PathLike[str]) -> Any:
     FormatError
         If it is not JSON.
     """
-    content = read_bytes(path).tobytes()
+    content = read_file(path).data.tobytes()
     try:
         return json.loads(content)
     except (ValueError, RecursionError) as error:
         raise FormatError(f"{Path(path).absolute()} is not valid JSON ({error}). Correct or re-export it.") from error
+
+
+def file_sha256(path: str | os.PathLike[str]) -> str:
+    """SHA-256 of a file's content, of whatever size; raises InputError if it cannot be read."""
+    try:
+        with open(path, "rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}). Check its permissions.") from error

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import os
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ..errors import FormatError, InputError, ParameterError
-from ..frame import CameraIntrinsics, RGBDFrame
+from ..frame import CameraIntrinsics, FrameInputs, InputFile, RGBDFrame
 from .camera_files import IntrinsicsSpec, intrinsics_from
 from .depth_files import checked_units, default_depth_units, depth_in_metres, read_depth_values
-from .files import read_json
+from .files import FileContent, read_file, read_json
 from .images import read_colour
 
 META_NAME = "meta.json"
@@ -74,8 +75,8 @@ def load_frame(
     Returns
     -------
     RGBDFrame
-        Its `sources` hold "rgb" and "depth" (absolute paths), "depth_units" and "intrinsics" (fx, fy, cx,
-        cy or None): what it takes to read the same frame again.
+        Its `inputs` hold the absolute paths of the files and the SHA-256 of the bytes that were read, the depth units
+        and the intrinsics; its `sources` are what it takes to read the same frame again.
 
     Raises
     ------
@@ -85,6 +86,13 @@ def load_frame(
         If a file is damaged or holds something other than its role asks for.
     ParameterError
         If `depth_units` is not a positive number.
+
+    Examples
+    --------
+    >>> from ilf.assets import asset_path
+    >>> frame = load_frame(asset_path("samples/room"))
+    >>> frame.name, frame.shape, round(frame.missing_share, 3)
+    ('room', (480, 640), 0.168)
     """
     if depth is not None:
         files = _two_files(Path(rgb), Path(depth))
@@ -100,7 +108,8 @@ def load_frame(
             f"{rgb}: a frame needs a depth image beside its colour image. Give both files, or one folder "
             f"that has {META_NAME} in it."
         )
-    colour, values = read_colour(files.rgb), read_depth_values(files.depth)
+    rgb_file, depth_file = read_file(files.rgb), read_file(files.depth)
+    colour, values = read_colour(rgb_file), read_depth_values(depth_file)
     if colour.shape[:2] != values.shape:
         raise InputError(
             f"{files.rgb} is {_size(colour)} but {files.depth} is {_size(values)}. Both must show the same "
@@ -120,12 +129,12 @@ def load_frame(
             depth=depth_in_metres(values, units),
             intrinsics=camera,
             name=name or files.name,
-            sources={
-                "rgb": str(files.rgb),
-                "depth": str(files.depth),
-                "depth_units": units,
-                "intrinsics": None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy],
-            },
+            inputs=FrameInputs(
+                _input_file(rgb_file),
+                _input_file(depth_file),
+                units,
+                None if camera is None else (camera.fx, camera.fy, camera.cx, camera.cy),
+            ),
         )
     except InputError as error:
         raise InputError(f"{files.depth}: {error}") from error
@@ -137,8 +146,9 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     Parameters
     ----------
     folder : path-like
-        Holds meta.json with the optional keys `name`, `size` [width, height], `depth_units_per_m` and `K`
-        [fx, fy, cx, cy], and the images `rgb.*` and `depth.*`.
+        Holds meta.json with the optional keys `name`, `size` [width, height], `depth_units_per_m`, `K` [fx, fy, cx,
+        cy], `rgb` and `depth` (where the images are; `rgb.*` and `depth.*` in the folder if left out) and `run` (the
+        record without which the folder is a half-written one).
 
     Raises
     ------
@@ -159,25 +169,46 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         units = None if units is None else checked_units(units)
         camera = None if meta.get("K") is None else intrinsics_from({"K": meta["K"]})
         size, name = _meta_size(meta.get("size")), meta.get("name") or root.name
-        if not isinstance(name, str):
-            raise InputError(f"name must be text, not {name!r:.60}.")
+        named = {key: meta.get(key) for key in ("rgb", "depth", "run")}
+        for key, value in {"name": name, **named}.items():
+            if not isinstance(value, str | None):
+                raise InputError(f"{key} must be text, not {value!r:.60}.")
     except (InputError, ParameterError) as error:
         raise FormatError(f"{meta_path}: {error}") from error
-    rgb = _image_in(root, "rgb", COLOUR_SUFFIXES, "")
+    if named["run"] and not (root / named["run"]).is_file():
+        raise InputError(
+            f"{root} holds an export that was interrupted: its {named['run']} is missing, so its files may not belong "
+            "together. Export again."
+        )
+    rgb = _named_image(root, named["rgb"]) or _image_in(root, "rgb", COLOUR_SUFFIXES, "")
     hint = ""
     if (root / "gt.png").is_file():
         hint = (
             f" To use gt.png as depth, load {rgb.name} and gt.png as two files"
             f" with depth units {meta.get('gt_units_per_m')}."
         )
-    depth = _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint)
+    depth = _named_image(root, named["depth"]) or _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint)
     return FrameFiles(rgb, depth, units, camera, size, name)
+
+
+def _input_file(content: FileContent) -> InputFile:
+    return InputFile(str(content.path), content.sha256)
 
 
 def _two_files(rgb: Path, depth: Path) -> FrameFiles:
     rgb, depth = rgb.absolute(), depth.absolute()
     name = rgb.parent.name if rgb.stem.lower() in _PLAIN_NAMES and rgb.parent.name else rgb.stem
     return FrameFiles(rgb, depth, None, None, None, name)
+
+
+def _named_image(root: Path, named: str | None) -> Path | None:
+    """An image that meta.json names: there, or by that name in the folder; None if it names none."""
+    if not named:
+        return None
+    for path in (root / named, root / re.split(r"[\\/]", named)[-1]):
+        if path.is_file():
+            return path
+    raise InputError(f"{root / META_NAME} names {named}, which is not there. Put it beside {META_NAME}, or correct it.")
 
 
 def _image_in(root: Path, stem: str, suffixes: tuple[str, ...], hint: str) -> Path:

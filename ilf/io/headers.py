@@ -1,116 +1,96 @@
-"""What the first bytes of an image file say: format and size, before anything is decoded.
+"""What an image file says about itself, format, size and orientation, before anything is decoded.
 
-The decoder reports nothing but "no" and would allocate whatever a header asks for, so format, size and (where
-the format allows) completeness are checked here first.
+The decoder reports nothing but "no", would allocate whatever a header asks for, and takes a PNG whose checksums do not
+fit, so these are looked at first, by Pillow, which reads no pixels for that.
 """
 
 from __future__ import annotations
 
-import re
-import struct
-import zlib
-from collections.abc import Callable
+import io
+import threading
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
-from ..errors import FormatError
+from PIL import Image, TiffImagePlugin
 
-_TIFF_WIDTH, _TIFF_HEIGHT, _TIFF_ORIENTATION = 256, 257, 274
-_TIFF_NUMBERS = {3: "H", 4: "I"}
-# start of frame: every marker C0-CF but the tables DHT, JPG and DAC
-_JPEG_FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
-_JPEG_WITHOUT_LENGTH = frozenset({0x01, *range(0xD0, 0xD9)})
+from ..errors import FormatError
+from .files import FileSource
+
+_KINDS = ("PNG", "JPEG", "TIFF", "PPM")
+_MAGIC = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"II", b"MM", b"P2", b"P3", b"P5", b"P6")
+_BIG_TIFF = (b"II+\0", b"MM\0+")
+_TIFF_ORIENTATION = 274
+_WAY_OUT = "Copy or export it again, as PNG or TIFF."
+
+# Pillow's limit and what it warns of belong to the whole process
+_pillow = threading.Lock()
 
 
 @dataclass(frozen=True)
 class ImageHeader:
-    """Format name and size in pixels; `orientation_at` is the byte offset of a TIFF's orientation tag."""
+    """Format name, size in pixels as stored, and the orientation tag of a TIFF (1: as stored)."""
 
     kind: str
     width: int
     height: int
-    orientation_at: int | None = None
+    orientation: int = 1
 
 
-def image_header(data: bytes) -> ImageHeader:
+def image_header(path: FileSource, data: bytes) -> ImageHeader:
     """Read the header of a PNG, JPEG, TIFF, PGM or PPM file.
+
+    Parameters
+    ----------
+    path : path-like or FileContent
+        Named in messages.
+    data : bytes
+        Content of the file.
 
     Raises
     ------
     FormatError
-        If it is none of these, or is truncated or damaged. The message does not name the file.
+        If it is none of these, or its header is truncated or damaged.
     """
-    reader = next((reader for magic, reader in _READERS.items() if data.startswith(magic)), None)
-    if reader is None:
-        raise FormatError("this is not a PNG, JPEG, TIFF or PGM image, whatever its name says")
-    try:
-        header = reader(data)
-    except (struct.error, IndexError) as error:
-        raise FormatError("the file is truncated: its end is missing") from error
-    if header.width < 1 or header.height < 1:
-        raise FormatError("the file is damaged: its header gives no image size")
-    return header
+    if not data.startswith(_MAGIC):
+        raise FormatError(f"{path}: this is not a PNG, JPEG, TIFF or PGM image, whatever its name says. {_WAY_OUT}")
+    if data.startswith(_BIG_TIFF):
+        raise FormatError(f"{path}: this kind of TIFF (BigTIFF) is not supported. Save it as a classic TIFF.")
+    with _reading(path, "its header gives no image size, or not all of it is there"):
+        if data[:2] in (b"II", b"MM"):
+            return _tiff(data)
+        with Image.open(io.BytesIO(data), formats=_KINDS) as image:
+            return ImageHeader(str(image.format), *image.size)
 
 
-def _png(data: bytes) -> ImageHeader:
-    view, position, size = memoryview(data), 8, (0, 0)
-    while True:
-        length, kind = struct.unpack_from(">I4s", data, position)
-        (checksum,) = struct.unpack_from(">I", data, position + 8 + length)
-        if zlib.crc32(view[position + 4 : position + 8 + length]) != checksum:
-            raise FormatError("the file is damaged: a checksum does not fit")
-        if kind == b"IHDR":
-            size = struct.unpack_from(">II", data, position + 8)
-        if kind == b"IEND":
-            return ImageHeader("PNG", *size)
-        position += 12 + length
+def check_checksums(path: FileSource, data: bytes) -> None:
+    """Raise FormatError for a PNG that is cut short or whose checksums do not fit; other formats have none."""
+    with _reading(path, "its end is missing or a checksum does not fit"):
+        Image.open(io.BytesIO(data), formats=("PNG",)).verify()
 
 
-def _jpeg(data: bytes) -> ImageHeader:
-    position = 2
-    while True:
-        if data[position] != 0xFF:
-            raise FormatError("the file is damaged: a JPEG marker is missing")
-        marker = data[position + 1]
-        if marker == 0xFF:
-            position += 1
-        elif marker in _JPEG_WITHOUT_LENGTH:
-            position += 2
-        elif marker in _JPEG_FRAMES:
-            height, width = struct.unpack_from(">HH", data, position + 5)
-            return ImageHeader("JPEG", width, height)
-        else:
-            position += 2 + struct.unpack_from(">H", data, position + 2)[0]
+@contextmanager
+def _reading(path: FileSource, problem: str) -> Iterator[None]:
+    """Let Pillow read without a limit of its own and without a word; whatever it raises becomes one FormatError."""
+    with _pillow, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of tags that mean nothing to it
+        limit, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
+        try:
+            yield
+        except Exception as error:
+            raise FormatError(f"{path}: the file is truncated or damaged: {problem}. {_WAY_OUT}") from error
+        finally:
+            Image.MAX_IMAGE_PIXELS = limit
 
 
 def _tiff(data: bytes) -> ImageHeader:
-    order = "<" if data[:2] == b"II" else ">"
-    version, directory = struct.unpack_from(order + "HI", data, 2)
-    if version != 42:
-        raise FormatError("this kind of TIFF (BigTIFF) is not supported: save it as a classic TIFF")
-    values, offsets = {}, {}
-    for entry in range(struct.unpack_from(order + "H", data, directory)[0]):
-        at = directory + 2 + 12 * entry
-        tag, kind = struct.unpack_from(order + "HH", data, at)
-        if kind in _TIFF_NUMBERS:
-            values[tag] = struct.unpack_from(order + _TIFF_NUMBERS[kind], data, at + 8)[0]
-            offsets[tag] = at + 8
-    return ImageHeader("TIFF", values.get(_TIFF_WIDTH, 0), values.get(_TIFF_HEIGHT, 0), offsets.get(_TIFF_ORIENTATION))
-
-
-def _pnm(data: bytes) -> ImageHeader:
-    tokens = re.sub(rb"#[^\n]*", b"", data[:4096]).split(maxsplit=3)
-    if not (tokens[1].isdigit() and tokens[2].isdigit()) or max(len(tokens[1]), len(tokens[2])) > 9:
-        raise FormatError("the file is damaged: its header gives no image size")
-    return ImageHeader("PNM", int(tokens[1]), int(tokens[2]))
-
-
-_READERS: dict[bytes, Callable[[bytes], ImageHeader]] = {
-    b"\x89PNG\r\n\x1a\n": _png,
-    b"\xff\xd8": _jpeg,
-    b"II": _tiff,
-    b"MM": _tiff,
-    b"P2": _pnm,
-    b"P3": _pnm,
-    b"P5": _pnm,
-    b"P6": _pnm,
-}
+    """The first directory's tags only: `Image.open` knows fewer kinds of pixels than the decoder."""
+    stream = io.BytesIO(data)
+    tags = TiffImagePlugin.ImageFileDirectory_v2(stream.read(8))
+    stream.seek(tags.next)
+    tags.load(stream)
+    width, height = int(tags[TiffImagePlugin.IMAGEWIDTH]), int(tags[TiffImagePlugin.IMAGELENGTH])
+    if min(width, height) < 1:
+        raise ValueError("no size")
+    return ImageHeader("TIFF", width, height, int(tags.get(_TIFF_ORIENTATION, 1)))

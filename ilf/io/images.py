@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import threading
+from collections.abc import Callable
 from typing import Any
 
 import cv2
@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import FormatError
-from .files import read_bytes
-from .headers import image_header
+from .files import FileSource, read_file
+from .headers import check_checksums, image_header
 
 MAX_PIXELS = 100_000_000
 """Larger images are refused before they are decoded."""
@@ -20,8 +20,19 @@ MAX_PIXELS = 100_000_000
 # the decoder's log level belongs to the whole process
 _decoding = threading.Lock()
 
+# the TIFF decoder turns an image as its orientation tag says, whatever its flags say: orientation -> way back
+_AS_STORED: dict[int, Callable[[NDArray[Any]], NDArray[Any]]] = {
+    2: np.fliplr,
+    3: lambda image: np.rot90(image, 2),
+    4: np.flipud,
+    5: lambda image: image.swapaxes(0, 1),
+    6: np.rot90,
+    7: lambda image: np.rot90(image, 2).swapaxes(0, 1),
+    8: lambda image: np.rot90(image, 3),
+}
 
-def read_image(path: str | os.PathLike[str]) -> NDArray[Any]:
+
+def read_image(path: FileSource) -> NDArray[Any]:
     """Pixels of a PNG, JPEG, TIFF, PGM or PPM file as stored, never rotated.
 
     Orientation tags are ignored: turning one image of a registered pair would part it from the other.
@@ -38,17 +49,15 @@ def read_image(path: str | os.PathLike[str]) -> NDArray[Any]:
     FormatError
         If it is truncated, damaged, of another format, or has more than `MAX_PIXELS` pixels.
     """
-    data = read_bytes(path)
-    try:
-        header = image_header(data.tobytes())
-    except FormatError as error:
-        raise FormatError(f"{path}: {error}. Copy or export it again, as PNG or TIFF.") from error
+    data = read_file(path).data
+    content = data.tobytes()
+    header = image_header(path, content)
     check_pixel_count(path, header.width, header.height)
-    if header.orientation_at is not None:
-        # the TIFF decoder turns the image whatever its flags say; both bytes, for either byte order
-        big_endian = data[0] == ord("M")
-        data[header.orientation_at : header.orientation_at + 2] = (0, 1) if big_endian else (1, 0)
+    if header.kind == "PNG":
+        check_checksums(path, content)
     image = _decoded(data)
+    if image is not None and header.orientation in _AS_STORED:
+        image = np.ascontiguousarray(_AS_STORED[header.orientation](image))
     if image is None or image.shape[:2] != (header.height, header.width):
         raise FormatError(
             f"{path}: this {header.kind} cannot be decoded: it is truncated, damaged, or of a rare kind. "
@@ -57,7 +66,7 @@ def read_image(path: str | os.PathLike[str]) -> NDArray[Any]:
     return image
 
 
-def read_colour(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
+def read_colour(path: FileSource) -> NDArray[np.uint8]:
     """Colour image as uint8 (H, W, 3), red first.
 
     16-bit values are scaled to 8 bits (65535 -> 255), grey is repeated in all channels, alpha is dropped.
@@ -83,7 +92,7 @@ def read_colour(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
     return np.ascontiguousarray(np.broadcast_to(blue_first[..., ::-1], (*image.shape[:2], 3)))
 
 
-def check_pixel_count(path: str | os.PathLike[str], width: int, height: int) -> None:
+def check_pixel_count(path: object, width: int, height: int) -> None:
     """Raise FormatError for an image that is too large to work with."""
     if width * height > MAX_PIXELS:
         raise FormatError(

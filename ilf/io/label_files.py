@@ -18,6 +18,23 @@ def write_mask(path: str | os.PathLike[str], mask: NDArray[np.bool_]) -> None:
     write_bytes(path, encode_image(".png", np.where(mask, 255, 0).astype(np.uint8)))
 
 
+def read_mask(path: str | os.PathLike[str], shape: tuple[int, int] | None = None) -> NDArray[np.bool_]:
+    """Mask of an image with one channel of 8 or 16 bits, bool (H, W): True where it is not 0.
+
+    Parameters
+    ----------
+    path : path-like
+    shape : (int, int), optional
+        (H, W) that it must have.
+
+    Raises
+    ------
+    InputError, FormatError
+        As `read_labels`.
+    """
+    return read_labels(path, shape, what="mask") > 0
+
+
 def write_labels(path: str | os.PathLike[str], labels: ArrayLike) -> None:
     """Write a label map atomically.
 
@@ -32,6 +49,12 @@ def write_labels(path: str | os.PathLike[str], labels: ArrayLike) -> None:
     ------
     ExportError
         If the labels do not fit into 16 bits or the file cannot be written.
+
+    Examples
+    --------
+    >>> write_labels("blocks.png", [[0, 1], [1, 2]])
+    >>> read_labels("blocks.png").tolist()
+    [[0, 1], [1, 2]]
     """
     array = np.asarray(labels)
     if Path(path).suffix.lower() != ".png":
@@ -45,7 +68,9 @@ def write_labels(path: str | os.PathLike[str], labels: ArrayLike) -> None:
     write_bytes(path, encode_image(".png", array.astype(np.uint16)))
 
 
-def read_labels(path: str | os.PathLike[str], shape: tuple[int, int] | None = None) -> NDArray[np.int32]:
+def read_labels(
+    path: str | os.PathLike[str], shape: tuple[int, int] | None = None, *, what: str = "label map"
+) -> NDArray[np.int32]:
     """Label map of a PNG with 8 or 16 bits, int32 (H, W); 0 = no block.
 
     Parameters
@@ -53,6 +78,8 @@ def read_labels(path: str | os.PathLike[str], shape: tuple[int, int] | None = No
     path : path-like
     shape : (int, int), optional
         (H, W) that it must have.
+    what : str
+        What messages call it.
 
     Raises
     ------
@@ -64,12 +91,12 @@ def read_labels(path: str | os.PathLike[str], shape: tuple[int, int] | None = No
     image = read_image(path)
     if image.ndim != 2 or image.dtype.kind != "u" or image.dtype.itemsize > 2:
         raise FormatError(
-            f"{path}: a label map must have one channel with 8 or 16 bits, not {image.dtype} {image.shape}. "
-            "Export the labels themselves, not a coloured picture of them."
+            f"{path}: a {what} must have one channel with 8 or 16 bits, not {image.dtype} {image.shape}. "
+            "Export the values themselves, not a coloured picture of them."
         )
     if shape is not None and image.shape != shape:
         raise InputError(
-            f"{path}: the label map is {image.shape[1]} x {image.shape[0]}, the frame {shape[1]} x "
-            f"{shape[0]}. Use the label map of this frame."
+            f"{path}: the {what} is {image.shape[1]} x {image.shape[0]}, the frame {shape[1]} x "
+            f"{shape[0]}. Use the {what} of this frame."
         )
     return image.astype(np.int32)

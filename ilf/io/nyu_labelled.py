@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..camera import IMAGE_SIZES, INTRINSICS
 from ..errors import FormatError, InputError
+from ..extras import optional
 from ..frame import RGBDFrame
 from .files import existing_file
 
@@ -36,13 +37,13 @@ class NyuLabelled:
     Raises
     ------
     InputError
-        If there is no such file.
+        If there is no such file, or the package that reads it is missing.
     FormatError
         If it is no MATLAB v7.3 file, or lacks images, depths or rawDepths in the form that they should have.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        import h5py
+        h5py = optional("h5py", "experiments", "Reading NYU Depth V2's labelled file")
 
         self.path = Path(path).absolute()
         if not self.path.is_file() or self.path.stat().st_size == 0:

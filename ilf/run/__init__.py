@@ -1,0 +1,28 @@
+"""One run, from frame to files: what it is made of, its record, its replay and its files."""
+
+from .checks import missing_or_changed
+from .options import ExportOptions, output_folder_name
+from .record import RunRecord, make_record
+from .record_file import read_record
+from .replaying import Replay, replay
+from .run import GUESS, Run, RunSteps
+from .writing import Written, check_not_an_input, check_write, filenames, write
+
+__all__ = [
+    "GUESS",
+    "ExportOptions",
+    "Replay",
+    "Run",
+    "RunRecord",
+    "RunSteps",
+    "Written",
+    "check_not_an_input",
+    "check_write",
+    "filenames",
+    "make_record",
+    "missing_or_changed",
+    "output_folder_name",
+    "read_record",
+    "replay",
+    "write",
+]

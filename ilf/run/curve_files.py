@@ -7,14 +7,17 @@ import io
 import math
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
+from ..filter.convergence import IterationRecord
+from ..filter.edge_aware.record import EdgeAwareRecord
+from ..filter.pass_band.record import PassBandRecord
 from ..io.atomic import write_bytes
 
-if TYPE_CHECKING:
-    from ..filter.convergence import IterationRecord
-
-CURVE_COLUMNS = ("label", "i", "stage", "r_y", "r_x", "sigma_i_m", "l1_m", "residual_m", "held_out_m", "weighted")
+CURVE_COLUMNS = (
+    "label", "i", "stage", "r_y", "r_x", "sigma_i_m", "l1_m", "residual_m", "held_out_m", "weighted",
+    "cell_px", "round",
+)  # fmt: skip
+"""r_y, r_x and weighted are of the filter "ideal", cell_px and round of "edge-aware"; the other's cells are empty."""
 
 
 def write_curves(path: str | os.PathLike[str], history: Mapping[int, Sequence[IterationRecord]]) -> None:
@@ -35,11 +38,30 @@ def write_curves(path: str | os.PathLike[str], history: Mapping[int, Sequence[It
         If the file cannot be written.
     """
     text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(CURVE_COLUMNS)
+    writer = csv.DictWriter(text, CURVE_COLUMNS, restval="", lineterminator="\n")
+    writer.writeheader()
     for label in sorted(history):
-        for record in history[label]:
-            numbers = (repr(float(x)) for x in (*record.radii, record.sigma_i, record.l1))
-            errors = ("" if math.isnan(x) else repr(float(x)) for x in (record.residual, record.held_out))
-            writer.writerow((label, record.i, record.stage, *numbers, *errors, int(record.weighted)))
+        writer.writerows({"label": label, **_cells(record)} for record in history[label])
     write_bytes(path, text.getvalue().encode())
+
+
+def _cells(record: IterationRecord) -> dict[str, object]:
+    """Column -> what stands in it."""
+    cells: dict[str, object] = {
+        "i": record.i,
+        "stage": record.stage,
+        "sigma_i_m": _digits(record.sigma_i),
+        "l1_m": _digits(record.l1),
+    }
+    errors = {"residual_m": record.residual, "held_out_m": record.held_out}
+    cells |= {name: _digits(error) for name, error in errors.items() if not math.isnan(error)}
+    if isinstance(record, PassBandRecord):
+        r_y, r_x = record.radii
+        cells |= {"r_y": _digits(r_y), "r_x": _digits(r_x), "weighted": int(record.weighted)}
+    elif isinstance(record, EdgeAwareRecord):
+        cells |= {"cell_px": record.cell, "round": record.round}
+    return cells
+
+
+def _digits(value: float) -> str:
+    return repr(float(value))

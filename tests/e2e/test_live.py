@@ -155,8 +155,7 @@ def test_what_is_asked_of_another_frame_during_a_re_solve_is_done(
     workspace.select(list(workspace.session.counts())[:1])
     opened.filter_panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
     first = workspace.session
-    second = Session(small_frame, None, "second")
-    second.take_blocks(first.labels, None)
+    second = Session.of(ilf.Run(small_frame, first.labels), None, "second")
     workspace.add_session(second)
     chosen = next(iter(second.counts()))
     workspace.select([chosen])

@@ -18,7 +18,7 @@ from gui.main_window import MainWindow
 from gui.work.runs import RunState
 from ilf.cli import main as command_line
 from ilf.completion import Status
-from ilf.run.export import ExportOptions
+from ilf.run import ExportOptions
 
 from .conftest import WAIT_MS, open_frame
 
@@ -37,7 +37,7 @@ def test_window_and_command_line_give_the_same_files_bit_for_bit(
     _export(opened, qtbot, tmp_path / "window")
     assert command_line(["complete", str(frame_folder), "--out", str(tmp_path / "cli"), "--quiet"]) == 0
     names = sorted(path.name for path in (tmp_path / "cli").iterdir())
-    assert names == sorted(ExportOptions().filenames())
+    assert names == sorted((*ExportOptions().filenames(), "meta.json"))
     for name in names:
         assert (tmp_path / "window" / name).read_bytes() == (tmp_path / "cli" / name).read_bytes(), name
 

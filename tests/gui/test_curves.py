@@ -10,21 +10,22 @@ from PySide6.QtCore import QEvent, QPoint, QPointF
 from PySide6.QtWidgets import QApplication
 
 from gui.curves.curves_panel import SIGMA_FLOOR, CurvesPanel, LengthAxis, length_text
-from ilf.filter.convergence import IterationRecord
+from ilf.filter.edge_aware.record import EdgeAwareRecord
+from ilf.filter.pass_band.record import PassBandRecord
 
 
 def staged(count=40, length=8, weighted=10):
     return [
-        IterationRecord(
+        PassBandRecord(
             i,
             1 + (i - 1) // length,
-            (2.0 + (i - 1) // length, 3.0 + (i - 1) // length),
             0.5 * 0.7 ** ((i - 1) % length),
             1000.0 + i,
             0.3 / i,
             math.nan,
-            i <= weighted,
             0.01 * i,
+            radii=(2.0 + (i - 1) // length, 3.0 + (i - 1) // length),
+            weighted=i <= weighted,
         )
         for i in range(1, count + 1)
     ]
@@ -32,7 +33,7 @@ def staged(count=40, length=8, weighted=10):
 
 def linear(count=40):
     return [
-        IterationRecord(i, i, (1 + 0.01 * i, 1 + 0.02 * i), 0.9 / i, 1000.0 + i, 0.3 / i, math.nan, False, 0.01 * i)
+        PassBandRecord(i, i, 0.9 / i, 1000.0 + i, 0.3 / i, math.nan, 0.01 * i, (1 + 0.01 * i, 1 + 0.02 * i), False)
         for i in range(1, count + 1)
     ]
 
@@ -108,7 +109,7 @@ def test_hold_out_curve_is_there_with_its_least_where_pixels_are_held_out(panel)
 
 def test_zero_and_unknown_sigma_do_not_upset_the_axis(qtbot, panel):
     records = [
-        IterationRecord(i, 1, (2.0, 2.0), sigma, 10.0, 0.1, math.nan, False, 0.0)
+        PassBandRecord(i, 1, sigma, 10.0, 0.1, math.nan, 0.0, (2.0, 2.0), False)
         for i, sigma in enumerate((0.5, 0.0, math.nan, 1e-12, 0.2), 1)
     ]
     panel.set_records(records)
@@ -140,6 +141,16 @@ def test_readout_follows_the_cursor_and_returns_to_the_last(panel):
     assert panel._readout.text().startswith("i 1 ")
     panel.sigma_plot.hovered.emit(math.nan)
     assert panel._readout.text() == last
+
+
+def test_the_edge_aware_filter_tells_of_its_grid_and_round(panel):
+    panel.resize(1100, 300)
+    records = [EdgeAwareRecord(i, i, 0.1, 10.0, 0.1, math.nan, 0.0, cell=max(8 >> i, 1), round=i // 4) for i in (1, 4)]
+    panel.set_records(records[:1])
+    assert "L1 10 m   cells 4 px   stage 1" in panel._readout.text()
+    assert not panel.sigma_plot._span.isVisible()
+    panel.append_records(records[1:])
+    assert "cells 1 px   round 1   stage 4" in panel._readout.text()
 
 
 def test_another_block_starts_empty(panel):

@@ -1,16 +1,25 @@
-"""What is said where no window can be shown."""
+"""What is said where no window can be shown, and which libraries Qt needs."""
 
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import PySide6
 import pytest
 
 from gui import display
 from gui.app import main
+from gui.display import PLATFORM_LIBRARIES, QT_LIBRARIES
+from ilf import extras
+from ilf.extras import SYSTEM_PACKAGES
+
+ROOT = Path(__file__).resolve().parents[2]
+RUN_TIMES = {"libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0", "ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1",
+             "libstdc++.so.6", "libgcc_s.so.1"}  # fmt: skip
 
 
 @pytest.fixture
@@ -19,7 +28,7 @@ def bare_linux(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
     monkeypatch.setattr("sys.platform", "linux")
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(display.ctypes, "CDLL", lambda name: None)
+    monkeypatch.setattr(extras.ctypes, "CDLL", lambda name: None)
     return monkeypatch
 
 
@@ -35,24 +44,73 @@ def test_no_display(bare_linux: pytest.MonkeyPatch) -> None:
     assert "no display" in display.display_problem()
 
 
-@pytest.mark.parametrize("name", ["DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"])
-def test_a_display_or_a_platform_that_was_asked_for(bare_linux: pytest.MonkeyPatch, name: str) -> None:
-    bare_linux.setenv(name, "something")
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("DISPLAY", ":0"), ("WAYLAND_DISPLAY", "wayland-0"), ("QT_QPA_PLATFORM", "offscreen:size=800x600")],
+)
+def test_a_display_or_a_platform_that_was_asked_for(bare_linux: pytest.MonkeyPatch, name: str, value: str) -> None:
+    bare_linux.setenv(name, value)
     assert display.display_problem() == ""
 
 
-def test_missing_libraries_are_named_with_their_packages(bare_linux: pytest.MonkeyPatch) -> None:
-    bare_linux.setattr(display.ctypes, "CDLL", _lacking("libEGL.so.1"))
-    assert "libEGL.so.1" in display.display_problem()
-    assert "apt install libegl1" in display.display_problem()
+@pytest.mark.parametrize("library", QT_LIBRARIES)
+def test_what_qt_itself_lacks_is_named_with_its_package(bare_linux: pytest.MonkeyPatch, library: str) -> None:
+    bare_linux.setattr(extras.ctypes, "CDLL", _lacking(library))
+    bare_linux.setenv("QT_QPA_PLATFORM", "offscreen")
+    for problem in (display.qt_problem(), display.display_problem()):
+        assert library in problem
+        assert f"apt install {SYSTEM_PACKAGES[library]}" in problem
 
 
-def test_missing_x11_libraries_matter_under_x11_only(bare_linux: pytest.MonkeyPatch) -> None:
-    bare_linux.setattr(display.ctypes, "CDLL", _lacking("libxcb-icccm.so.4", "libxcb-keysyms.so.1"))
+@pytest.mark.parametrize("library", PLATFORM_LIBRARIES["xcb"])
+def test_x11_libraries_matter_under_x11_only(bare_linux: pytest.MonkeyPatch, library: str) -> None:
+    bare_linux.setattr(extras.ctypes, "CDLL", _lacking(library))
     bare_linux.setenv("DISPLAY", ":0")
-    assert "libxcb-icccm4 libxcb-keysyms1" in display.display_problem()
+    assert display.qt_problem() == ""
+    assert f"apt install {SYSTEM_PACKAGES[library]}" in display.display_problem()
     bare_linux.setenv("QT_QPA_PLATFORM", "offscreen")
     assert display.display_problem() == ""
+    bare_linux.setenv("QT_QPA_PLATFORM", "xcb")
+    assert library in display.display_problem()
+    bare_linux.delenv("QT_QPA_PLATFORM")
+    bare_linux.setenv("WAYLAND_DISPLAY", "wayland-0")
+    assert display.display_problem() == "", "Qt takes the one that works"
+
+
+def test_packages_are_named_once(bare_linux: pytest.MonkeyPatch) -> None:
+    bare_linux.setattr(extras.ctypes, "CDLL", _lacking("libglib-2.0.so.0", "libgthread-2.0.so.0"))
+    assert display.qt_problem().endswith("apt install libglib2.0-0")
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="Qt needs these libraries under Linux")
+def test_every_library_that_the_installed_qt_is_linked_against_is_checked() -> None:
+    if shutil.which("readelf") is None:
+        pytest.skip("readelf is not installed (binutils)")
+    qt = Path(PySide6.__file__).parent / "Qt"
+    shipped = {path.name for path in (qt / "lib").iterdir()}
+    plugins = qt / "plugins" / "platforms"
+
+    def linked(*files: Path) -> set[str]:
+        said = subprocess.run(
+            ["readelf", "--dynamic", *files],
+            capture_output=True, text=True, check=True, env=os.environ | {"LC_ALL": "C"},
+        ).stdout  # fmt: skip
+        needed = {line.split("[")[1].rstrip("]") for line in said.splitlines() if "(NEEDED)" in line}
+        return needed - shipped - RUN_TIMES
+
+    names = ("Core", "Gui", "Widgets", "Svg", "DBus", "OpenGL", "OpenGLWidgets", "Test")
+    every = [qt / "lib" / f"libQt6{name}.so.6" for name in names]
+    assert linked(*every, plugins / "libqoffscreen.so") <= set(QT_LIBRARIES)
+    xcb = linked(plugins / "libqxcb.so", qt / "lib" / "libQt6XcbQpa.so.6")
+    assert xcb <= {*QT_LIBRARIES, *PLATFORM_LIBRARIES["xcb"]}
+    for plugin in plugins.glob("libqwayland*.so"):
+        wayland = linked(plugin, qt / "lib" / "libQt6WaylandClient.so.6")
+        assert wayland <= {*QT_LIBRARIES, *PLATFORM_LIBRARIES["wayland"]}
+
+
+def test_every_library_has_a_package() -> None:
+    libraries = {*QT_LIBRARIES, *(library for libraries in PLATFORM_LIBRARIES.values() for library in libraries)}
+    assert libraries <= set(SYSTEM_PACKAGES)
 
 
 def test_without_display_the_sample_is_completed_by_the_command_line(
@@ -73,20 +131,46 @@ def test_without_display_the_sample_is_completed_by_the_command_line(
     assert "ilf complete" in capsys.readouterr().err
 
 
+def test_a_picture_of_the_window_that_qt_cannot_make_is_one_line(
+    bare_linux: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    bare_linux.setattr(extras.ctypes, "CDLL", _lacking("libEGL.so.1", "libxkbcommon.so.0"))
+    assert main(["--sample", "--run", "--screenshot", str(tmp_path / "x.png")]) == 1
+    error = capsys.readouterr().err
+    assert "apt install libegl1 libxkbcommon0" in error
+    assert error.count("\n") == 1
+
+
+def _child(program: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True, text=True, check=False, env=os.environ | {"PYTHONPATH": str(ROOT)} | environment,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("package", ["PySide6", "pyqtgraph", "qtawesome"])
+def test_a_package_that_is_not_installed_is_named_with_its_extra(package: str) -> None:
+    run = _child(
+        f"import sys\nsys.modules[{package!r}] = None\nfrom gui.app import main\nsys.exit(main(['--sample']))\n",
+        QT_QPA_PLATFORM="offscreen",
+    )
+    assert run.returncode == 1
+    assert package in run.stderr
+    assert "pip install 'ilf-studio[app]'" in run.stderr
+    assert run.stderr.count("\n") == 1
+
+
 def test_the_command_line_takes_over_without_importing_qt(tmp_path: Path) -> None:
     """Where libraries that Qt needs are missing, importing it would fail before anything could be said."""
-    program = (
+    run = _child(
         "import sys\n"
         "sys.modules['PySide6'] = None\n"
         "from gui import display\n"
         "from gui.app import main\n"
-        "display._missing = lambda libraries: {'libEGL.so.1': 'libegl1'}\n"
+        "display.missing_libraries = lambda libraries: ['libEGL.so.1']\n"
         "sys.platform = 'linux'\n"
         f"sys.exit(main([{str(tmp_path)!r}]))\n"
     )
-    root = Path(__file__).resolve().parents[2]
-    environment = os.environ | {"PYTHONPATH": str(root)}
-    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, env=environment, check=False)
     assert run.returncode == 1
     assert "apt install libegl1" in run.stderr
     assert "Running this instead: ilf complete" in run.stderr

@@ -1,12 +1,17 @@
 """A small frame in files: two walls in different colours at different depths, each with a hole."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 
+from ilf.edges import FrameEdges, find_edges
+from ilf.frame import RGBDFrame
+from ilf.parameters import BlockParameters
+
 CAMERA = "80,80,39.5,29.5"
-QUICK = {"max_iterations": 25, "rgb_iterations": 5}
+QUICK = {"max_iterations": 25}
 
 
 def write_small_frame(folder: Path) -> tuple[Path, Path]:
@@ -21,3 +26,9 @@ def write_small_frame(folder: Path) -> tuple[Path, Path]:
     cv2.imwrite(str(folder / "rgb.png"), colour)
     cv2.imwrite(str(folder / "depth.png"), depth)
     return folder / "rgb.png", folder / "depth.png"
+
+
+def without_edges(frame: RGBDFrame) -> FrameEdges:
+    """Edges of a frame with none for the filter to see."""
+    found = find_edges(frame, BlockParameters(detector="canny"))
+    return replace(found, strength=np.zeros(frame.shape, np.float32))

@@ -3,6 +3,7 @@
 import ast
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -16,14 +17,14 @@ from ilf.assets import asset_path
 from ilf.cli import build_parser, complete, main, parsing
 from ilf.errors import InputError
 from ilf.io import read_labels
-from ilf.run.record import read_run_record
+from ilf.run import read_record
 
 from .small_frames import CAMERA, write_small_frame
 
 ROOT = Path(__file__).parents[2]
-QUICK = ["--max-iterations", "25", "--rgb-iterations", "5"]
+QUICK = ["--max-iterations", "25"]
 ERRORS = {"expected_error.png", "expected_error.npy"}
-RESULTS = {"depth.png", "depth.npy", "blocks.png", "curves.csv", "cloud.ply", "run.json"} | ERRORS
+RESULTS = {"depth.png", "depth.npy", "blocks.png", "curves.csv", "cloud.ply", "meta.json", "run.json"} | ERRORS
 
 
 @pytest.fixture
@@ -73,14 +74,14 @@ def test_complete_writes_everything_and_says_what(files, capsys):
     assert "485 of 485 missing pixels recovered (100.0%)" in captured.out
     assert lines[-1] == (
         "Written to out: depth.png, depth.npy, expected_error.png, expected_error.npy, blocks.png, curves.csv, "
-        "cloud.ply, run.json"
+        "cloud.ply, meta.json, run.json"
     )
 
 
 def test_command_line_and_library_give_the_same_depth(files):
     main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK, "--mode", "fill+denoise"])
     frame = ilf.load_frame(*files)
-    parameters = ilf.preset(max_iterations=25, rgb_iterations=5, mode="fill+denoise")
+    parameters = ilf.preset(max_iterations=25, mode="fill+denoise")
     result = ilf.complete(frame, ilf.extract_blocks(frame), parameters)
     np.testing.assert_array_equal(np.load("out/depth.npy"), result.depth)
 
@@ -120,7 +121,7 @@ def test_without_intrinsics_there_is_no_cloud_and_that_is_said(files, capsys):
     assert main(["complete", *files, "--out", "out", "--quiet", *QUICK]) == 0
     assert set(contents("out")) == RESULTS - {"cloud.ply"}
     assert "ilf: warning: No point cloud" in capsys.readouterr().err
-    assert read_run_record("out/run.json").options.cloud is None
+    assert read_record("out/run.json").options.cloud is None
     assert "intrinsics" in fails(capsys, "complete", *files, "--out", "new", "--cloud-format", "ply")
     assert not Path("new").exists()
 
@@ -150,16 +151,63 @@ def test_a_missing_edge_network_is_said_by_every_command(files, capsys):
     filters = ["complete", *files, "--no-cloud", "--out", "own", "--quiet", "--preset", "best", "--model", "mine"]
     for command in (filters, ["complete", "--replay", "own/run.json", "--out", "own-again", "--quiet"]):
         assert main(command) == 0
-        assert capsys.readouterr().err.count("Edges come from Canny: There is no edge network 'mine'") == 1
+        note = "Canny's edges stand in for the network's: There is no edge network 'mine'"
+        assert capsys.readouterr().err.count(note) == 1
 
 
-def test_replay_that_comes_out_differently_is_said(files, capsys):
+def test_a_replay_says_how_it_came_out(files, capsys):
     main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK])
+    assert main(["complete", "--replay", "out/run.json", "--out", "again"]) == 0
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    assert captured.out.endswith("The run came out as recorded.\n")
+    Path("out/curves.csv").unlink()
     record = json.loads(Path("out/run.json").read_text())
-    record["blocks_outcome"][0]["iterations"] += 1
+    record["depth_sha256"] = "0"
     Path("out/run.json").write_text(json.dumps(record))
+    assert main(["complete", "--replay", "out/run.json", "--out", "again"]) == 0
+    captured = capsys.readouterr()
+    assert "ilf: warning: The set is not whole: curves.csv is not beside it." in captured.err
+    assert "ilf: warning: The depth differs from the recorded one by up to 0.0e+00 m, at 0 pixels" in captured.err
+    assert "as recorded" not in captured.out
+
+
+def test_distrusted_depth_is_completed_anew_and_replayed(files, capsys):
+    mask = np.zeros((60, 80), np.uint8)
+    mask[40:52, 4:20] = 255
+    cv2.imwrite("mask.png", mask)
+    distrusting = ["complete", *files, "--no-cloud", "--quiet", *QUICK, "--distrust", "mask.png"]
+    assert main([*distrusting, "--out", "out"]) == 0
+    frame = ilf.load_frame(*files).distrusting(mask > 0)
+    depth = np.load("out/depth.npy")
+    assert np.all(np.isfinite(depth[mask > 0]))
+    assert np.any(depth[mask > 0] != frame.measured[mask > 0])
+    assert np.all(np.isfinite(np.load("out/expected_error.npy")[mask > 0]))
     assert main(["complete", "--replay", "out/run.json", "--out", "again", "--quiet"]) == 0
-    assert "did not come out as recorded" in capsys.readouterr().err
+    assert contents("again") == contents("out")
+    cv2.imwrite("small.png", mask[:9])
+    assert "the mask is 80 x 9" in fails(capsys, *distrusting[:-1], "small.png")
+    assert main(["blocks", *files, "--distrust", "mask.png", "--out", "b.png", "--quiet"]) == 0
+    np.testing.assert_array_equal(read_labels("b.png"), ilf.extract_blocks(frame))
+
+
+def test_blocks_are_extracted_around_those_that_stay(files, capsys):
+    drawn = np.zeros((60, 80), np.uint8)
+    drawn[10:30, 30:50] = 7
+    drawn[40:50, 30:50] = 9
+    cv2.imwrite("drawn.png", drawn)
+    again = ["blocks", *files, "--out", "b.png", "--around", "drawn.png"]
+    assert main(again) == 0
+    labels = read_labels("b.png")
+    assert np.all(labels[drawn > 0] == drawn[drawn > 0])
+    assert np.all(labels > 0)
+    assert "4 blocks cover 100.0%" in capsys.readouterr().out
+    assert main([*again, "--keep", "9", "--quiet"]) == 0
+    labels = read_labels("b.png")
+    assert np.all((labels == 9) == (drawn == 9))
+    assert 7 not in labels
+    assert "no blocks 3 to keep" in fails(capsys, *again, "--keep", "9,3")
+    assert "by --around" in fails(capsys, "blocks", *files, "--out", "b.png", "--keep", "9", status=2)
 
 
 @pytest.mark.parametrize(("kind", "prefix"), [(ilf.Parameters, "--"), (ilf.BlockParameters, "--blocks-")])
@@ -177,6 +225,49 @@ def test_every_declared_parameter_has_a_flag(kind, prefix):
         assert parsing.given_parameters(arguments, kind) == {name: value}
     arguments = build_parser().parse_args(["complete", "a", "b", "--blocks-margin", "auto"])
     assert parsing.given_parameters(arguments, ilf.BlockParameters) == {"margin": -1}
+
+
+@pytest.mark.parametrize(
+    ("flags", "sentence"),
+    [
+        (["--padding", "3"], "padding has no effect with filter edge-aware; it belongs to filter ideal."),
+        (
+            ["--preset", "paper", "--noise", "0.1"],
+            "noise has no effect with filter ideal; it belongs to filter edge-aware.",
+        ),
+        (
+            ["--blocks-detector", "canny", "--blocks-threshold", "0.5"],
+            "threshold has no effect with detector canny; it belongs to detector hed.",
+        ),
+    ],
+)
+def test_a_flag_that_has_no_effect_is_refused(flags, sentence, files, capsys):
+    assert fails(capsys, "complete", *files, "--out", "out", *flags, status=2) == f"ilf: error: {sentence}\n"
+    assert not Path("out").exists()
+    if flags[0].startswith("--blocks"):
+        assert sentence in fails(capsys, "blocks", *files, "--out", "b.png", *flags, status=2)
+
+
+def test_edges_of_the_filter_have_their_older_name_too(files):
+    for name in ("hed", "combined"):
+        assert main(["complete", *files, "--no-cloud", "--quiet", "--out", name, *QUICK, "--edges", name]) == 0
+    assert contents("hed") == contents("combined")
+
+
+def test_the_filter_follows_the_flags_of_the_extraction(files):
+    """The same blocks, other edges: what the library gives with that extraction."""
+    labels, mask = np.ones((60, 80), np.int32), np.zeros((60, 80), np.uint8)
+    mask[20:40, 30:50] = 255  # across the jump
+    cv2.imwrite("mask.png", mask)
+    frame = ilf.load_frame(*files).distrusting(mask > 0)
+    own = ilf.BlockParameters(granularity=0.0, min_size=50.0, depth_jump=3.0)
+    flags = ["--blocks-granularity", "0", "--blocks-min-size", "50", "--blocks-depth-jump", "3"]
+    flags += ["--distrust", "mask.png"]
+    assert main(["complete", *files, "--no-cloud", "--quiet", "--out", "out", *flags]) == 0
+    assert np.array_equal(read_labels("out/blocks.png"), labels)
+    expected = ilf.complete(frame, labels, extraction=own).depth
+    assert np.array_equal(np.load("out/depth.npy"), expected, equal_nan=True)
+    assert not np.array_equal(ilf.complete(frame, labels).depth, expected, equal_nan=True)
 
 
 def test_help_shows_range_unit_default_and_preset(capsys, monkeypatch):
@@ -270,7 +361,7 @@ def test_blocks_writes_the_label_map_and_its_stages(files, capsys):
     assert len(np.unique(overlay[:, [10, 70]].reshape(-1, 3), axis=0)) == 2
     assert "2 blocks cover 100.0%" in capsys.readouterr().out
     assert main(["complete", *files, "--labels", "b.png", "--no-cloud", "--out", "out", "--quiet", *QUICK]) == 0
-    assert read_run_record("out/run.json").edited
+    assert read_record("out/run.json").edited
 
 
 def test_info_shows_frames_and_records(files, capsys):
@@ -290,8 +381,23 @@ def test_info_shows_frames_and_records(files, capsys):
     main(["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK, "--preset", "released-code"])
     assert main(["info", "out/run.json"]) == 0
     text = capsys.readouterr().out
-    assert "preset released-code with max_iterations 25, rgb_iterations 5" in text
+    assert "preset released-code with max_iterations 25" in text
     assert "block  pixels" in text
+
+
+def test_info_shows_what_is_wrong_with_a_set(files, capsys):
+    main(["complete", *files, "--no-cloud", "--dense", "--out", "out", "--quiet", *QUICK])
+    assert main(["info", "out"]) == 0
+    text = capsys.readouterr().out
+    assert "name:         in-completed" in text
+    assert "dense:        the rest was guessed" in text
+    assert re.search(r"network:      edges \([0-9a-f]{12}\) for blocks and the filter\n", text)
+    assert "problem" not in text
+    Path("out/depth.npy").unlink()
+    assert main(["info", "out/run.json"]) == 0
+    assert "problem:      The set is not whole: depth.npy is not beside it." in capsys.readouterr().out
+    Path("out/run.json").unlink()
+    assert "an export that was interrupted" in fails(capsys, "info", "out")
 
 
 def test_sample_is_copied_and_nothing_else_overwritten(tmp_path, capsys):
@@ -335,6 +441,70 @@ def test_reader_that_goes_away_is_no_error_message(files):
         os.close(write_end)
     assert ended.returncode == 1
     assert ended.stderr == b""
+
+
+def _child(*arguments, **environment):
+    return subprocess.run(
+        [sys.executable, *arguments],
+        capture_output=True, check=False, env=os.environ | {"PYTHONPATH": str(ROOT)} | environment,
+    )  # fmt: skip
+
+
+def test_python_runs_the_package_as_the_command():
+    ended = _child("-m", "ilf", "--version")
+    assert (ended.returncode, ended.stdout.decode().split()) == (0, ["ilf", ilf.__version__])
+    ended = _child("-m", "ilf", "info", "absent")
+    assert ended.returncode == 1
+    assert ended.stderr.startswith(b"ilf: error:")
+
+
+def test_a_terminal_that_cannot_show_a_name_is_no_error(files, tmp_path):
+    folder = tmp_path / "größe 深度"
+    ended = _child(
+        "-m", "ilf", "complete", *files, "--out", str(folder), "--max-iterations", "2", PYTHONIOENCODING="ascii"
+    )
+    assert ended.returncode == 0, ended.stderr
+    assert b"Traceback" not in ended.stderr
+    assert rb"gr\xf6\xdfe \u6df1\u5ea6: depth.png" in ended.stdout
+    assert (folder / "depth.npy").is_file()
+
+
+def test_the_library_imports_nothing_that_only_some_of_the_work_needs():
+    ended = _child(
+        "-c",
+        "import sys, ilf, ilf.cli, ilf.run.writing\nprint(*sorted({name.partition('.')[0] for name in sys.modules}))",
+    )
+    assert ended.returncode == 0, ended.stderr
+    heavy = {"PySide6", "pyqtgraph", "qtawesome", "open3d", "libusb_package", "matplotlib", "h5py", "onnx", "torch"}
+    assert not set(ended.stdout.decode().split()) & heavy
+
+
+def test_a_bare_installation_completes_a_frame_and_refuses_pcd_before_the_run(files, tmp_path):
+    program = """
+import sys
+for name in ("PySide6", "pyqtgraph", "qtawesome", "open3d", "libusb_package", "matplotlib", "h5py", "onnx", "torch"):
+    sys.modules[name] = None  # as where it is not installed
+from ilf.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+    how = ["complete", *files, "--intrinsics", "80,80,40,30", "--max-iterations", "2"]
+    written = tmp_path / "out"
+    ended = _child("-c", program, *how, "--out", str(written))
+    assert ended.returncode == 0, ended.stderr
+    assert {"depth.npy", "depth.png", "blocks.png", "curves.csv", "cloud.ply", "run.json"} <= {
+        path.name for path in written.iterdir()
+    }
+    refused = tmp_path / "refused"
+    ended = _child("-c", program, *how, "--out", str(refused), "--cloud-format", "pcd")
+    assert ended.returncode == 1
+    assert b"pip install 'ilf-studio[cloud]'; or write PLY" in ended.stderr
+    assert ended.stderr.count(b"\n") == 1
+    assert not refused.exists()
+    ended = _child("-c", program, "experiments", "run", "convergence", "--quick", "--out", str(tmp_path / "e"))
+    assert ended.returncode == 1
+    assert b"matplotlib" in ended.stderr
+    assert b"pip install 'ilf-studio[experiments]'" in ended.stderr
+    assert ended.stderr.count(b"\n") == 1
 
 
 def test_no_qt_is_loaded_by_any_command(files):

@@ -82,7 +82,7 @@ def test_a_single_known_pixel_gives_finite_errors_that_are_no_certainty(shape):
 def test_each_block_of_a_completion_has_the_model_of_its_filter(tmp_path):
     frame = ilf.load_frame(*write_small_frame(tmp_path))
     labels = np.tile(np.where(np.arange(80) < 40, 1, 2).astype(np.int32), (60, 1))
-    completion = complete(frame, labels, ilf.preset("paper", **QUICK))
+    completion = complete(frame, labels, ilf.preset("paper", **QUICK, rgb_iterations=5))
     of_filter = {name: depth_error(frame, completion.depth, name) for name in MODELS}
     np.testing.assert_array_equal(expected_error(frame, completion), of_filter["ideal"])
     second = replace(completion.results[2], parameters=Parameters(filter="edge-aware"))

@@ -143,7 +143,7 @@ def test_glitches_are_rises_of_l1_where_the_band_grows():
     stages = [1, 1, 1, 2, 2, 3, 3, 4]
     sigma = [9.0, 5.0, 4.0, 7.0, 3.0, 2.0, 1.0, 0.5]
     records = [
-        IterationRecord(i + 1, stage, (stage, stage), s, value, 0.0, math.nan, False, 0.0)
+        IterationRecord(i + 1, stage, s, value, 0.0, math.nan, 0.0)
         for i, (stage, s, value) in enumerate(zip(stages, sigma, l1, strict=True))
     ]
     enlarged, glitches, sigma_jumps = convergence._events(records)

@@ -163,7 +163,9 @@ def test_existence_rate_leaves_what_is_not_known_to_no_block(frame: RGBDFrame) -
 def test_without_the_network_canny_stands_in_and_that_is_said(frame: RGBDFrame) -> None:
     missing = BlockParameters(model="nowhere")
     extraction = extract(frame, missing)
-    assert extraction.note.startswith("Canny's edges stand in for the network's: There is no edge network 'nowhere'")
+    (note,) = extraction.notes
+    assert note.startswith("Canny's edges stand in for the network's: There is no edge network 'nowhere'")
+    assert extraction.network is None
     with pytest.warns(RuntimeWarning, match="stand in"):
         blocks = ilf.extract_blocks(frame, missing)
     assert np.array_equal(blocks, ilf.extract_blocks(frame, BlockParameters(detector="canny")))

@@ -65,3 +65,32 @@ def test_unusual_scales_are_doubted_with_the_likely_one(metres: float, units: fl
     text = doubtful_scale(np.full((3, 3), metres, np.float32), units)
     assert meant in text
     assert bool(text) == bool(meant)
+
+
+def test_distrusted_depth_counts_as_missing_and_is_kept():
+    rgb = np.zeros((2, 3, 3), np.uint8)
+    depth = np.array([[1, 2, 0], [1, 1, 2]], np.float32)
+    mask = np.array([[False, True, True], [False, False, False]])
+    frame = RGBDFrame(rgb=rgb, depth=depth, distrusted=mask)
+    assert np.array_equal(frame.known, [[True, False, False], [True, True, True]])
+    assert np.array_equal(frame.measured, [[1, 2, np.nan], [1, 1, 2]], equal_nan=True)
+    other = frame.distrusting(~mask & (depth == 2))
+    assert np.array_equal(other.known, [[True, True, False], [True, True, False]])
+    assert np.array_equal(other.measured, frame.measured, equal_nan=True)
+    trusted = other.distrusting(None)
+    assert trusted.distrusted is None
+    assert np.array_equal(trusted.depth, frame.measured, equal_nan=True)
+    assert trusted.distrusting(np.zeros((2, 3), bool)) is trusted
+    with pytest.raises(ValueError):
+        frame.distrusted[0, 0] = True
+
+
+@pytest.mark.parametrize("mask", [np.ones((3, 2), bool), np.ones((2, 3), int)])
+def test_a_mask_that_does_not_fit_is_refused(mask):
+    with pytest.raises(InputError, match="bool with the frame's shape"):
+        RGBDFrame(rgb=np.zeros((2, 3, 3), np.uint8), depth=np.ones((2, 3)), distrusted=mask)
+
+
+def test_all_depth_distrusted_is_said():
+    with pytest.raises(InputError, match="All depth of the frame is distrusted"):
+        RGBDFrame(rgb=np.zeros((2, 3, 3), np.uint8), depth=np.ones((2, 3)), distrusted=np.ones((2, 3), bool))

@@ -18,7 +18,10 @@ from ilf.filter.pass_band.lengths import principal_lengths
 from ilf.filter.pass_band.lowpass import inside_ellipse, squared_wave_numbers
 from ilf.filter.pass_band.spectrum import colour_weight
 from ilf.frame import RGBDFrame
+from ilf.parameters import PRESETS
 from tests.reference.full_grid import FullGridIteration
+
+from .small_frames import without_edges
 
 
 def _tiny(seed: int = 3, shape: tuple[int, int] = (5, 6)) -> tuple[RGBDFrame, np.ndarray]:
@@ -138,7 +141,7 @@ def test_pass_band_and_full_grid_give_the_same_iterates(
 ) -> None:
     frame, labels = _bumpy(shape)
     block = find_blocks(labels)[1]
-    parameters = ilf.preset(name, **{"max_iterations": 300, **changes})
+    parameters = PRESETS[name].replace(**{"max_iterations": 300, **changes})
     fast, full = PassBandIteration(frame, block, parameters), FullGridIteration(frame, block, parameters)
     pairs = list(itertools.zip_longest(fast, full))
     for ours, theirs in pairs:
@@ -189,7 +192,7 @@ def test_what_is_held_out_has_no_part_in_the_iterates(name: str) -> None:
     frame, labels = _bumpy((50, 70))
     block = find_blocks(labels)[1]
     # without a share for jumps, no pixel is left out for being a flying one, which is found with all of the depth
-    parameters = ilf.preset(name, hold_out=0.1, max_iterations=60, mode="fill+denoise", jump_share=0.0)
+    parameters = PRESETS[name].replace(hold_out=0.1, max_iterations=60, mode="fill+denoise", jump_share=0.0)
     known = block.mask & frame.known[block.box]
     held_out = held_out_of(known, 0.1)
     assert np.count_nonzero(held_out) == int(0.1 * np.count_nonzero(known))
@@ -209,7 +212,7 @@ def test_what_is_held_out_has_no_part_in_the_iterates(name: str) -> None:
 
 def _stepper(frame: RGBDFrame, block: Block, parameters: ilf.Parameters) -> PassBandIteration | EdgeAwareIteration:
     if parameters.filter == "edge-aware":
-        return EdgeAwareIteration(frame, block, parameters, np.zeros(frame.shape, np.float32))
+        return EdgeAwareIteration(frame, block, parameters, without_edges(frame))
     return PassBandIteration(frame, block, parameters)
 
 
@@ -238,7 +241,7 @@ def test_edge_aware_errors_at_the_finest_grid_are_those_of_its_surface() -> None
     frame, labels = _bumpy((50, 70))
     block = find_blocks(np.ones_like(labels))[1]
     parameters = ilf.preset("best", hold_out=0.1, mode="fill+denoise")
-    steps = EdgeAwareIteration(frame, block, parameters, np.zeros(frame.shape, np.float32))
+    steps = EdgeAwareIteration(frame, block, parameters, without_edges(frame))
     record = list(steps)[-1]
     surface, depth = steps.surface.reshape(frame.shape), frame.depth.astype(float)
     held_out = held_out_of(frame.known, 0.1)

@@ -245,7 +245,7 @@ def test_only_conversions_need_the_onnx_package(tmp_path: Path, monkeypatch: pyt
     monkeypatch.setitem(sys.modules, "onnx", None)
     add_model(ready)
     for refused in (lambda: add_model(hed), lambda: add_model(ready, "other", inputs="caffe")):
-        with pytest.raises(InputError, match=r'pip install "ilf-studio\[models\]"'):
+        with pytest.raises(InputError, match=r"pip install 'ilf-studio\[models\]'"):
             refused()
 
 

@@ -45,7 +45,10 @@ def test_presets_are_the_papers_and_the_released_codes() -> None:
     assert released.rgb_iterations == 99  # i < 100
     assert not paper.centred
     assert not released.centred
-    assert ilf.preset() == PRESETS["best"]
+    assert ilf.preset() == ilf.Parameters() == PRESETS["best"]
+    best = ilf.Parameters()
+    assert (best.filter, best.centred, best.s_criteria) == ("edge-aware", True, 0.0005)
+    assert {preset.filter for preset in (paper, released)} == {"ideal"}
 
 
 def test_changes_by_name() -> None:
@@ -74,6 +77,84 @@ def test_changes_by_name() -> None:
 def test_unknown_names_and_values_out_of_range_raise(changes: dict[str, object], message: str) -> None:
     with pytest.raises(ParameterError, match=message):
         ilf.preset("paper", **changes)
+
+
+@pytest.mark.parametrize(
+    ("preset", "changes", "name", "present", "needed"),
+    [
+        ("best", {"padding": 3}, "padding", "filter edge-aware", "filter ideal"),
+        ("best", {"centred": True, "mode": "fill"}, "centred", "filter edge-aware", "filter ideal"),
+        ("best", {"linear_start": 1}, "linear_start", "filter edge-aware", "filter ideal"),
+        ("paper", {"linear_start": 1}, "linear_start", "schedule staged", "schedule linear"),
+        ("paper", {"model": "mine"}, "model", "filter ideal", "filter edge-aware"),
+        ("best", {"model": "mine", "edges": "canny"}, "model", "edges canny", "edges combined"),
+    ],
+)
+def test_a_parameter_that_has_no_effect_is_refused(
+    preset: str, changes: dict[str, object], name: str, present: str, needed: str
+) -> None:
+    sentence = f"{name} has no effect with {present}; it belongs to {needed}."
+    with pytest.raises(ParameterError) as refused:
+        ilf.preset(preset, **changes)
+    assert str(refused.value) == sentence
+    assert PRESETS[preset].replace(**changes).without_effect(changes) == (sentence,)
+
+
+def test_every_parameter_that_has_no_effect_is_named() -> None:
+    with pytest.raises(ParameterError, match=r"^padding has .* ideal\. precision has .* ideal\.$"):
+        ilf.preset("best", padding=3, trend=False, precision="float32")
+
+
+def test_a_parameter_counts_with_those_that_are_changed_beside_it() -> None:
+    assert ilf.preset("best", filter="ideal", padding=3).padding == 3
+    assert ilf.preset("paper", schedule="linear", linear_start=1).linear_start == 1
+    with pytest.raises(ParameterError, match="padding has no effect with filter edge-aware"):
+        ilf.preset("paper", filter="edge-aware", padding=3)
+
+
+def test_values_that_are_on_or_off_are_called_so() -> None:
+    with pytest.raises(ParameterError) as refused:
+        BlockParameters().changed(use_depth=False, depth_jump=1.0)
+    assert str(refused.value) == "depth_jump has no effect with use_depth off; it belongs to use_depth on."
+
+
+def test_replace_and_records_take_values_without_effect() -> None:
+    assert ilf.preset().replace(padding=3).padding == 3
+    assert Parameters.from_dict({"filter": "edge-aware", "padding": 3}).padding == 3
+
+
+@pytest.mark.parametrize("set_class", SETS)
+def test_what_matters_is_what_has_an_effect(set_class: type[ParameterSet]) -> None:
+    for parameters in (set_class(), *(PRESETS.values() if set_class is Parameters else ())):
+        for name in set_class.declarations():
+            assert parameters.matters(name) == (not parameters.without_effect([name]))
+
+
+def test_what_a_record_does_not_name_has_the_values_of_the_paper() -> None:
+    """Older versions wrote records without names that are younger, and these were the defaults."""
+    assert Parameters.from_dict({}) == PRESETS["paper"]
+    assert Parameters.from_dict(PRESETS["best"].to_dict()) == PRESETS["best"]
+    assert BlockParameters.from_dict({}) == BlockParameters()
+
+
+@pytest.mark.parametrize("name", ["hed", "network", "combined"])
+def test_a_choice_has_its_older_names_too(name: str) -> None:
+    assert ilf.preset(edges=name) == ilf.preset()
+    assert Parameters(edges=name).edges == "combined"
+    with pytest.raises(ParameterError, match="edges must be one of combined, canny, not 'depth'"):
+        ilf.preset(edges="depth")
+    with pytest.raises(ParameterError, match="one of combined, canny"):
+        ilf.preset(edges=["hed"])
+
+
+def test_sets_have_the_same_effect_if_they_differ_in_nothing_that_counts() -> None:
+    best, paper = PRESETS["best"], PRESETS["paper"]
+    assert best.same_effect(best.replace(padding=3.0, linear_start=2.0, centred=False))
+    assert not best.same_effect(best.replace(noise=0.1))
+    assert not best.same_effect(best.replace(filter="ideal"))
+    assert paper.same_effect(paper.replace(noise=0.1, linear_start=2.0))
+    assert not paper.same_effect(paper.replace(padding=3.0))
+    assert BlockParameters(use_depth=False).same_effect(BlockParameters(use_depth=False, depth_jump=1.0))
 
 
 def test_unknown_preset() -> None:

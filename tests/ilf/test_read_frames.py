@@ -1,6 +1,7 @@
 """Reading frames: every format exactly, and every hostile file with one clear message."""
 
 import contextlib
+import hashlib
 import io
 import json
 import os
@@ -16,7 +17,10 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from ilf.errors import FormatError, IlfError, InputError, ParameterError
+from ilf.frame import FrameInputs, InputFile
 from ilf.io import frame_folder, load_frame, read_colour, read_depth_values
+
+from .small_frames import write_small_frame
 
 H, W = 24, 32
 RNG = np.random.default_rng(7)
@@ -152,7 +156,7 @@ def test_deep_grey_and_transparent_colour_become_rgb8(save):
     )
 
 
-@pytest.mark.parametrize("orientation", [3, 6])
+@pytest.mark.parametrize("orientation", [1, 2, 3, 4, 5, 6, 7, 8])
 @pytest.mark.parametrize("fmt", ["PNG", "TIFF", "JPEG"])
 def test_orientation_tags_do_not_turn_the_image(fmt, orientation, save):
     image = Image.fromarray(RGB)
@@ -166,6 +170,24 @@ def test_orientation_tags_do_not_turn_the_image(fmt, orientation, save):
     found = read_colour(save("turned", content.getvalue()))
     assert found.shape == RGB.shape
     np.testing.assert_allclose(found.astype(int), RGB, atol=12 if fmt == "JPEG" else 0)
+
+
+@pytest.mark.parametrize("orientation", [2, 6, 7])
+def test_a_tiff_with_a_turned_depth_is_read_as_it_is_stored(orientation, save):
+    path = save("turned.tif", tiff(Image.fromarray(METRES), tiffinfo={274: orientation}))
+    np.testing.assert_array_equal(read_depth_values(path), METRES)
+
+
+@pytest.mark.parametrize("dtype", [np.uint16, np.int32, np.float32, np.float64])
+def test_tiff_of_every_kind_of_number(dtype, save):
+    values = MILLIMETRES.astype(dtype)
+    np.testing.assert_array_equal(read_depth_values(save("d.tif", encoded(".tif", values))), values)
+
+
+def test_looking_at_a_header_leaves_pillows_own_limit_as_it_is(save, monkeypatch):
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 10)
+    np.testing.assert_array_equal(read_colour(save("rgb.png", COLOUR_FILES["rgb.png"])), RGB)
+    assert Image.MAX_IMAGE_PIXELS == 10
 
 
 def test_float_colour_is_refused(save):
@@ -426,3 +448,13 @@ def test_every_real_frame_with_depth_loads():
         meta = json.loads((path / "meta.json").read_text())
         assert list(frame.shape) == meta["size"][::-1], path
         assert frame.missing_share == pytest.approx(meta["hole_fraction"], abs=1e-6), path
+
+
+def test_the_hash_is_of_the_bytes_that_were_read(tmp_path):
+    colour, depth = write_small_frame(tmp_path)
+    read = {path: hashlib.sha256(path.read_bytes()).hexdigest() for path in (colour, depth)}
+    frame = load_frame(colour, depth)
+    depth.write_bytes(b"another file")
+    assert frame.inputs == FrameInputs(
+        InputFile(str(colour), read[colour]), InputFile(str(depth), read[depth]), 1000.0, None
+    )

@@ -176,8 +176,9 @@ def test_records_tell_of_every_iteration(mode: str, limit: int) -> None:
     assert records[0].stage == 1
     for before, after in itertools.pairwise(records):
         assert after.stage - before.stage in (0, 1)
-        assert after.radii >= before.radii
-        assert (after.radii > before.radii) <= (after.stage > before.stage)
+        assert after.cell in (before.cell, before.cell // 2)
+        assert after.round - before.round in (0, 1)
+        assert (after.stage > before.stage) == ((after.cell, after.round) != (before.cell, before.round))
         assert (after.stage > before.stage) == (before.sigma_i < parameters.s_criteria or before.i == 1)
     assert np.isfinite([record.sigma_i for record in records]).all()
     outcome = ilf.complete(frame, _whole(frame), parameters).outcomes[1]
@@ -187,6 +188,7 @@ def test_records_tell_of_every_iteration(mode: str, limit: int) -> None:
         assert outcome.status is Status.COMPLETED
         assert records[-1].sigma_i < parameters.s_criteria
         assert records[-1].stage == 5, "three grids and two rounds"
+        assert (records[0].cell, records[0].round, records[-1].cell, records[-1].round) == (4, 0, 1, 2)
     else:
         assert not steps.settled
         assert outcome.status is Status.ITERATION_LIMIT
@@ -201,11 +203,11 @@ def test_sigma_is_the_change_of_the_surface_on_the_finest_grid() -> None:
     before = None
     finest = 0
     for record in steps:
-        if before is not None and record.radii == before[0]:
-            finest += record.radii == SHAPE
-            if record.radii == SHAPE:
+        if before is not None and record.cell == before[0]:
+            finest += record.cell == 1
+            if record.cell == 1:
                 assert record.sigma_i == pytest.approx(_rms(steps.surface - before[1]), rel=1e-3, abs=1e-7)
-        before = record.radii, steps.surface
+        before = record.cell, steps.surface
     assert finest > 10
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import hashlib
 import weakref
 from pathlib import Path
 
@@ -11,10 +12,16 @@ import pytest
 
 import ilf
 from ilf.assets import asset_path
-from ilf.edges.network import EdgeNetwork, load_model
-from ilf.edges.strength import DETECTORS, canny_strength, combined_strength
+from ilf.completion import CompletionRun, compose, prepare
+from ilf.ebs import extract
+from ilf.edges import find_edges
+from ilf.edges.network import EdgeNetwork
+from ilf.edges.relief import find_relief
+from ilf.edges.strength import DETECTORS
 from ilf.errors import InputError
+from ilf.filter.stepper import edges_for
 from ilf.frame import RGBDFrame
+from ilf.parameters import BlockParameters
 
 
 def _frame() -> RGBDFrame:
@@ -26,8 +33,11 @@ def _frame() -> RGBDFrame:
     return RGBDFrame(rgb, depth)
 
 
+CANNY, NETWORK = BlockParameters(detector="canny"), BlockParameters()
+
+
 def test_strength_is_1_at_colour_edges_and_depth_jumps_and_0_far_from_them() -> None:
-    strength = canny_strength(_frame())
+    strength = find_edges(_frame(), CANNY).strength
     assert strength.dtype == np.float32
     assert strength.shape == (60, 80)
     assert strength.min() >= 0
@@ -39,24 +49,37 @@ def test_strength_is_1_at_colour_edges_and_depth_jumps_and_0_far_from_them() -> 
 
 def test_noise_has_strengths_in_between() -> None:
     rgb = np.random.default_rng(0).integers(0, 255, (40, 50, 3), dtype=np.uint8)
-    strength = canny_strength(RGBDFrame(rgb, np.full((40, 50), 2.0)))
+    strength = find_edges(RGBDFrame(rgb, np.full((40, 50), 2.0)), CANNY).strength
     assert 0 <= strength.min() < strength.max() <= 1
     assert ((strength > 0) & (strength < 1)).any()
 
 
 def test_a_frame_has_one_strength_that_cannot_be_changed() -> None:
     frame, other = _frame(), _frame()
-    strength = canny_strength(frame)
-    assert canny_strength(frame) is strength
-    assert canny_strength(other) is not strength
-    assert np.array_equal(canny_strength(other), strength)
-    with pytest.raises(ValueError, match="read-only"):
-        strength[0, 0] = 1
+    found = find_edges(frame, CANNY)
+    assert find_edges(frame, CANNY).strength is found.strength
+    assert find_edges(other, CANNY).strength is not found.strength
+    assert np.array_equal(find_edges(other, CANNY).strength, found.strength)
+    for array in (found.strength, found.relief.bend, found.relief.jumps[0]):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0, 0] = 1
+
+
+def test_only_what_edges_depend_on_has_them_found_again() -> None:
+    frame = _frame()
+    found = find_edges(frame, CANNY)
+    for same in (
+        CANNY.replace(granularity=0.1, dilation=5, threshold=0.4),
+        CANNY.replace(model="none", use_creases=True),
+    ):
+        assert find_edges(frame, same).strength is found.strength
+    for other in ({"canny_sigma": 3.0}, {"canny_high": 0.9}, {"canny_low_ratio": 0.1}, {"depth_jump": 2.0}):
+        assert find_edges(frame, CANNY.replace(**other)).strength is not found.strength
 
 
 def test_strength_goes_with_the_frame() -> None:
     frame = _frame()
-    left = weakref.ref(frame), weakref.ref(canny_strength(frame))
+    left = weakref.ref(frame), weakref.ref(find_edges(frame, CANNY).strength)
     gc.collect()
     assert left[1]() is not None, "kept while the frame is"
     del frame
@@ -64,17 +87,35 @@ def test_strength_goes_with_the_frame() -> None:
     assert [kept() for kept in left] == [None, None]
 
 
+def test_of_ever_other_parameters_the_latest_few_are_kept() -> None:
+    frame = _frame()
+    found = [weakref.ref(find_edges(frame, CANNY.replace(canny_sigma=sigma)).strength) for sigma in (1.0, 2.0, 3.0)]
+    find_edges(frame, CANNY.replace(canny_sigma=1.0))  # the latest again
+    find_edges(frame, CANNY.replace(canny_sigma=4.0))
+    gc.collect()
+    assert [kept() is not None for kept in found] == [True, False, True]
+
+
 def test_network_and_depth_jumps_make_the_filters_edges() -> None:
     depth = np.full((64, 80), 2.0, np.float32)
     depth[:, 40:] = 3.0
     rgb = np.zeros((64, 80, 3), np.uint8)
     rgb[:32] = (200, 40, 40)
-    strength = combined_strength(RGBDFrame(rgb, depth), load_model("edges"), False)
+    found = find_edges(RGBDFrame(rgb, depth), NETWORK)
+    strength = found.strength
     assert strength.shape == (64, 80)
     assert strength.dtype == np.float32
     assert (strength[:, 39] == 1).all()
     assert strength[29:35, 10:30].max(axis=0).mean() > 0.4
     assert strength[5:20, 5:30].max() < 0.1
+    assert found.network == hashlib.sha256(asset_path("models/edges.onnx").read_bytes()).hexdigest()
+    assert found.notes == ()
+
+
+def _holed() -> tuple[RGBDFrame, np.ndarray]:
+    depth = np.full((64, 80), 2.0, np.float32)
+    depth[20:30, 20:30] = np.nan
+    return RGBDFrame(np.zeros((64, 80, 3), np.uint8), depth), np.ones((64, 80), np.int32)
 
 
 @pytest.mark.parametrize("foreign", [False, True], ids=["missing", "foreign"])
@@ -85,18 +126,95 @@ def test_without_the_network_canny_is_taken_and_that_is_said(
     if foreign:
         path.write_bytes(b"no network")
     monkeypatch.setattr("ilf.models.asset_path", lambda name: path)
-    depth = np.full((64, 80), 2.0, np.float32)
-    depth[20:30, 20:30] = np.nan
-    frame, labels = RGBDFrame(np.zeros((64, 80, 3), np.uint8), depth), np.ones((64, 80), np.int32)
+    frame, labels = _holed()
     result = ilf.complete(frame, labels)
     assert np.isfinite(result.depth).all()
-    assert result.outcomes[1].message.startswith("Edges come from Canny: ")
-    assert "edges.onnx" in result.outcomes[1].message
+    (note,) = result.notes
+    assert note.startswith("Canny's edges stand in for the network's: ")
+    assert "edges.onnx" in note
+    assert result.results[1].network is None
+    assert result.results[1].notes == extract(frame).notes == ilf.iterate(frame, labels, 1).notes == (note,)
     canny = ilf.complete(frame, labels, ilf.preset(edges="canny"))
     assert np.array_equal(canny.depth, result.depth)
-    assert canny.outcomes[1].message == ""
-    with pytest.warns(RuntimeWarning, match="Edges come from Canny"):
-        ilf.iterate(frame, labels, 1)
+    assert canny.notes == ()
+    assert canny.outcomes == result.outcomes
+
+
+def test_a_note_on_many_blocks_is_said_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("ilf.models.asset_path", lambda name: tmp_path / "none.onnx")
+    frame, labels = _holed()
+    labels[:, 25:] = 2
+    with CompletionRun(frame, labels, ilf.preset()) as run:
+        assert run.notes == ()
+        for _ in run:
+            pass
+        assert len(run.notes) == 1
+    assert compose(frame, run.results).notes == run.notes
+
+
+def test_results_vouch_for_the_network_that_had_a_part_in_them() -> None:
+    frame, labels = _holed()
+    sha256 = hashlib.sha256(asset_path("models/edges.onnx").read_bytes()).hexdigest()
+    for parameters, expected in (
+        (ilf.preset(), sha256),
+        (ilf.preset(edges="canny"), None),
+        (ilf.preset("paper"), None),
+    ):
+        assert ilf.complete(frame, labels, parameters).results[1].network == expected
+    labels[:] = 0
+    labels[:5] = 1
+    assert ilf.complete(frame, labels).results[1].network is None, "nothing was missing, so nothing was looked at"
+    assert extract(frame).network == sha256
+    assert extract(frame, CANNY).network is None
+
+
+def test_the_hash_is_of_the_bytes_that_were_read(tmp_path: Path) -> None:
+    content = asset_path("models/edges.onnx").read_bytes()
+    network = EdgeNetwork.read(np.frombuffer(content, np.uint8), tmp_path / "gone.onnx")
+    assert network.sha256 == hashlib.sha256(content).hexdigest()
+
+
+def test_the_filter_sees_the_edges_of_the_extraction() -> None:
+    """Canny and jumps with its parameters; whether and which network is asked stays the filter's own choice."""
+    frame = _frame()
+    own = BlockParameters(canny_sigma=4.0, canny_high=0.3, canny_low_ratio=0.2, depth_jump=0.5, model="none")
+    seen = edges_for(frame, ilf.preset(edges="canny"), own)
+    assert np.array_equal(seen.canny, find_edges(frame, own.replace(detector="canny")).canny)
+    assert not np.array_equal(seen.canny, edges_for(frame, ilf.preset(edges="canny")).canny)
+    assert edges_for(frame, ilf.preset(), own).network == find_edges(frame, NETWORK).network
+    flat = edges_for(frame, ilf.preset(), BlockParameters(depth_jump=2.0))
+    assert not flat.relief.edges.any()
+    assert edges_for(frame, ilf.preset()).relief.edges.any()
+    # where the extraction takes no notice of depth, its jumps are the usual ones for the filter
+    assert edges_for(frame, ilf.preset(), BlockParameters(use_depth=False, depth_jump=2.0)).relief.edges.any()
+    assert edges_for(frame, ilf.preset("paper")) is None
+
+
+def test_a_completion_follows_the_extraction() -> None:
+    rows, columns = np.mgrid[:64, :80]
+    depth = np.where(columns < 40, 2.0, 2.3) + 0.001 * rows
+    depth[20:40, 30:50] = np.nan
+    frame, labels = RGBDFrame(np.full((64, 80, 3), 90, np.uint8), depth), np.ones((64, 80), np.int32)
+    own = BlockParameters(depth_jump=0.5, depth_jump_share=0.5)
+    usual = ilf.complete(frame, labels, extraction=BlockParameters()).depth
+    assert np.array_equal(ilf.complete(frame, labels).depth, usual)
+    other = ilf.complete(frame, labels, extraction=own).depth
+    assert not np.array_equal(other, usual)
+    stepper = ilf.iterate(frame, labels, 1, extraction=own)
+    for _ in stepper:
+        pass
+    assert np.array_equal(np.float32(stepper.surface.reshape(64, 80)[20:40, 30:50]), other[20:40, 30:50])
+
+
+def test_the_edges_are_looked_for_once_by_blocks_and_filter(monkeypatch: pytest.MonkeyPatch) -> None:
+    frame = _frame()
+    looked = []
+    monkeypatch.setattr("ilf.edges.frame_edges.find_relief", lambda *args: looked.append(args) or find_relief(*args))
+    own = BlockParameters(granularity=0.2, depth_jump=0.3)
+    extract(frame, own)
+    prepare(frame, ilf.preset(), own)
+    ilf.complete(frame, np.ones(frame.shape, np.int32), ilf.preset(mode="fill+denoise"), extraction=own)
+    assert len(looked) == 1
 
 
 def test_huge_images_are_looked_at_scaled_down(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,6 +5,7 @@ import errno
 import io
 import math
 import os
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -13,18 +14,25 @@ import pytest
 
 from ilf.cloud import PointCloud
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
+from ilf.filter.edge_aware.record import EdgeAwareRecord
+from ilf.filter.pass_band.record import PassBandRecord
 from ilf.io import (
     CLOUD_SUFFIXES,
     DEPTH_SUFFIXES,
+    UINT16_MAX,
     atomic_path,
+    check_cloud_format,
     cloud_files,
+    coarser_units,
     load_open3d,
+    png_fit,
     read_depth_values,
     read_labels,
     write_cloud,
     write_depth,
     write_labels,
 )
+from ilf.io.ply_files import ply_content
 from ilf.run.curve_files import write_curves
 
 RNG = np.random.default_rng(3)
@@ -34,17 +42,20 @@ LABELS = RNG.integers(0, 40_000, (20, 30)).astype(np.int32)
 CLOUD = PointCloud(RNG.uniform(-3, 3, (200, 3)).astype(np.float32), RNG.integers(0, 256, (200, 3)).astype(np.uint8))
 HISTORY = {
     2: (
-        SimpleNamespace(
+        PassBandRecord(
             i=1, stage=1, radii=(1 / 3, np.float64(0.1)), sigma_i=math.nan, l1=1e-17, residual=0.02,
             held_out=math.nan, weighted=True, seconds=0.5,
         ),
+        EdgeAwareRecord(
+            i=2, stage=7, cell=4, round=1, sigma_i=0.25, l1=1.5, residual=0.02, held_out=math.nan, seconds=0.6,
+        ),
     ),
     1: (
-        SimpleNamespace(
+        PassBandRecord(
             i=1, stage=1, radii=(2.0, 1.5), sigma_i=0.1 + 0.2, l1=7.25, residual=1 / 7, held_out=np.float64(1 / 9),
             weighted=False, seconds=1.0,
         ),
-        SimpleNamespace(
+        PassBandRecord(
             i=2, stage=2, radii=(2.5, 2.0), sigma_i=np.float64(1e-3), l1=7.5, residual=0.1, held_out=0.2,
             weighted=False, seconds=2.0,
         ),
@@ -173,6 +184,27 @@ def test_clipping_is_told_with_the_largest_scale_that_fits(tmp_path):
     assert not any("beyond" in text for text in write_depth(tmp_path / "d.png", depth, 936))
 
 
+def test_what_becomes_of_depth_in_a_png_is_foretold_as_it_comes_out(tmp_path):
+    depth = np.array([[1.0, 65.5, 65.6], [70.0, np.nan, 0.0002]], np.float32)
+    fit = png_fit(depth, 1000)
+    assert (fit.deepest, fit.largest, fit.clipped, fit.vanished) == (70.0, 70_000, 2, 1)
+    write_depth(tmp_path / "d.png", depth, 1000)
+    values = read_depth_values(tmp_path / "d.png")
+    assert np.count_nonzero(values == UINT16_MAX) == fit.clipped
+    assert np.count_nonzero((values == 0) & np.isfinite(depth)) == fit.vanished
+    nothing = png_fit(np.full((2, 2), np.nan, np.float32), 1000)
+    assert math.isnan(nothing.deepest)
+    assert (nothing.largest, nothing.clipped, nothing.vanished) == (0, 0, 0)
+
+
+def test_units_coarser_than_the_inputs_are_told():
+    said = coarser_units(10_000, 1000)
+    assert "steps of 1 mm, the input of 0.1 mm" in said
+    assert "10000 units per metre" in said
+    for given, written in ((1000, 1000), (1000, 5000), (1, 1000)):
+        assert coarser_units(given, written) == ""
+
+
 def test_missing_in_any_form_is_written_as_missing(tmp_path):
     depth = np.array([[np.nan, np.inf, -np.inf, 0.0, -2.0, 1.0]])
     write_depth(tmp_path / "d.png", depth)
@@ -232,46 +264,98 @@ def test_a_picture_is_no_label_map(tmp_path):
 def test_curves_keep_every_digit_and_no_time(tmp_path):
     write_curves(tmp_path / "c.csv", HISTORY)
     text = (tmp_path / "c.csv").read_bytes().decode()
-    assert text.splitlines()[0] == "label,i,stage,r_y,r_x,sigma_i_m,l1_m,residual_m,held_out_m,weighted"
+    assert text.splitlines()[0] == ("label,i,stage,r_y,r_x,sigma_i_m,l1_m,residual_m,held_out_m,weighted,cell_px,round")
     assert "\r" not in text
     rows = list(csv.DictReader(io.StringIO(text)))
     assert [(row["label"], row["i"], row["weighted"]) for row in rows] == [
         ("1", "1", "0"),
         ("1", "2", "0"),
         ("2", "1", "1"),
+        ("2", "2", ""),
     ]
     assert float(rows[0]["sigma_i_m"]) == 0.1 + 0.2
     assert float(rows[2]["r_y"]) == 1 / 3
     assert math.isnan(float(rows[2]["sigma_i_m"]))
     assert (float(rows[0]["residual_m"]), float(rows[0]["held_out_m"])) == (1 / 7, 1 / 9)
     assert (rows[2]["residual_m"], rows[2]["held_out_m"]) == ("0.02", "")
+    assert [(row["r_y"] == row["r_x"] == "", row["cell_px"], row["round"]) for row in rows] == [
+        (False, "", ""),
+        (False, "", ""),
+        (False, "", ""),
+        (True, "4", "1"),
+    ]
 
 
 # --- clouds
+
+PLY_TYPES = {"float": "<f4", "double": "<f8", "uchar": "u1"}
+
+
+def read_ply(path):
+    """A PLY file by its specification, independent of the writer: one array with a field per property."""
+    header, _, body = path.read_bytes().partition(b"end_header\n")
+    lines = header.decode("ascii").splitlines()
+    assert lines[0] == "ply"
+    (form,) = (line.split()[1] for line in lines if line.startswith("format"))
+    (count,) = (int(line.split()[2]) for line in lines if line.startswith("element vertex"))
+    fields = [(line.split()[2], PLY_TYPES[line.split()[1]]) for line in lines if line.startswith("property")]
+    if form == "ascii":
+        rows = [tuple(line.split()) for line in body.decode("ascii").splitlines()]
+        assert len(rows) == count
+        return np.array(rows, fields)
+    assert form == "binary_little_endian"
+    dtype = np.dtype(fields)
+    assert len(body) == count * dtype.itemsize
+    return np.frombuffer(body, dtype)
+
+
+@pytest.mark.parametrize("ascii", [False, True])
+@pytest.mark.parametrize("colours", [CLOUD.colours, None])
+def test_a_ply_is_float32_and_comes_back_exactly(ascii, colours, tmp_path):
+    path = tmp_path / "c.ply"
+    path.write_bytes(ply_content(CLOUD.points, colours, ascii=ascii))
+    found = read_ply(path)
+    assert [found.dtype[name] for name in "xyz"] == [np.float32] * 3
+    np.testing.assert_array_equal(np.column_stack([found[name] for name in "xyz"]), CLOUD.points)
+    if colours is None:
+        assert found.dtype.itemsize == 12
+        assert found.dtype.names == ("x", "y", "z")
+    else:
+        assert found.dtype.itemsize == 15
+        np.testing.assert_array_equal(np.column_stack([found[name] for name in ("red", "green", "blue")]), colours)
+
+
+@pytest.mark.parametrize(("axes", "signs"), [("camera", [1, 1, 1]), ("y-up", [1, -1, -1])])
+@pytest.mark.parametrize(("unit", "scale"), [("m", 1), ("mm", 1000)])
+@pytest.mark.parametrize("ascii", [False, True])
+def test_a_ply_file_takes_15_bytes_a_point(axes, signs, unit, scale, ascii, tmp_path):
+    path = tmp_path / "c.ply"
+    write_cloud(path, CLOUD, axes=axes, unit=unit, ascii=ascii)
+    found = read_ply(path)
+    expected = (CLOUD.points.astype(float) * signs * scale).astype(np.float32)
+    np.testing.assert_allclose(np.column_stack([found[name] for name in "xyz"]), expected, rtol=2e-7)
+    if not ascii:
+        assert path.stat().st_size == 15 * len(CLOUD) + path.read_bytes().index(b"end_header\n") + len(b"end_header\n")
 
 
 @pytest.mark.parametrize("suffix", CLOUD_SUFFIXES)
 @pytest.mark.parametrize("ascii", [False, True])
 @pytest.mark.parametrize(("axes", "signs"), [("camera", [1, 1, 1]), ("y-up", [1, -1, -1])])
 @pytest.mark.parametrize(("unit", "scale"), [("m", 1), ("mm", 1000)])
-def test_clouds_come_back(suffix, ascii, axes, signs, unit, scale, tmp_path):
+def test_clouds_come_back_in_open3d(suffix, ascii, axes, signs, unit, scale, tmp_path):
     path = tmp_path / f"c{suffix}"
     write_cloud(path, CLOUD, axes=axes, unit=unit, ascii=ascii)
     found = load_open3d().io.read_point_cloud(str(path))
     expected = CLOUD.points.astype(float) * signs * scale
-    exact = suffix in {".ply", ".pcd"} and not ascii
-    np.testing.assert_allclose(np.asarray(found.points), expected, rtol=1e-7 if exact else 1e-5, atol=1e-9)
-    if exact and unit == "m":
-        np.testing.assert_array_equal(np.asarray(found.points), expected)
+    np.testing.assert_allclose(np.asarray(found.points), expected, rtol=1e-5 if suffix == ".pcd" else 2e-7, atol=1e-9)
     if suffix == ".xyz":
         assert not found.has_colors()
     else:
         np.testing.assert_array_equal(np.rint(np.asarray(found.colors) * 255), CLOUD.colours)
 
 
-@pytest.mark.parametrize("suffix", CLOUD_SUFFIXES)
 @pytest.mark.parametrize("ascii", [False, True])
-def test_a_cloud_cut_short_by_a_full_disk_is_noticed(suffix, ascii, tmp_path, monkeypatch):
+def test_a_pcd_cut_short_by_a_full_disk_is_noticed(ascii, tmp_path, monkeypatch):
     real = load_open3d()
 
     def write_and_cut(path, geometry, **options):
@@ -283,7 +367,7 @@ def test_a_cloud_cut_short_by_a_full_disk_is_noticed(suffix, ascii, tmp_path, mo
         geometry=real.geometry, utility=real.utility, io=SimpleNamespace(write_point_cloud=write_and_cut)
     )
     monkeypatch.setattr(cloud_files, "load_open3d", lambda: fake)
-    target = tmp_path / f"c{suffix}"
+    target = tmp_path / "c.pcd"
     target.write_bytes(b"old")
     with pytest.raises(ExportError, match=r"incomplete.*disk"):
         write_cloud(target, CLOUD, ascii=ascii)
@@ -291,11 +375,35 @@ def test_a_cloud_cut_short_by_a_full_disk_is_noticed(suffix, ascii, tmp_path, mo
     assert list(tmp_path.iterdir()) == [target]
 
 
-def test_open3d_that_cannot_be_loaded_names_library_and_package(monkeypatch, tmp_path):
-    def fail(*_, **__):
-        raise OSError("libusb-1.0.so.0: cannot open shared object file")
+def test_without_open3d_all_clouds_but_pcd_are_written(monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "open3d", None)  # as where it is not installed
+    monkeypatch.setitem(sys.modules, "libusb_package", None)
+    for name in ("c.ply", "c.xyz", "c.xyzrgb"):
+        check_cloud_format(name)
+        write_cloud(tmp_path / name, CLOUD)
+    with pytest.raises(ExportError, match=r"open3d.*pip install 'ilf-studio\[cloud\]'; or write PLY"):
+        check_cloud_format("c.pcd")
+    with pytest.raises(ExportError, match="open3d"):
+        write_cloud(tmp_path / "c.pcd", CLOUD)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["c.ply", "c.xyz", "c.xyzrgb"]
 
-    monkeypatch.setattr(cloud_files.ctypes, "CDLL", fail)
-    with pytest.raises(ExportError, match=r"libusb-1\.0\.so\.0.*libusb-package"):
-        write_cloud(tmp_path / "c.ply", CLOUD)
-    assert list(tmp_path.iterdir()) == []
+
+@pytest.mark.parametrize(
+    ("said", "way_out"),
+    [
+        ("libGL.so.1: cannot open shared object file: No such file or directory", "sudo apt install libgl1"),
+        ("libX11.so.6: cannot open shared object file: No such file or directory", "sudo apt install libx11-6"),
+        ("libodd.so.7: cannot open shared object file: No such file or directory", r"libodd\.so\.7"),
+    ],
+)
+def test_open3d_that_cannot_be_loaded_names_library_and_package(said, way_out, monkeypatch):
+    class Refusing:
+        def find_spec(self, name, path=None, target=None):
+            if name == "open3d":
+                raise OSError(said)
+
+    monkeypatch.delitem(sys.modules, "open3d", raising=False)
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(sys, "meta_path", [Refusing(), *sys.meta_path])
+    with pytest.raises(ExportError, match=way_out):
+        check_cloud_format("c.pcd")

@@ -11,16 +11,17 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from ilf.blocks import Block
-from ilf.filter.convergence import IterationRecord, deviation, held_out_of, l1_norm
+from ilf.filter.convergence import deviation, held_out_of, l1_norm
 from ilf.filter.pass_band.lengths import principal_lengths
 from ilf.filter.pass_band.lowpass import inside_ellipse, squared_wave_numbers
+from ilf.filter.pass_band.record import PassBandRecord
 from ilf.filter.pass_band.schedule import LinearSchedule, Schedule, StagedSchedule
 from ilf.filter.pass_band.spectrum import colour_weight
 from ilf.frame import RGBDFrame
 from ilf.parameters import Parameters
 
 
-class FullGridIteration(Iterator[IterationRecord]):
+class FullGridIteration(Iterator[PassBandRecord]):
     """The stepper: every `next()` is one iteration of one block and gives its record.
 
         U_0 = raw depth matrix                                (0 where unknown)
@@ -79,7 +80,7 @@ class FullGridIteration(Iterator[IterationRecord]):
         """P_i at the block's pixels [m], in the order of `block.mask`'s True values."""
         return self._values + self._mean
 
-    def __next__(self) -> IterationRecord:
+    def __next__(self) -> PassBandRecord:
         if self._ended:
             raise StopIteration
         self._iterations += 1
@@ -103,7 +104,7 @@ class FullGridIteration(Iterator[IterationRecord]):
         self._values = values
         self._reinsert()
         self._note(sigma)
-        return IterationRecord(
+        return PassBandRecord(
             i=self._iterations,
             stage=stage,
             radii=radii,

@@ -24,7 +24,7 @@ def linear(frame: RGBDFrame) -> NDArray[np.float32]:
     corners = np.argwhere(known & ~binary_erosion(known, np.ones((3, 3), bool), border_value=1))
     filled = nearest(frame)
     # fewer than three, or all on one line, make no triangle
-    if np.linalg.matrix_rank(np.diff(corners, axis=0)) < 2:
+    if len(corners) < 3 or np.linalg.matrix_rank(np.diff(corners, axis=0)) < 2:
         return filled
     triangles = Delaunay(corners).simplices
     rows, columns, between = _inside(corners[triangles], frame.depth[tuple(corners.T)].astype(np.float64)[triangles])

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import os
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import FormatError, InputError
+from ...extras import optional
 from ...io.atomic import write_bytes
-from ...io.files import read_bytes
+from ...io.files import read_file
 from ...io.folders import made_folder
 from ...models import name_from, new_model_path
 from ..network import EdgeNetwork, OutOfRange
@@ -79,7 +79,7 @@ def _converted(source: Path, inputs: str, logits: bool) -> NDArray[np.uint8]:
         raise FormatError(f"{source} is of no known format. Choose a file of {', '.join(_SUFFIXES)}.")
     if inputs not in INPUTS:
         raise InputError(f"The input of a network is one of {', '.join(INPUTS)}, not {inputs!r}.")
-    content = read_bytes(source)
+    content = read_file(source).data
     if suffix == _ONNX:
         return _from_onnx(content, source, inputs, logits)
     if inputs != _AS_IT_IS or logits:
@@ -131,5 +131,4 @@ def _refuse_range(content: NDArray[np.uint8], source: Path) -> None:
 
 
 def _need_onnx() -> None:
-    if find_spec("onnx") is None:
-        raise InputError('Converting a network needs the package onnx. Install it: pip install "ilf-studio[models]".')
+    optional("onnx", "models", "Converting a network")

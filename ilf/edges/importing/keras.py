@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import FormatError
+from ...extras import optional
 from .layers import CONVOLUTIONS, FUSION, SCORES, Layer
 
 
@@ -23,10 +24,12 @@ def read_keras_weights(content: NDArray[np.uint8], file: str) -> dict[str, Layer
 
     Raises
     ------
+    InputError
+        If the package that reads it is missing.
     FormatError
         If it is no HDF5 file, or is truncated.
     """
-    import h5py
+    h5py = optional("h5py", "models", "Reading Keras weights")
 
     groups = {FUSION: "fuse"}
     for stage, (names, score) in enumerate(zip(CONVOLUTIONS, SCORES, strict=True), 1):

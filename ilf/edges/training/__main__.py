@@ -6,9 +6,9 @@ import argparse
 import os
 from pathlib import Path
 
+from ...errors import InputError
+from ...extras import optional
 from .data import load_examples
-from .export import export_onnx
-from .train import Trainer, limit_threads
 
 
 def main() -> None:
@@ -20,6 +20,13 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=os.cpu_count() or 1, help="default: all (%(default)s)")
     parser.add_argument("--resume", action="store_true", help="go on from the checkpoint in --out")
     arguments = parser.parse_args()
+
+    try:
+        optional("torch", "train", "Training")
+    except InputError as error:
+        parser.exit(1, f"{error}\n")
+    from .export import export_onnx
+    from .train import Trainer, limit_threads
 
     limit_threads(arguments.threads)
     arguments.out.mkdir(parents=True, exist_ok=True)

@@ -18,12 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...blocks import Block, Box
+from ...edges.frame_edges import FrameEdges
 from ...frame import RGBDFrame
 from ...parameters import Parameters
-from ..convergence import IterationRecord, held_out_of
+from ..convergence import held_out_of
 from ..pyramid import enlarged, largest_of_four, sums_of_four
 from ..sums import inner
 from .flying import flying_pixels
+from .record import EdgeAwareRecord
 from .smoothness import SmoothnessEnergy, Weights, make_weights
 from .trend import noise_of, trend_of
 
@@ -64,8 +66,8 @@ _LEVELLING = 1e-9
 being singular."""
 
 
-class EdgeAwareIteration(Iterator[IterationRecord]):
-    """The stepper: every `next()` is one iteration of one block and gives its record.
+class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
+    """The `Stepper` of filter "edge-aware": every `next()` is one iteration of one block and gives its record.
 
     Works on a window around the block's missing pixels (around all of its pixels in the mode fill+denoise). Known
     depth in the window counts whatever block it is in, as far as the edges between let it; the block's pixels outside
@@ -82,11 +84,11 @@ class EdgeAwareIteration(Iterator[IterationRecord]):
         The pixels to iterate on, at least one of them with known depth.
     parameters : Parameters
         With filter "edge-aware".
-    strength : ndarray of float32, shape (H, W)
-        The frame's edge strength in [0, 1].
+    edges : FrameEdges
+        Those of the frame.
     """
 
-    def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters, strength: Array) -> None:
+    def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters, edges: FrameEdges) -> None:
         self._start = time.perf_counter()
         self._parameters = parameters
         self._view = _View(frame, block, parameters)
@@ -99,7 +101,7 @@ class EdgeAwareIteration(Iterator[IterationRecord]):
         self._levelling = np.float32(_LEVELLING * max(1.0, self._slope, self._bending))
         self._jump = max(noise, parameters.jump_share * max(depth, _NEAREST)) if parameters.jump_share else math.inf
 
-        self._grids = [self._view.grid(trend, strength, parameters)]
+        self._grids = [self._view.grid(trend, edges.strength, parameters)]
         finest = self._grids[0]
         self._known_squares = inner(finest.totals, finest.totals)
         self._held_out_squares = inner(finest.held_out[1], finest.held_out[1]) if finest.held_out else 0.0
@@ -111,11 +113,13 @@ class EdgeAwareIteration(Iterator[IterationRecord]):
         self._outside = float(raw[~self._view.seen].sum(dtype=np.float64))
         self._pixels = raw.size
         self._iterations = 0
-        self._stage = 0
-        self._steady = False
+        self._stage = self._round = 0
+        self._sigma = math.inf
         self._steps = self._run()
         self.settled = False
         """Whether the last stage has come to its end."""
+        self.network = edges.network
+        self.notes = edges.notes
 
     @property
     def surface(self) -> NDArray[np.float64]:
@@ -125,27 +129,37 @@ class EdgeAwareIteration(Iterator[IterationRecord]):
             u = enlarged(u, finer.counts.shape)
         return self._view.on_block(u + self._grids[0].trend)
 
-    def __next__(self) -> IterationRecord:
+    @property
+    def remark(self) -> str:
+        """Said of an iteration whose last stage was not steady at its end."""
+        if self._steady:
+            return ""
+        return f"The last stage ended by its number of steps, at sigma_i = {1000 * self._sigma:.2g} mm."
+
+    @property
+    def _steady(self) -> bool:
+        return self._sigma < self._parameters.s_criteria
+
+    def __next__(self) -> EdgeAwareRecord:
         if self._iterations >= self._parameters.max_iterations:
             raise StopIteration
         grid, previous, u = next(self._steps)
         self._iterations += 1
         change = u - previous
-        sigma = math.sqrt(inner(grid.inside, change * change) / self._pixels)
+        self._sigma = math.sqrt(inner(grid.inside, change * change) / self._pixels)
         l1 = inner(grid.inside, np.abs(u + grid.trend)) + self._outside
-        self._steady = sigma < self._parameters.s_criteria
         # one assignment, so that another thread may look at the surface while an iteration is under way
         self._current = grid, u
-        return IterationRecord(
+        return EdgeAwareRecord(
             i=self._iterations,
             stage=self._stage,
-            radii=self._view.radii(grid.cell),
-            sigma_i=sigma,
+            sigma_i=self._sigma,
             l1=l1,
             residual=_misfit(u, grid.counts, grid.totals, self._known_squares),
             held_out=_misfit(u, *grid.held_out, self._held_out_squares) if grid.held_out else math.nan,
-            weighted=False,
             seconds=time.perf_counter() - self._start,
+            cell=grid.cell,
+            round=self._round,
         )
 
     def _run(self) -> Iterator[_Step]:
@@ -160,7 +174,7 @@ class EdgeAwareIteration(Iterator[IterationRecord]):
         finest = self._grids[0]
         if math.isfinite(self._jump):
             scale = np.full(u.shape, self._jump, np.float32)
-            for _ in range(_ROUNDS):
+            for self._round in range(1, _ROUNDS + 1):
                 weights = self._weights(finest).loosened(u, scale, _SLOPE_JUMPS)
                 energy = SmoothnessEnergy(finest.counts + self._levelling, finest.totals, weights)
                 u = yield from self._descend(finest, energy, u, _ROUND_STEPS)
@@ -296,11 +310,6 @@ class _View:
         result = self._frame.depth[self._block.box][self._block.mask].astype(np.float64)
         result[self.seen] = surface[self._mask]
         return result
-
-    def radii(self, cell: int) -> tuple[float, float]:
-        """Shortest waves that cells of this size carry, in cycles per two sides of the block."""
-        height, width = self._block.mask.shape
-        return height / cell, width / cell
 
 
 def _window(frame: RGBDFrame, block: Block, mode: str) -> Box:

@@ -25,11 +25,12 @@ from numpy.typing import NDArray
 from ...blocks import Block
 from ...frame import RGBDFrame
 from ...parameters import Parameters
-from ..convergence import IterationRecord, held_out_of, l1_norm
+from ..convergence import held_out_of, l1_norm
 from ..sums import inner
 from .band import Band, fast_reach
 from .lengths import principal_lengths
 from .lowpass import inside_ellipse
+from .record import PassBandRecord
 from .schedule import LinearSchedule, Schedule, StagedSchedule
 from .spectrum import colour_weight
 
@@ -41,8 +42,8 @@ _OVERSHOOT = 2.0
 (Ehlich and Zeller's bound for trigonometric polynomials, 1 / cos(pi r / points))."""
 
 
-class PassBandIteration(Iterator[IterationRecord]):
-    """The stepper: every `next()` is one iteration of one block and gives its record.
+class PassBandIteration(Iterator[PassBandRecord]):
+    """The `Stepper` of filter "ideal": every `next()` is one iteration of one block and gives its record.
 
     The iterator ends when sigma_i < S_criteria and the schedule has reached its last radius, Eq. (1), or
     after `max_iterations`.
@@ -92,6 +93,9 @@ class PassBandIteration(Iterator[IterationRecord]):
         self._iterations = 0
         self.settled = False
         """Whether the last iteration was the schedule's end: steady at the last radius, or the last of a linear one."""
+        self.remark = ""
+        self.network: str | None = None
+        self.notes: tuple[str, ...] = ()
         self._ended = False
 
     @property
@@ -102,7 +106,7 @@ class PassBandIteration(Iterator[IterationRecord]):
         values += self._mean
         return values
 
-    def __next__(self) -> IterationRecord:
+    def __next__(self) -> PassBandRecord:
         if self._ended:
             raise StopIteration
         self._iterations += 1
@@ -125,16 +129,16 @@ class PassBandIteration(Iterator[IterationRecord]):
         held_out = self._held_out_error(change)
         l1 = self._l1_norm()
         self._note(sigma)
-        return IterationRecord(
+        return PassBandRecord(
             i=self._iterations,
             stage=stage,
-            radii=radii,
             sigma_i=sigma,
             l1=l1,
             residual=residual,
             held_out=held_out,
-            weighted=self._colour is not None,
             seconds=time.perf_counter() - self._start,
+            radii=radii,
+            weighted=self._colour is not None,
         )
 
     def _use_band(self, band: Band) -> None:

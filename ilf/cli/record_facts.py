@@ -1,0 +1,60 @@
+"""A run record in words, for `ilf info`."""
+
+from __future__ import annotations
+
+from ..declarations import ParameterSet
+from ..frame import CameraIntrinsics
+from ..io.camera_files import intrinsics_from
+from ..parameters import PRESETS, BlockParameters
+from ..run import RunRecord
+
+
+def record_facts(record: RunRecord) -> list[tuple[str, str]]:
+    """What a run was made of, as pairs of name and fact."""
+    facts = [
+        ("made with", f"ILF Studio {record.version}, " + ", ".join(f"{k} {v}" for k, v in record.versions.items()))
+    ]
+    if record.inputs is None:
+        facts.append(("frame", "not read from files, so the run cannot be replayed"))
+    else:
+        facts += [
+            ("colour", record.inputs.rgb.path),
+            ("depth", record.inputs.depth.path),
+            ("depth units", f"{record.inputs.depth_units:g} per metre"),
+            ("intrinsics", camera_text(intrinsics_from(record.inputs.intrinsics))),
+        ]
+    origin = "given as a label map" if record.extraction is None else "edited" if record.edited else "extracted"
+    facts.append(("blocks", f"{len(record.outcomes)} run, {record.shape[1]} x {record.shape[0]}, {origin}"))
+    if record.extraction is not None:
+        facts.append(("extraction", _changes(record.extraction, BlockParameters()) or "defaults"))
+    name, changes = min(
+        ((name, _changes(record.common, values)) for name, values in PRESETS.items()), key=lambda item: len(item[1])
+    )
+    facts.append(("parameters", f"preset {name}" + (f" with {changes}" if changes else "")))
+    facts += [
+        (f"block {label}", _changes(own, record.common))
+        for label, own in record.parameters.items()
+        if own != record.common
+    ]
+    uses = (record.extraction_networks, "blocks"), (record.networks, "the filter")
+    for name, sha256 in dict.fromkeys(item for networks, _ in uses for item in networks.items()):
+        use = " and ".join(text for networks, text in uses if networks.get(name) == sha256)
+        facts.append(("network", f"{name} ({sha256[:12]}) for {use}"))
+    if record.distrusted_file is not None:
+        facts.append(("distrusted", f"depth in {record.distrusted_file}"))
+    if record.dense:
+        facts.append(("dense", "the rest was guessed"))
+    return [*facts, ("files", ", ".join(record.outputs or record.options.filenames()))]
+
+
+def _changes(values: ParameterSet, base: ParameterSet) -> str:
+    usual = base.to_dict()
+    return ", ".join(f"{name} {value}" for name, value in values.to_dict().items() if value != usual[name])
+
+
+def camera_text(camera: CameraIntrinsics | None) -> str:
+    """Intrinsics in words."""
+    if camera is None:
+        return "not known"
+    name = f" ({camera.name})" if camera.name else ""
+    return f"fx {camera.fx:g}, fy {camera.fy:g}, cx {camera.cx:g}, cy {camera.cy:g}{name}"

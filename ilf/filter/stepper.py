@@ -1,0 +1,97 @@
+"""What all filters promise to those who iterate with them, and which of them parameters ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..blocks import Block
+from ..edges.frame_edges import FrameEdges, find_edges
+from ..frame import RGBDFrame
+from ..parameters import BlockParameters, Parameters
+from .convergence import IterationRecord
+from .edge_aware.iteration import EdgeAwareIteration
+from .pass_band.iteration import PassBandIteration
+
+
+class Stepper(Iterator[IterationRecord], Protocol):
+    """ILF on one block: an iterator, of which every `next()` is one iteration and gives its record.
+
+    It ends when its filter has let through all that it is to let through and the iteration is steady, or after
+    `max_iterations`. `next()` is for one thread at a time; `surface` may be looked at from any other meanwhile. The
+    results depend on frame, block and parameters alone: neither on threads nor on other blocks.
+    """
+
+    def __next__(self) -> IterationRecord:
+        """One iteration: its record, whose `i` is one more than that of the last, and whose `stage` does not fall."""
+        ...
+
+    @property
+    def surface(self) -> NDArray[np.float64]:
+        """P_i at the block's pixels [m], in the order of `block.mask`'s True values; before i = 1 what there is to
+        start from. Finite everywhere, but not always depth: it may be 0 or below. The caller's own."""
+        ...
+
+    @property
+    def settled(self) -> bool:
+        """Whether the last stage has come to its end, rather than the iteration to `max_iterations`."""
+        ...
+
+    @property
+    def remark(self) -> str:
+        """What is to be said about how a settled iteration has ended; "" where there is nothing."""
+        ...
+
+    @property
+    def network(self) -> str | None:
+        """SHA-256 of the edge network that had a part in it; None if none had."""
+        ...
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the user should know of how it came about: none if all is as asked for."""
+        ...
+
+
+def make_stepper(
+    frame: RGBDFrame, block: Block, parameters: Parameters, extraction: BlockParameters | None = None
+) -> Stepper:
+    """The stepper of a block.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    block : Block
+        The pixels to iterate on, at least one of them with known depth.
+    parameters : Parameters
+    extraction : BlockParameters, optional
+        What the blocks were extracted with, where that is known; see `edges_for`.
+    """
+    edges = edges_for(frame, parameters, extraction)
+    if edges is None:
+        return PassBandIteration(frame, block, parameters)
+    return EdgeAwareIteration(frame, block, parameters, edges)
+
+
+def edges_for(frame: RGBDFrame, parameters: Parameters, extraction: BlockParameters | None = None) -> FrameEdges | None:
+    """The frame's edges as a filter with such parameters needs them; None for the pass band, which knows no edges.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    parameters : Parameters
+        They say whether the network is asked, and which.
+    extraction : BlockParameters, optional
+        Canny and the jumps of the depth have its parameters, so that filter and blocks see the same edges; those of
+        the defaults if left out.
+    """
+    if parameters.filter != "edge-aware":
+        return None
+    detector = "hed" if parameters.edges == "combined" else "canny"
+    shared = extraction or BlockParameters()
+    return find_edges(
+        frame, shared.replace(detector=detector, model=parameters.model, multiscale=parameters.multiscale)
+    )

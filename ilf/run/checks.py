@@ -1,0 +1,77 @@
+"""What is no longer as it was when a run was recorded: its files, the edge networks, versions and processor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..edges.network import load_model
+from ..errors import IlfError
+from ..io.files import file_sha256
+from ..version import __version__
+from .machine import library_versions, processor
+from .record import RunRecord
+
+
+def missing_or_changed(record: RunRecord, folder: Path) -> tuple[str, ...]:
+    """What is wrong with a record's set of files, a sentence each: files that are gone or have changed since.
+
+    Parameters
+    ----------
+    record : RunRecord
+    folder : Path
+        Where it lies.
+    """
+    gone = [name for name in record.outputs if not (folder / name).is_file()]
+    changed = [name for name in record.outputs if name not in gone and is_changed(folder / name, record.outputs[name])]
+    sentences = []
+    if gone:
+        sentences.append(f"The set is not whole: {', '.join(gone)} {'is' if len(gone) == 1 else 'are'} not beside it.")
+    if changed:
+        sentences.append(
+            f"{', '.join(changed)} {'has' if len(changed) == 1 else 'have'} changed since the run was written: the "
+            "record does not vouch for that."
+        )
+    return tuple(sentences)
+
+
+def version_differences(record: RunRecord) -> str:
+    """The program and libraries whose versions are not those of the record, in words; "" if all are the same."""
+    recorded = {"ilf": record.version, **record.versions}
+    present = {"ilf": __version__, **library_versions()}
+    return ", ".join(
+        f"{name} {version} (here {present[name]})"
+        for name, version in recorded.items()
+        if name in present and version != present[name]
+    )
+
+
+def processor_difference(record: RunRecord) -> str:
+    """Another kind of processor than the record's, in words; "" if it is the same or not known."""
+    if record.processor in {"", processor()}:
+        return ""
+    return f"another kind of processor ({record.processor}; here {processor()})"
+
+
+def network_differences(record: RunRecord) -> list[str]:
+    """Edge networks that are not those of the record, and what that means."""
+    sentences = []
+    parts = (
+        (record.extraction_networks, "the blocks were extracted with", "the blocks may be others"),
+        (record.networks, "the filter took its edges from", "depth beside edges may differ by more than rounding"),
+    )
+    for networks, had, means in parts:
+        for name, sha256 in networks.items():
+            try:
+                present: str | None = load_model(name).sha256
+            except IlfError:
+                present = None
+            if present == sha256:
+                continue
+            state = "is not here" if present is None else "is another one now"
+            sentences.append(f"The edge network {name!r} that {had} {state}: {means}. Import the recorded one.")
+    return sentences
+
+
+def is_changed(path: Path, sha256: str) -> bool:
+    """Whether a file has another content than recorded."""
+    return file_sha256(path) != sha256

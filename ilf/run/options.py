@@ -1,0 +1,110 @@
+"""Which files a run's results go into, and how they are written."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+from ..cloud import AXES
+from ..errors import ParameterError
+from ..io.cloud_files import UNITS_PER_METRE
+
+LABELS_FILE, CURVES_FILE, RECORD_FILE = "blocks.png", "curves.csv", "run.json"
+GUESSED_FILE, DISTRUSTED_FILE = "guessed.png", "distrusted.png"
+
+DEPTH_FILES = {"png": "depth.png", "tiff": "depth.tiff", "npy": "depth.npy"}
+"""Depth format -> file name. PNG is 16 bit in `depth_units`; TIFF and NPY are float32 metres."""
+
+ERROR_FILES = {"png": "expected_error.png", "tiff": "expected_error.tiff", "npy": "expected_error.npy"}
+"""Depth format -> file name of the expected error, in the same units."""
+
+CLOUD_FILES = {
+    "ply": "cloud.ply",
+    "ply-ascii": "cloud.ply",
+    "pcd": "cloud.pcd",
+    "xyz": "cloud.xyz",
+    "xyzrgb": "cloud.xyzrgb",
+}
+"""Point cloud format -> file name."""
+
+CLOUD_AXES = AXES
+CLOUD_UNITS = tuple(UNITS_PER_METRE)
+
+
+@dataclass(frozen=True)
+class ExportOptions:
+    """Which files an export writes, and how.
+
+    Parameters
+    ----------
+    depth_formats : tuple of str
+        Files of the completed depth: any of "png" (uint16), "tiff" and "npy" (float32 metres).
+    depth_units : float
+        Units per metre of the 16-bit PNG: 1000 for millimetres.
+    expected_error : bool
+        Beside every depth file, one of the same format and units with the expected error of the filled pixels.
+    labels, curves : bool
+        The label map as PNG; the record of every iteration as CSV.
+    cloud : str or None
+        Format of the point cloud: "ply" (binary), "ply-ascii", "pcd", "xyz", "xyzrgb"; None for no cloud.
+    axes : str
+        "camera" (x right, y down, z forward) or "y-up" (x right, y up, z backward).
+    cloud_unit : str
+        "m" or "mm".
+    run_record : bool
+        `run.json`, which replays the run.
+
+    Raises
+    ------
+    ParameterError
+        For an unknown format, axes or unit, or depth units that are not a positive number.
+    """
+
+    depth_formats: tuple[str, ...] = ("png", "npy")
+    depth_units: float = 1000.0
+    expected_error: bool = True
+    labels: bool = True
+    curves: bool = True
+    cloud: str | None = "ply"
+    axes: str = "camera"
+    cloud_unit: str = "m"
+    run_record: bool = True
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "depth_formats", tuple(dict.fromkeys(self.depth_formats)))
+        for depth_format in self.depth_formats:
+            _require(depth_format, tuple(DEPTH_FILES), "depth format")
+        if self.cloud is not None:
+            _require(self.cloud, tuple(CLOUD_FILES), "point cloud format")
+        _require(self.axes, CLOUD_AXES, "axes of the point cloud")
+        _require(self.cloud_unit, CLOUD_UNITS, "unit of the point cloud")
+        if not (math.isfinite(self.depth_units) and self.depth_units > 0):
+            raise ParameterError(
+                f"Depth units must be a positive number per metre (1000 for millimetres), not {self.depth_units!r}."
+            )
+
+    def filenames(self) -> tuple[str, ...]:
+        """Names of the files that are chosen here. What the run itself asks for beside them: `ilf.run.filenames`."""
+        names = [DEPTH_FILES[depth_format] for depth_format in self.depth_formats]
+        if self.expected_error:
+            names += [ERROR_FILES[depth_format] for depth_format in self.depth_formats]
+        if self.labels:
+            names.append(LABELS_FILE)
+        if self.curves:
+            names.append(CURVES_FILE)
+        if self.cloud is not None:
+            names.append(CLOUD_FILES[self.cloud])
+        if self.run_record:
+            names.append(RECORD_FILE)
+        return tuple(names)
+
+
+def output_folder_name(frame_name: str) -> str:
+    """Name of the folder that a frame's results go into unless someone says otherwise."""
+    return re.sub(r"[^\w.-]+", "_", frame_name) + "-ilf"
+
+
+def _require(value: str, known: tuple[str, ...], what: str) -> None:
+    if value not in known:
+        raise ParameterError(f"There is no {what} {value!r}. Known: {', '.join(known)}.")

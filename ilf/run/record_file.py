@@ -1,0 +1,201 @@
+"""Reading run.json: every value checked, with a clear message for whatever may be wrong with it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..completion import BlockOutcome, Status
+from ..errors import FormatError, InputError, ParameterError
+from ..frame import FrameInputs, InputFile
+from ..io.files import read_json
+from ..parameters import BlockParameters, Parameters
+from .options import ExportOptions
+from .record import PROGRAM, SCHEMA, RunRecord
+
+
+def read_record(path: str | os.PathLike[str]) -> RunRecord:
+    """Read and check a run record. Sections and keys that this version does not know are passed over.
+
+    Raises
+    ------
+    InputError
+        If there is no such file.
+    FormatError
+        If it is not JSON, not a run record, of a later schema, lacks something, or has a value of the wrong kind.
+        Unknown parameters too, because without them the run would be another one.
+    """
+    data = read_json(path)
+    if not isinstance(data, dict) or data.get("program") != PROGRAM:
+        raise FormatError(f"{Path(path).absolute()} is no run record: give the run.json that an export has written.")
+    try:
+        return _parsed(_Section("run record", data))
+    except (InputError, ParameterError) as error:
+        raise FormatError(f"{Path(path).absolute()}: {error} Was the record made by another version?") from error
+
+
+@dataclass(frozen=True)
+class _Section:
+    """An object of the record, with a clear message for everything that may be wrong with its values."""
+
+    name: str
+    values: dict[str, Any]
+
+    def get(self, key: str, *kinds: type) -> Any:
+        """The value of a key, checked to be of one of these kinds."""
+        if key not in self.values:
+            raise FormatError(f"The {self.name} lacks {key!r}.")
+        return _checked(self.values[key], kinds, f"{key!r} in the {self.name}")
+
+    def items(self, key: str, kind: type) -> list[Any]:
+        """A list of values of one kind."""
+        return [_checked(value, (kind,), f"{key!r} in the {self.name}") for value in self.get(key, list)]
+
+    def texts(self, key: str, *kinds: type) -> dict[str, Any]:
+        """An object whose values are texts, or of other kinds."""
+        section = self.section(key)
+        return {name: section.get(name, str, *kinds) for name in section.values}
+
+    def filename(self, key: str) -> str | None:
+        """A plain file name or null."""
+        name = self.get(key, str, type(None))
+        if name is not None and not _is_plain(name):
+            raise FormatError(f"{key!r} in the {self.name} must be a plain file name, not {name!r:.60}.")
+        return name
+
+    def section(self, key: str) -> _Section:
+        """An object inside this one."""
+        return _Section(key, self.get(key, dict))
+
+
+def _checked(value: Any, kinds: tuple[type, ...], what: str) -> Any:
+    """`value` of one of these kinds: whole numbers pass as float, true and false never as numbers."""
+    if float in kinds and type(value) is int:
+        value = float(value)
+    if type(value) in kinds and not (type(value) is float and not math.isfinite(value)):
+        return value
+    wanted = " or ".join("null" if kind is type(None) else kind.__name__ for kind in kinds)
+    raise FormatError(f"{what} must be {wanted}, not {value!r:.60}.")
+
+
+def _is_plain(name: str) -> bool:
+    return name not in {"", ".", ".."} and not any(mark in name for mark in "/\\\0")
+
+
+def _parsed(record: _Section) -> RunRecord:
+    schema = record.get("schema", int) if "schema" in record.values else 0
+    if not 0 <= schema <= SCHEMA:
+        raise FormatError(
+            f"The record has schema {schema}; this version reads up to {SCHEMA}. Install a newer ILF Studio."
+        )
+    blocks = record.section("blocks")
+    shape = blocks.items("shape", int)
+    if len(shape) != 2:
+        raise FormatError(f"'shape' in the blocks must be [height, width], not {shape}.")
+    extraction = record.get("extraction", dict, type(None))
+    inputs = record.get("inputs", dict, type(None))
+    common = Parameters.from_dict(record.get("parameters", dict))
+    own = record.section("block_parameters")
+    outcomes = tuple(
+        _parsed_outcome(_Section("blocks_outcome", values)) for values in record.items("blocks_outcome", dict)
+    )
+    export = record.section("export")
+    known = RunRecord(
+        name="",
+        inputs=None if inputs is None else _parsed_inputs(_Section("inputs", inputs)),
+        distrusted_sha256=None,
+        extraction=None if extraction is None else BlockParameters.from_dict(extraction),
+        labels_sha256=blocks.get("sha256", str),
+        shape=(shape[0], shape[1]),
+        edited=blocks.get("edited", bool),
+        labels_file=blocks.filename("file"),
+        distrusted_file=None,
+        extraction_networks={},
+        networks={},
+        parameters={
+            outcome.label: common.replace(**own.get(str(outcome.label), dict))
+            if str(outcome.label) in own.values
+            else common
+            for outcome in outcomes
+        },
+        common=common,
+        # in schema 0 this was a matter of the export, and before that there was none
+        dense="dense" in export.values and export.get("dense", bool),
+        options=_parsed_options(export),
+        outcomes=outcomes,
+        depth_sha256=None,
+        version=record.get("version", str),
+        versions=record.texts("versions", type(None)),
+        processor="",
+        schema=schema,
+    )
+    return known if schema == 0 else _with_what_schema_1_brought(known, record)
+
+
+def _with_what_schema_1_brought(known: RunRecord, record: _Section) -> RunRecord:
+    distrusted = record.get("distrusted", dict, type(None))
+    mask = None if distrusted is None else _Section("distrusted", distrusted)
+    networks, outputs = record.section("networks"), record.texts("outputs")
+    if not all(map(_is_plain, outputs)):
+        raise FormatError("'outputs' must have plain file names.")
+    return dataclasses.replace(
+        known,
+        name=record.get("name", str),
+        distrusted_sha256=None if mask is None else mask.get("sha256", str),
+        distrusted_file=None if mask is None else mask.filename("file"),
+        extraction_networks=networks.texts("extraction"),
+        networks=networks.texts("filter"),
+        dense=record.get("dense", bool),
+        depth_sha256=record.get("depth_sha256", str),
+        outputs=outputs,
+        processor=record.get("processor", str),
+    )
+
+
+def _parsed_inputs(inputs: _Section) -> FrameInputs:
+    rgb, depth = (
+        InputFile(section.get("path", str), section.get("sha256", str))
+        for section in (inputs.section("rgb"), inputs.section("depth"))
+    )
+    numbers = None if inputs.get("intrinsics", list, type(None)) is None else inputs.items("intrinsics", float)
+    if numbers is not None and len(numbers) != 4:
+        raise FormatError(f"'intrinsics' in the inputs must be [fx, fy, cx, cy], not {len(numbers)} numbers.")
+    camera = None if numbers is None else (numbers[0], numbers[1], numbers[2], numbers[3])
+    return FrameInputs(rgb, depth, inputs.get("depth_units", float), camera)
+
+
+def _parsed_options(options: _Section) -> ExportOptions:
+    return ExportOptions(
+        depth_formats=tuple(options.items("depth_formats", str)),
+        depth_units=options.get("depth_units", float),
+        # records of before there was one do not name it, and it was not written
+        expected_error="expected_error" in options.values and options.get("expected_error", bool),
+        labels=options.get("labels", bool),
+        curves=options.get("curves", bool),
+        cloud=options.get("cloud", str, type(None)),
+        axes=options.get("axes", str),
+        cloud_unit=options.get("cloud_unit", str),
+        run_record=options.get("run_record", bool),
+    )
+
+
+def _parsed_outcome(outcome: _Section) -> BlockOutcome:
+    status = outcome.get("status", str)
+    if status not in list(Status):
+        raise FormatError(f"'status' of a block must be one of {', '.join(Status)}, not {status!r:.60}.")
+    sigma = outcome.get("sigma_i", float, type(None))
+    return BlockOutcome(
+        label=outcome.get("label", int),
+        status=Status(status),
+        message=outcome.get("message", str),
+        pixels=outcome.get("pixels", int),
+        known=outcome.get("known", int),
+        recovered=outcome.get("recovered", int),
+        iterations=outcome.get("iterations", int),
+        stages=outcome.get("stages", int),
+        sigma_i=math.nan if sigma is None else sigma,
+    )

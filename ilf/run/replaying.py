@@ -1,0 +1,263 @@
+"""From a run record back to the run: the same frame, blocks and parameters, and a verdict on what comes of it."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..completion import Completion
+from ..ebs import extract
+from ..errors import InputError
+from ..frame import InputFile, RGBDFrame
+from ..io import load_frame, read_labels
+from ..io.depth_files import depth_in_metres, read_depth_values
+from ..io.files import file_sha256
+from ..io.label_files import read_mask
+from .checks import is_changed, missing_or_changed, network_differences, processor_difference, version_differences
+from .options import DEPTH_FILES, DISTRUSTED_FILE, LABELS_FILE, ExportOptions
+from .record import RunRecord, array_sha256, outcome_to_dict
+from .record_file import read_record
+from .run import Run
+
+_ROUNDING = 1e-4
+"""Largest difference [m] that another processor or library makes by rounding alone, and more: 6e-6 m was measured."""
+
+
+@dataclass(frozen=True, eq=False)
+class Replay:
+    """What it takes to make a recorded run again.
+
+    Attributes
+    ----------
+    run : Run
+    options : ExportOptions
+    record : RunRecord
+    differences : tuple of str
+        What is not as it was when the run was recorded, and what that means; a sentence each.
+    """
+
+    run: Run
+    options: ExportOptions
+    record: RunRecord
+    differences: tuple[str, ...]
+    _depth: NDArray[np.float32] | None
+
+    def verdict(self, completion: Completion) -> tuple[str, ...]:
+        """How what came of the run differs from what was recorded; empty if it is the same, bit for bit.
+
+        Parameters
+        ----------
+        completion : Completion
+            Of `run`.
+
+        Returns
+        -------
+        tuple of str
+            A sentence each, with the size of the differences where the recorded depth is at hand.
+        """
+        outcomes = [outcome_to_dict(result.outcome) for result in completion.results.values()]
+        recorded = [outcome_to_dict(outcome) for outcome in self.record.outcomes]
+        same_outcomes = outcomes == recorded
+        if self.record.depth_sha256 is None:  # schema 0
+            return () if same_outcomes else (f"The blocks did not come out as recorded{self._because()}.",)
+        if self.record.depth_sha256 == array_sha256(completion.depth):
+            return ()
+        if self._depth is None:
+            return (
+                f"The depth is not bit for bit the recorded one{self._because()}. By how much cannot be said: neither "
+                f"{DEPTH_FILES['npy']} nor {DEPTH_FILES['tiff']} of the record is beside it, as it was written.",
+            )
+        return (f"{_size(completion.depth, self._depth)}{self._because()}.",)
+
+    def _because(self) -> str:
+        causes = [text for text in (version_differences(self.record), processor_difference(self.record)) if text]
+        return f"; by {' and '.join(causes)}" if causes else ""
+
+
+def _size(depth: NDArray[np.float32], recorded: NDArray[np.float32]) -> str:
+    """By how much depth differs from the recorded depth, in words."""
+    both = np.isfinite(depth) & np.isfinite(recorded)
+    apart = np.abs(depth[both].astype(np.float64) - recorded[both])
+    largest = float(apart.max(initial=0.0))
+    other = int(np.count_nonzero(np.isfinite(depth) != np.isfinite(recorded)))
+    text = f"The depth differs from the recorded one by up to {largest:.1e} m, at {np.count_nonzero(apart)} pixels"
+    if other:
+        return f"{text}, and {other} pixels are missing in one of them alone"
+    return f"{text}: that is rounding, the results are the same" if largest < _ROUNDING else text
+
+
+def replay(
+    path: str | os.PathLike[str],
+    rgb: str | os.PathLike[str] | None = None,
+    depth: str | os.PathLike[str] | None = None,
+) -> Replay:
+    """Load and check everything that a recorded run was made of.
+
+    Parameters
+    ----------
+    path : path-like
+        The run.json. Label map, mask of distrusted depth, and input files that are no longer where they were are looked
+        for beside it.
+    rgb, depth : path-like, optional
+        Where the input files are now.
+
+    Returns
+    -------
+    Replay
+        Its `run` has the inputs as recorded, wherever they are now, so that its record comes out the same.
+
+    Raises
+    ------
+    InputError
+        If there is no such record, an input file is missing or is not the recorded one, or the blocks or the mask of
+        distrusted depth cannot be had again.
+    FormatError
+        If the record cannot be read.
+
+    Examples
+    --------
+    >>> import tempfile, ilf
+    >>> from ilf.assets import asset_path
+    >>> run = ilf.Run.extracted(ilf.load_frame(asset_path("samples/room")))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     written = ilf.write(folder, run, run.complete())
+    ...     again = ilf.replay(Path(folder) / "run.json")
+    >>> np.array_equal(again.run.blocks, run.blocks), again.differences
+    (True, ())
+    """
+    record, folder = read_record(path), Path(path).absolute().parent
+    frame = _recorded_frame(record, folder, rgb, depth)
+    differences = [*missing_or_changed(record, folder), *network_differences(record)]
+    labels, network, notes = _recorded_blocks(record, frame, folder)
+    gone = sorted(set(record.parameters) - set(np.unique(labels).tolist()))
+    if gone:
+        raise InputError(f"The record has outcomes of blocks that its label map lacks: {gone}. It has been changed.")
+    if versions := version_differences(record):
+        differences.append(f"The run was made with {versions}: results may differ in the last digits, or more.")
+    if another := processor_difference(record):
+        differences.append(f"The run was made on {another}: results may differ in the last digits.")
+    run = Run(
+        frame,
+        labels,
+        record.common,
+        {label: own for label, own in record.parameters.items() if own != record.common},
+        frozenset(record.parameters),
+        dense=record.dense,
+        extraction=record.extraction,
+        edited=record.edited,
+        network=network,
+        notes=notes,
+    )
+    return Replay(run, record.options, record, tuple(differences), _recorded_depth(record, folder))
+
+
+def _recorded_frame(
+    record: RunRecord,
+    folder: Path,
+    rgb: str | os.PathLike[str] | None,
+    depth: str | os.PathLike[str] | None,
+) -> RGBDFrame:
+    inputs = record.inputs
+    if inputs is None:
+        raise InputError("This run cannot be replayed: its frame was not read from files, so there is nothing to load.")
+    frame = load_frame(
+        _recorded_file(inputs.rgb, "colour file", folder, rgb),
+        _recorded_file(inputs.depth, "depth file", folder, depth),
+        depth_units=inputs.depth_units,
+        intrinsics=inputs.intrinsics,
+        name=record.name or None,
+    )
+    if (
+        frame.inputs is None
+        or frame.inputs.rgb.sha256 != inputs.rgb.sha256
+        or frame.inputs.depth.sha256 != inputs.depth.sha256
+    ):
+        raise InputError("The colour or the depth file of the recorded run changed while it was read. Try again.")
+    frame = dataclasses.replace(frame, inputs=inputs)
+    return frame.distrusting(_recorded_mask(record, folder, frame.shape))
+
+
+def _recorded_file(recorded: InputFile, what: str, folder: Path, given: str | os.PathLike[str] | None) -> Path:
+    """The file with the recorded content: the given one, or where it was, or beside the record."""
+    name = re.split(r"[\\/]", recorded.path)[-1]
+    candidates = [Path(given)] if given is not None else [Path(recorded.path), folder / name]
+    present = [path for path in candidates if path.is_file()]
+    for path in present:
+        if file_sha256(path) == recorded.sha256:
+            return path
+    if not present:
+        raise InputError(
+            f"{candidates[0]}: there is no such file, but it is the {what} of the recorded run. "
+            "Give the colour and the depth file to say where they are now."
+        )
+    raise InputError(
+        f"{present[0]} is not the {what} of the recorded run: its content has changed. Restore it, or give the "
+        "colour and the depth file that were used."
+    )
+
+
+def _recorded_mask(record: RunRecord, folder: Path, shape: tuple[int, int]) -> NDArray[np.bool_] | None:
+    if record.distrusted_sha256 is None:
+        return None
+    name = record.distrusted_file or DISTRUSTED_FILE
+    if not (folder / name).is_file():
+        raise InputError(f"The mask of distrusted depth of this run ({name}) is not beside the record. Put it there.")
+    mask = read_mask(folder / name, shape)
+    if array_sha256(mask) != record.distrusted_sha256:
+        raise InputError(
+            f"{folder / name} is not the mask of distrusted depth of the recorded run: its content has changed. "
+            "Restore it."
+        )
+    return mask
+
+
+def _recorded_blocks(
+    record: RunRecord, frame: RGBDFrame, folder: Path
+) -> tuple[NDArray[np.int32], str | None, tuple[str, ...]]:
+    """The recorded label map, extracted again or read from the file beside the record; the network that the extraction
+    took, and notes."""
+    network = next(iter(record.extraction_networks.values()), None)
+    saved = _saved_labels(record, folder)
+    if record.extraction is None or record.edited:
+        if saved is None:
+            raise InputError(
+                "The blocks of this run were drawn or edited by hand, and their label map "
+                f"({record.labels_file or LABELS_FILE}) is not beside the record, or has changed. Put it there."
+            )
+        return saved, network, ()
+    again = extract(frame, record.extraction)
+    if array_sha256(again.blocks) == record.labels_sha256:
+        return again.blocks, again.network, again.notes
+    versions = version_differences(record)
+    problem = "The extraction gives other blocks than recorded" + (f" by {versions}" if versions else "")
+    name = record.labels_file or LABELS_FILE
+    if saved is None:
+        raise InputError(
+            " ".join(
+                (*again.notes, f"{problem}. Install the recorded versions, or put the run's {name} beside the record.")
+            )
+        )
+    return saved, network, (*again.notes, f"{problem}; those of {name} are used.")
+
+
+def _saved_labels(record: RunRecord, folder: Path) -> NDArray[np.int32] | None:
+    """The label map beside the record; None if it is missing or not the recorded one."""
+    if record.labels_file is None or not (folder / record.labels_file).is_file():
+        return None
+    labels = read_labels(folder / record.labels_file)
+    matches = labels.shape == record.shape and array_sha256(labels) == record.labels_sha256
+    return labels if matches else None
+
+
+def _recorded_depth(record: RunRecord, folder: Path) -> NDArray[np.float32] | None:
+    """The recorded depth, from a file beside the record that keeps every digit; None if there is none."""
+    for name in (DEPTH_FILES["npy"], DEPTH_FILES["tiff"]):
+        if name in record.outputs and (folder / name).is_file() and not is_changed(folder / name, record.outputs[name]):
+            return depth_in_metres(read_depth_values(folder / name), 1.0)
+    return None

@@ -1,0 +1,208 @@
+"""What a run is made of: the one bundle that is run, recorded, replayed and written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterator, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..blocks import Block, checked_labels
+from ..completion import BlockResult, Completion, CompletionRun, Progress, compose
+from ..dense import guess_steps
+from ..ebs import extract
+from ..filter.convergence import IterationRecord
+from ..frame import RGBDFrame
+from ..parameters import BlockParameters, Parameters, preset
+
+GUESS = 0
+"""What stands for a block's label in the `Progress` of the guess."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """All that a run is made of; its results follow from it alone.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+        With its inputs, if it was read from files, and its distrusted depth.
+    blocks : ndarray of int, shape (H, W)
+        Label map, 0 = no block.
+    parameters : Parameters
+        Of all blocks but those that have their own; the preset "best" if left out.
+    own : mapping of int to Parameters
+        Block label -> parameters of its own.
+    only : frozenset of int, optional
+        Just these blocks are run.
+    dense : bool
+        Whether the depth that is still missing after the blocks is guessed (`ilf.fill_rest`).
+    extraction : BlockParameters, optional
+        What the blocks were extracted with; None if they were not.
+    edited : bool
+        Whether the blocks are not, or no longer, what the extraction gives.
+    network : str, optional
+        SHA-256 of the edge network that the blocks were extracted with; None if it had no part in it.
+    notes : tuple of str
+        What the user should know of how all this came about, a sentence each.
+
+    Raises
+    ------
+    InputError
+        If the label map does not fit the frame.
+
+    Examples
+    --------
+    >>> from ilf.assets import asset_path
+    >>> import ilf
+    >>> run = ilf.Run.extracted(ilf.load_frame(asset_path("samples/room")))
+    >>> completion = run.complete()
+    >>> completion.filled.any()
+    np.True_
+    """
+
+    frame: RGBDFrame
+    blocks: NDArray[np.int32]
+    parameters: Parameters = field(default_factory=preset)
+    own: Mapping[int, Parameters] = field(default_factory=dict)
+    only: frozenset[int] | None = None
+    dense: bool = False
+    extraction: BlockParameters | None = None
+    edited: bool = False
+    network: str | None = None
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        labels = checked_labels(self.blocks, self.frame.shape).astype(np.int32)
+        labels.flags.writeable = False
+        object.__setattr__(self, "blocks", labels)
+        object.__setattr__(self, "own", MappingProxyType(dict(self.own)))
+        object.__setattr__(self, "edited", self.edited or self.extraction is None)
+
+    @classmethod
+    def extracted(
+        cls,
+        frame: RGBDFrame,
+        extraction: BlockParameters | None = None,
+        parameters: Parameters | None = None,
+        *,
+        dense: bool = False,
+    ) -> Self:
+        """A run over the blocks that EBS finds in a frame.
+
+        Parameters
+        ----------
+        frame : RGBDFrame
+        extraction : BlockParameters, optional
+            The defaults if left out.
+        parameters : Parameters, optional
+            The preset "best" if left out.
+        dense : bool
+        """
+        chosen = extraction or BlockParameters()
+        found = extract(frame, chosen)
+        return cls(
+            frame,
+            found.blocks,
+            parameters or preset(),
+            dense=dense,
+            extraction=chosen,
+            network=found.network,
+            notes=found.notes,
+        )
+
+    def parameters_of(self, label: int) -> Parameters:
+        """Parameters of a block."""
+        return self.own.get(label, self.parameters)
+
+    def steps(self, threads: int | None = None) -> RunSteps:
+        """The run, step by step, for those who show it or may stop it.
+
+        Parameters
+        ----------
+        threads : int, optional
+            Blocks that run at the same time; as many as there are cores if left out. The result is the same.
+        """
+        return RunSteps(self, threads)
+
+    def complete(
+        self, *, on_progress: Callable[[Progress], None] | None = None, threads: int | None = None
+    ) -> Completion:
+        """Run to the end.
+
+        Parameters
+        ----------
+        on_progress : callable, optional
+            Called with every `Progress`; what it raises stops the run.
+        threads : int, optional
+            As in `steps`.
+
+        Returns
+        -------
+        Completion
+            Blocks without enough known depth are reported in its `outcomes` and stay missing, unless the run is dense.
+        """
+        with self.steps(threads) as steps:
+            for progress in steps:
+                if on_progress is not None:
+                    on_progress(progress)
+        return steps.completion()
+
+
+class RunSteps(Iterator[Progress]):
+    """All steps of a run: those of its blocks, as `ilf.completion.CompletionRun` has them, then those of the guess.
+
+    A run that is left before its end must be closed, by `close` or as a context manager.
+    """
+
+    def __init__(self, run: Run, threads: int | None = None) -> None:
+        self.run = run
+        choice = {int(label): run.parameters_of(int(label)) for label in np.unique(run.blocks) if label > 0}
+        only = None if run.only is None else set(run.only)
+        self._blocks = CompletionRun(run.frame, run.blocks, choice, only, threads, run.extraction)
+        self._completion: Completion | None = None
+        self._steps = self._all()
+
+    @property
+    def blocks(self) -> dict[int, Block]:
+        """The blocks that are run, by label."""
+        return self._blocks.blocks
+
+    @property
+    def results(self) -> dict[int, BlockResult]:
+        """The blocks whose end has been reported, by label."""
+        return self._blocks.results
+
+    def completion(self) -> Completion:
+        """The frame's depth as far as it has come."""
+        return self._completion or compose(self.run.frame, self.results)
+
+    def preview(self) -> list[tuple[Block, NDArray[np.float32]]]:
+        """The running blocks and what their depth [m] would be if they stopped now. From any thread."""
+        return self._blocks.preview()
+
+    def __next__(self) -> Progress:
+        return next(self._steps)
+
+    def close(self) -> None:
+        """End the run where it is; no thread is left when this returns. Not from another thread than `next()`."""
+        self._steps.close()
+        self._blocks.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _all(self) -> Generator[Progress, None, None]:
+        yield from self._blocks
+        if self.run.dense:
+            for record in self._guess():
+                yield Progress(GUESS, record=record)
+
+    def _guess(self) -> Generator[IterationRecord, None, None]:
+        self._completion = yield from guess_steps(self.run.frame, self.completion())

@@ -1,0 +1,129 @@
+"""Putting a set of files into a folder: all of them or none, whatever happens to the process meanwhile.
+
+The files are made in a temporary folder inside the target and then moved into their places one after the other, the
+last one last: it is the set's seal. Files that they replace wait in the temporary folder, and go back if a move fails.
+A process that dies half way leaves that folder behind; who writes next into the target puts the old files back first.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import secrets
+import shutil
+import socket
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from ..errors import ExportError
+
+_PREFIX = ".ilf-export-"
+_LEFT = re.compile(rf"{re.escape(_PREFIX)}(?P<host>.+)-(?P<process>\d+)-[0-9a-f]{{8}}")
+_BEFORE = "before"
+"""Folder in the temporary one with the files that were replaced."""
+
+
+@contextmanager
+def staging(target: Path) -> Iterator[Path]:
+    """A temporary folder inside `target`, which is made if need be and unmade again if the block fails.
+
+    Raises
+    ------
+    ExportError
+        For every OSError, in the block or here.
+    """
+    missing = [path for path in (target, *target.parents) if not path.exists()]
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+        clear_interrupted(target)
+        folder = target / f"{_PREFIX}{_host()}-{os.getpid()}-{secrets.token_hex(4)}"
+        folder.mkdir()
+        try:
+            with _naming(folder, target):
+                yield folder
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+    except BaseException as error:
+        for path in missing:
+            if path.is_dir() and not any(path.iterdir()):
+                path.rmdir()
+        if isinstance(error, OSError):
+            raise ExportError(f"Could not write into {target}: {error.strerror or error}.") from error
+        raise
+
+
+def move_in(folder: Path, target: Path, names: Sequence[str]) -> None:
+    """Put staged files into their places, the last one last; if one cannot be, those before it are taken back.
+
+    The old file of the last name goes first, so that at no moment an old seal stands beside new files.
+    """
+    before = folder / _BEFORE
+    before.mkdir()
+    *others, seal = names
+    try:
+        for name in (seal, *others):
+            if (target / name).exists():
+                os.replace(target / name, before / name)
+        for name in (*others, seal):
+            os.replace(folder / name, target / name)
+    except BaseException:
+        for name in names:
+            if not (folder / name).exists():
+                (target / name).unlink(missing_ok=True)
+        _put_back(before, target)
+        raise
+
+
+def interrupted(target: Path) -> list[Path]:
+    """Temporary folders that processes which are no more have left in a folder."""
+    return [path for path in sorted(target.glob(f"{_PREFIX}*")) if path.is_dir() and _is_left(path)]
+
+
+def clear_interrupted(target: Path) -> None:
+    """Undo what dead processes have begun in a folder: the files that they had replaced come back."""
+    for folder in interrupted(target):
+        _put_back(folder / _BEFORE, target)
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _put_back(before: Path, target: Path) -> None:
+    if before.is_dir():
+        for path in before.iterdir():
+            os.replace(path, target / path.name)
+
+
+def _is_left(folder: Path) -> bool:
+    """Whether the process that made a temporary folder has died. Nothing is known of those on other computers."""
+    match = _LEFT.fullmatch(folder.name)
+    return match is not None and match["host"] == _host() and not _runs(int(match["process"]))
+
+
+def _host() -> str:
+    return re.sub(r"[^A-Za-z0-9.]+", "_", socket.gethostname()) or "host"
+
+
+def _runs(process: int) -> bool:
+    if os.name == "nt":
+        import ctypes
+
+        handle = ctypes.windll.kernel32.OpenProcess(0x1000, False, process)  # type: ignore[attr-defined]
+        if handle:
+            ctypes.windll.kernel32.CloseHandle(handle)  # type: ignore[attr-defined]
+        return bool(handle)
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass
+    return True
+
+
+@contextmanager
+def _naming(folder: Path, target: Path) -> Iterator[None]:
+    """Have errors of the writers name the file's final place: the temporary one means nothing to anyone."""
+    try:
+        yield
+    except ExportError as error:
+        raise ExportError(str(error).replace(str(folder), str(target))) from error

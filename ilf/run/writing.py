@@ -1,0 +1,225 @@
+"""Writing a run: the chosen files of its results, its record and what opens them again; all of them or none."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..cloud import point_cloud
+from ..completion import Completion
+from ..confidence import expected_error
+from ..errors import ExportError, InputError
+from ..frame import FrameInputs, RGBDFrame
+from ..io import META_NAME, coarser_units, write_cloud, write_depth, write_expected_error, write_labels, write_mask
+from ..io.atomic import write_bytes
+from ..io.cloud_files import check_cloud_format
+from ..io.files import file_sha256
+from .curve_files import write_curves
+from .options import (
+    CLOUD_FILES,
+    CURVES_FILE,
+    DEPTH_FILES,
+    DISTRUSTED_FILE,
+    ERROR_FILES,
+    GUESSED_FILE,
+    LABELS_FILE,
+    RECORD_FILE,
+    ExportOptions,
+)
+from .record import make_record, to_json
+from .run import Run
+from .staging import move_in, staging
+
+_PREFERRED = ("npy", "tiff", "png")
+"""Depth formats in which the folder is opened again as a frame, the one that loses least first."""
+
+
+@dataclass(frozen=True)
+class Written:
+    """What has been written.
+
+    Attributes
+    ----------
+    files : tuple of Path
+        In the order of `filenames`.
+    notes : tuple of str
+        What was lost on the way into the files, and how to keep it.
+    """
+
+    files: tuple[Path, ...]
+    notes: tuple[str, ...]
+
+
+def filenames(run: Run, options: ExportOptions) -> tuple[str, ...]:
+    """Names of the files that `write` writes into its folder; the run's record, which seals the set, is the last."""
+    names = [name for name in options.filenames() if name != RECORD_FILE]
+    if run.dense:
+        names.append(GUESSED_FILE)
+    if run.frame.distrusted is not None:
+        names.append(DISTRUSTED_FILE)
+    if run.frame.inputs is not None and options.depth_formats:
+        names.append(META_NAME)
+    if options.run_record:
+        names.append(RECORD_FILE)
+    return tuple(names)
+
+
+def write(
+    folder: str | os.PathLike[str],
+    run: Run,
+    completion: Completion,
+    options: ExportOptions | None = None,
+    *,
+    overwrite: bool = True,
+) -> Written:
+    """Write the chosen files into a folder: all of them, or none.
+
+    `run.json` comes last and holds the SHA-256 of the others: without it, or with other files, the set is not whole.
+    `meta.json` makes the folder a frame that can be opened again, with the completed depth.
+
+    Parameters
+    ----------
+    folder : path-like
+        Made if it is not there. Other files in it are left alone.
+    run : Run
+    completion : Completion
+        Of that run.
+    options : ExportOptions, optional
+        The defaults if left out.
+    overwrite : bool
+        Whether files of an earlier export may be replaced.
+
+    Returns
+    -------
+    Written
+
+    Raises
+    ------
+    InputError
+        If a cloud is asked for and the frame has no intrinsics. Nothing is written then.
+    ExportError
+        If a file would replace one of the frame's own, or cannot be written. The folder is as it was then.
+
+    Examples
+    --------
+    >>> import tempfile, ilf
+    >>> from ilf.assets import asset_path
+    >>> run = ilf.Run.extracted(ilf.load_frame(asset_path("samples/room")))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     written = ilf.write(folder, run, run.complete())
+    >>> [path.name for path in written.files][:2]
+    ['depth.png', 'depth.npy']
+    """
+    chosen, target = options or ExportOptions(), Path(folder).absolute()
+    check_write(target, run, chosen, overwrite=overwrite)
+    names = filenames(run, chosen)
+    with staging(target) as staged:
+        notes = _write_results(staged, run, completion, chosen)
+        if META_NAME in names and run.frame.inputs is not None:
+            write_bytes(staged / META_NAME, _meta(run.frame, run.frame.inputs, chosen))
+        if chosen.run_record:
+            outputs = {name: file_sha256(staged / name) for name in names if name != RECORD_FILE}
+            record = dataclasses.replace(make_record(run, completion, chosen), outputs=outputs)
+            write_bytes(staged / RECORD_FILE, to_json(record))
+            if run.edited and not chosen.labels:
+                notes.append(f"{RECORD_FILE} cannot be replayed without {LABELS_FILE}: the blocks were edited.")
+        if names:
+            move_in(staged, target, names)
+    return Written(tuple(target / name for name in names), tuple(notes))
+
+
+def check_write(folder: str | os.PathLike[str], run: Run, options: ExportOptions, *, overwrite: bool = True) -> None:
+    """Find out before a long run what would keep its results from being written.
+
+    Raises
+    ------
+    InputError, ExportError
+        As `write` does.
+    """
+    target, frame = Path(folder), run.frame
+    if options.cloud is not None:
+        check_cloud_format(CLOUD_FILES[options.cloud])
+    if options.cloud is not None and frame.intrinsics is None:
+        raise InputError(
+            "A point cloud needs the camera's intrinsics, and this frame has none. Give them as a preset "
+            "(such as nyu-kinect-v1), as fx,fy,cx,cy or as a JSON file; or leave the cloud out."
+        )
+    if target.exists() and not target.is_dir():
+        raise ExportError(f"{target} is a file, not a folder. Choose another folder.")
+    paths = [target / name for name in filenames(run, options)]
+    check_not_an_input(frame, paths)
+    for path in paths:
+        if path.is_dir():
+            raise ExportError(f"{path} is a folder, and a file of that name is to be written. Choose another folder.")
+        if path.exists() and not overwrite:
+            raise ExportError(f"{path} is there already. Choose another folder, or allow to overwrite it.")
+
+
+def check_not_an_input(frame: RGBDFrame, paths: Sequence[Path]) -> None:
+    """Raise ExportError if one of the paths is a file that the frame was read from, or may have been."""
+    if frame.inputs is None:
+        return
+    inputs = [Path(file.path) for file in (frame.inputs.rgb, frame.inputs.depth)]
+    own = [*inputs, *(path.with_name(META_NAME) for path in inputs)]
+    for path in paths:
+        if path.exists() and any(source.exists() and path.samefile(source) for source in own):
+            raise ExportError(f"{path} is the frame's own file and would be overwritten. Choose another folder.")
+
+
+def _write_results(folder: Path, run: Run, completion: Completion, options: ExportOptions) -> list[str]:
+    """Write the results, without what describes them; returns notes."""
+    notes: list[str] = []
+    if run.dense:
+        write_mask(folder / GUESSED_FILE, completion.guessed)
+        if count := np.count_nonzero(completion.guessed):
+            notes.append(f"{count} pixels of the depth are guesses, which no block vouches for: see {GUESSED_FILE}.")
+    if run.frame.distrusted is not None:
+        write_mask(folder / DISTRUSTED_FILE, run.frame.distrusted)
+    for depth_format in options.depth_formats:
+        name = DEPTH_FILES[depth_format]
+        found = write_depth(folder / name, completion.depth, options.depth_units)
+        if depth_format == "png" and run.frame.inputs is not None:
+            coarser = coarser_units(run.frame.inputs.depth_units, options.depth_units)
+            found += [coarser] if coarser else []
+        notes += [f"{name}: {note}" for note in found]
+    if options.expected_error and options.depth_formats:
+        error = expected_error(run.frame, completion)
+        for depth_format in options.depth_formats:
+            name = ERROR_FILES[depth_format]
+            found = write_expected_error(folder / name, error, options.depth_units)
+            notes += [f"{name}: {note}" for note in found]
+    if options.labels:
+        write_labels(folder / LABELS_FILE, run.blocks)
+    if options.curves:
+        write_curves(folder / CURVES_FILE, completion.history)
+    if options.cloud is not None:
+        write_cloud(
+            folder / CLOUD_FILES[options.cloud],
+            point_cloud(completion.depth, run.frame.rgb, run.frame.intrinsics),
+            axes=options.axes,
+            unit=options.cloud_unit,
+            ascii=options.cloud == "ply-ascii",
+        )
+    return notes
+
+
+def _meta(frame: RGBDFrame, inputs: FrameInputs, options: ExportOptions) -> bytes:
+    """What opens the folder as a frame: the completed depth, and where the colour is."""
+    depth_format = next(known for known in _PREFERRED if known in options.depth_formats)
+    camera = frame.intrinsics
+    meta = {
+        "name": f"{frame.name}-completed",
+        "size": [frame.shape[1], frame.shape[0]],
+        "rgb": inputs.rgb.path,
+        "depth": DEPTH_FILES[depth_format],
+        "depth_units_per_m": options.depth_units if depth_format == "png" else 1.0,
+        "K": None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy],
+        "run": RECORD_FILE if options.run_record else None,
+    }
+    return f"{json.dumps(meta, indent=2)}\n".encode()

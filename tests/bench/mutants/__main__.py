@@ -1,0 +1,169 @@
+"""`python -m tests.bench.mutants --sample 150 --seed 0`: how many deliberate faults the tests find.
+
+It takes `pip install -e '.[mutants]'`. First the whole suite runs once, to learn which tests run which lines. Then
+every fault of the sample is made in a copy of the tree, and the tests that run its line go until one fails. What has
+been tried is kept: the same command goes on where it was interrupted, and after new tests it tries only those faults
+again that had survived. `--fresh` forgets all that.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import queue
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from .covering import SUITES, Covering, collect
+from .sites import TARGETS, Mutant, sample, target_files
+from .trees import copy_tree, file_hash, take_tree, tree_hash
+from .trials import Trial, Trials
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Try the sample, and print what survived and the score."""
+    options = _parser().parse_args(arguments)
+    options.out.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="ilf-mutants-") as folder:
+        tree = take_tree(ROOT, Path(folder) / "tree")
+        results = Results(options.out / "results.json", tree, options.fresh)
+        mutants = sample(tree, target_files(tree, options.only or TARGETS), options.sample, options.seed)
+        to_try = [mutant for mutant in mutants if not results.holds(mutant)]
+        print(f"{len(mutants)} faults, {len(mutants) - len(to_try)} of them tried before", flush=True)
+        if to_try:
+            covering = _covering(tree, options.suites, options.out, options.jobs)
+            _try_all(tree, to_try, covering, results, options.jobs)
+        _report(tree, mutants, results)
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.bench.mutants", description="Deliberate faults for the tests."
+    )
+    parser.add_argument("--sample", type=int, default=150, metavar="N", help="how many faults (default: 150)")
+    parser.add_argument("--seed", type=int, default=0, help="which ones (default: 0)")
+    parser.add_argument("--only", nargs="+", metavar="PATH", help=f"files or folders (default: {' '.join(TARGETS)})")
+    parser.add_argument("--suites", nargs="+", default=SUITES, metavar="PATH", help="tests (default: all suites)")
+    parser.add_argument(
+        "--jobs", type=int, default=os.cpu_count() or 1, help="faults at a time (default: one per core)"
+    )
+    parser.add_argument("--out", type=Path, default=ROOT / "build/mutants", help="folder for what has been tried")
+    parser.add_argument("--fresh", action="store_true", help="forget what has been tried")
+    return parser
+
+
+class Results:
+    """What has been tried, in a file that is written after every fault."""
+
+    def __init__(self, path: Path, tree: Path, fresh: bool) -> None:
+        self._path = path
+        self._tree = tree
+        self._hash = tree_hash(tree)
+        self._entries: dict[str, dict[str, Any]] = {}
+        if path.is_file() and not fresh:
+            self._entries = json.loads(path.read_text(encoding="utf-8"))
+
+    def holds(self, mutant: Mutant) -> bool:
+        """Whether the fault need not be tried: it was found in the same file, or survived in the same tree."""
+        entry = self.entry(mutant)
+        if entry is None or entry["file"] != file_hash(self._tree, mutant.path):
+            return False
+        return entry["outcome"] != "survived" or entry["tree"] == self._hash
+
+    def entry(self, mutant: Mutant) -> dict[str, Any] | None:
+        """What is known of a fault."""
+        return self._entries.get(_key(mutant))
+
+    def add(self, mutant: Mutant, trial: Trial) -> None:
+        """Keep what became of a fault."""
+        known = {"file": file_hash(self._tree, mutant.path), "tree": self._hash}
+        self._entries[_key(mutant)] = asdict(mutant) | asdict(trial) | known
+        temporary = self._path.with_suffix(".part")
+        temporary.write_text(json.dumps(self._entries, indent=1), encoding="utf-8")
+        temporary.replace(self._path)
+
+
+def _key(mutant: Mutant) -> str:
+    return f"{mutant.path}:{mutant.operator}:{mutant.occurrence}"
+
+
+def _covering(tree: Path, suites: Sequence[str], folder: Path, jobs: int) -> Covering:
+    """Which tests run which lines, of this very tree."""
+    kept, present = folder / "covering.json", {"tree": tree_hash(tree), "suites": list(suites)}
+    if kept.is_file():
+        known = json.loads(kept.read_text(encoding="utf-8"))
+        if known["of"] == present:
+            lines = {path: {int(line): tests for line, tests in part.items()} for path, part in known["lines"].items()}
+            return Covering(known["seconds"], lines)
+    print("running all tests once, to learn which lines they run", flush=True)
+    started = time.monotonic()
+    covering = collect(copy_tree(tree, tree.with_name("covering")), target_files(tree), suites, jobs, folder)
+    print(f"{len(covering.seconds)} tests in {time.monotonic() - started:.0f} s", flush=True)
+    kept.write_text(json.dumps({"of": present} | asdict(covering)), encoding="utf-8")
+    return covering
+
+
+def _try_all(tree: Path, mutants: list[Mutant], covering: Covering, results: Results, jobs: int) -> None:
+    trials = Trials(tree, covering)
+    trees: queue.SimpleQueue[Path] = queue.SimpleQueue()
+    for number in range(jobs):
+        trees.put(copy_tree(tree, tree.with_name(f"tree-{number}")))
+
+    def attempt(mutant: Mutant) -> tuple[Trial, float]:
+        copy, started = trees.get(), time.monotonic()
+        try:
+            return trials.run(mutant, copy), time.monotonic() - started
+        finally:
+            trees.put(copy)
+
+    with ThreadPoolExecutor(jobs) as pool:
+        waiting = {pool.submit(attempt, mutant): mutant for mutant in mutants}
+        try:
+            for number, done in enumerate(as_completed(waiting), 1):
+                mutant, (trial, seconds) = waiting[done], done.result()
+                results.add(mutant, trial)
+                place = f"{mutant.path}:{mutant.line}"
+                print(
+                    f"{number}/{len(mutants)} {trial.outcome:8} {seconds:5.0f} s, {trial.tests} tests: {place} "
+                    f"{mutant.operator.removeprefix('core/')} {trial.killer}",
+                    flush=True,
+                )
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def _report(tree: Path, mutants: list[Mutant], results: Results) -> None:
+    counts = dict.fromkeys(("killed", "timeout", "survived"), 0)
+    by_file: dict[str, list[int]] = {}
+    for mutant in mutants:
+        entry = results.entry(mutant)
+        if entry is None:
+            continue
+        counts[entry["outcome"]] += 1
+        found, tried = by_file.setdefault(mutant.path, [0, 0])
+        by_file[mutant.path] = [found + (entry["outcome"] != "survived"), tried + 1]
+        if entry["outcome"] == "survived":
+            why = f"{entry['tests']} tests run it" if entry["tests"] else "no test runs it"
+            print(f"\nsurvived ({why}), {mutant.operator.removeprefix('core/')}:")
+            print(mutant.diff((tree / mutant.path).read_text(encoding="utf-8")))
+    print()
+    for path, (found, tried) in sorted(by_file.items()):
+        print(f"{found:4} of {tried:3} found  {path}")
+    total = sum(counts.values())
+    score = (total - counts["survived"]) / total if total else 0.0
+    print(f"\n{', '.join(f'{count} {name}' for name, count in counts.items())}: {score:.1%} of {total} faults found")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,186 @@
+"""Which faults can be made in a file, and a sample of them. The operators are those of cosmic-ray."""
+
+from __future__ import annotations
+
+import ast
+import difflib
+import random
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from itertools import islice, zip_longest
+from pathlib import Path
+
+from cosmic_ray.ast import ast_nodes, get_ast
+from cosmic_ray.mutating import mutate_code
+from cosmic_ray.plugins import get_operator
+
+TARGETS = (
+    "ilf/filter",
+    "ilf/ebs",
+    "ilf/completion.py",
+    "ilf/run",
+    "gui/state",
+    "gui/work",
+)
+"""Files and folders whose faults count."""
+
+_BINARY = {
+    "Add": ("Sub",),
+    "Sub": ("Add",),
+    "Mul": ("Div", "Add"),
+    "Div": ("Mul",),
+    "FloorDiv": ("Div", "Mul"),
+    "Mod": ("FloorDiv",),
+    "Pow": ("Mul",),
+    "LShift": ("RShift",),
+    "RShift": ("LShift",),
+    "BitOr": ("BitAnd",),
+    "BitAnd": ("BitOr",),
+    "BitXor": ("BitAnd",),
+}
+_COMPARISONS = {
+    "Eq": ("NotEq",),
+    "NotEq": ("Eq",),
+    "Lt": ("LtE", "GtE"),
+    "LtE": ("Lt", "Gt"),
+    "Gt": ("GtE", "LtE"),
+    "GtE": ("Gt", "Lt"),
+    "Is": ("IsNot",),
+    "IsNot": ("Is",),
+}
+# of the twelve and eight that an operator can be replaced with, most break at once and say nothing about the tests
+OPERATORS = (
+    *(f"core/ReplaceBinaryOperator_{old}_{new}" for old, others in _BINARY.items() for new in others),
+    *(f"core/ReplaceComparisonOperator_{old}_{new}" for old, others in _COMPARISONS.items() for new in others),
+    "core/ReplaceUnaryOperator_USub_UAdd",
+    "core/ReplaceUnaryOperator_Delete_Invert",
+    "core/ReplaceUnaryOperator_Delete_Not",
+    "core/AddNot",
+    "core/ReplaceTrueWithFalse",
+    "core/ReplaceFalseWithTrue",
+    "core/ReplaceAndWithOr",
+    "core/ReplaceOrWithAnd",
+    "core/ReplaceBreakWithContinue",
+    "core/ReplaceContinueWithBreak",
+    "core/ExceptionReplacer",
+    "core/NumberReplacer",
+    "core/RemoveDecorator",
+    "core/ZeroIterationForLoop",
+)
+
+
+@dataclass(frozen=True, order=True)
+class Mutant:
+    """One fault: what an operator makes of the file at one of the places where it applies.
+
+    Attributes
+    ----------
+    path : str
+        Of the file, from the root of the tree.
+    line : int
+        Where the fault is, from 1.
+    operator : str
+        Name of cosmic-ray's operator.
+    occurrence : int
+        Which of its places in the file, from 0.
+    """
+
+    path: str
+    line: int
+    operator: str
+    occurrence: int
+
+    def code(self, source: str) -> str:
+        """The file with the fault in it."""
+        return str(mutate_code(source, get_operator(self.operator)(), self.occurrence))
+
+    def diff(self, source: str) -> str:
+        """What the fault changes, line by line."""
+        lines = difflib.unified_diff(
+            source.splitlines(), self.code(source).splitlines(), self.path, self.path, lineterm="", n=1
+        )
+        return "\n".join(lines)
+
+
+def target_files(tree: Path, targets: Iterable[str] = TARGETS) -> list[str]:
+    """The Python files among the targets, from the root, that have anything in them."""
+    files = []
+    for target in targets:
+        path = tree / target
+        found = [path] if path.is_file() else sorted(path.rglob("*.py"))
+        files += [file.relative_to(tree).as_posix() for file in found if file.stat().st_size]
+    return files
+
+
+def mutants_of(tree: Path, path: str) -> list[Mutant]:
+    """All faults that can be made in a file, outside annotations, which nobody runs."""
+    source = (tree / path).read_text(encoding="utf-8")
+    annotations = list(_annotations(source))
+    return [
+        Mutant(path, line, operator, occurrence)
+        for operator in OPERATORS
+        for occurrence, (line, column) in enumerate(_places(source, operator))
+        if not any(start <= (line, column) < end for start, end in annotations)
+    ]
+
+
+def sample(tree: Path, files: Sequence[str], size: int, seed: int) -> list[Mutant]:
+    """Faults spread over the files in proportion to their lines, each on another line while there are any.
+
+    The same seed gives the same faults as long as the files are the same; what a file gives depends on no other file,
+    but for its share.
+    """
+    mutants = {path: found for path in files if (found := mutants_of(tree, path))}
+    lines = {path: (tree / path).read_text(encoding="utf-8").count("\n") for path in mutants}
+    chosen: list[Mutant] = []
+    for path, share in _shares(lines, size).items():
+        source = (tree / path).read_text(encoding="utf-8")
+        rng = random.Random(f"{seed}:{path}")
+        by_line: dict[int, list[Mutant]] = {}
+        for mutant in rng.sample(mutants[path], len(mutants[path])):
+            by_line.setdefault(mutant.line, []).append(mutant)
+        columns = [by_line[line] for line in rng.sample(sorted(by_line), len(by_line))]
+        # one of every line, then a second of every line that has one, and so on
+        in_turn = (mutant for turn in zip_longest(*columns) for mutant in turn if mutant is not None)
+        chosen += islice((mutant for mutant in in_turn if _is_other(mutant, source)), share)
+    return chosen
+
+
+def _shares(lines: dict[str, int], size: int) -> dict[str, int]:
+    """Whole numbers in proportion to the lines that add up to the size, by largest remainders."""
+    exact = {path: size * count / sum(lines.values()) for path, count in lines.items()}
+    shares = {path: int(share) for path, share in exact.items()}
+    by_remainder = sorted(exact, key=lambda path: (shares[path] - exact[path], path))
+    for path in by_remainder[: size - sum(shares.values())]:
+        shares[path] += 1
+    return shares
+
+
+@cache
+def _tree(source: str) -> object:
+    return get_ast(source)
+
+
+def _places(source: str, operator: str) -> Iterator[tuple[int, int]]:
+    """Line and column of every place where the operator applies, in cosmic-ray's order."""
+    applies = get_operator(operator)()
+    for node in ast_nodes(_tree(source)):
+        for start, _ in applies.mutation_positions(node):
+            yield start
+
+
+def _annotations(source: str) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
+    for node in ast.walk(ast.parse(source)):
+        for name in ("annotation", "returns"):
+            part = getattr(node, name, None)
+            if part is not None:
+                yield (part.lineno, part.col_offset), (part.end_lineno, part.end_col_offset)
+
+
+def _is_other(mutant: Mutant, source: str) -> bool:
+    """Whether what comes out is Python, and other Python than before."""
+    try:
+        return ast.dump(ast.parse(mutant.code(source))) != ast.dump(ast.parse(source))
+    except SyntaxError:
+        return False

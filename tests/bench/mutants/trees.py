@@ -1,0 +1,62 @@
+"""Copies of the tree, in which faults are made and tests are run."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+
+def take_tree(root: Path, folder: Path) -> Path:
+    """A copy of what git knows or would take in, as it is now: work may go on meanwhile."""
+    listed = subprocess.run(
+        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+        cwd=root, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    for name in listed.stdout.split("\0"):
+        if name and (root / name).is_file():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(root / name, folder / name)
+    return folder
+
+
+def copy_tree(tree: Path, folder: Path) -> Path:
+    """Another copy, without bytecode."""
+    shutil.copytree(tree, folder, ignore=shutil.ignore_patterns("__pycache__"))
+    return folder
+
+
+def tree_hash(tree: Path) -> str:
+    """SHA-256 over names and contents of all Python files of a copy."""
+    digest = hashlib.sha256()
+    for path in sorted(tree.rglob("*.py")):
+        name = path.relative_to(tree).as_posix()
+        digest.update(f"{name}\0{file_hash(tree, name)}\0".encode())
+    return digest.hexdigest()
+
+
+def file_hash(tree: Path, path: str) -> str:
+    """SHA-256 of a file's content."""
+    return hashlib.sha256((tree / path).read_bytes()).hexdigest()
+
+
+def put(tree: Path, path: str, source: str) -> None:
+    """Write a file of a copy, and forget its bytecode: size and second of writing may be those of the last fault."""
+    (tree / path).write_text(source, encoding="utf-8")
+    for stale in (tree / path).parent.glob(f"__pycache__/{Path(path).stem}.*.pyc"):
+        stale.unlink()
+
+
+def environment(tree: Path) -> dict[str, str]:
+    """Tests run against the copy, without a display, the same way every time."""
+    return os.environ | {
+        "PYTHONPATH": str(tree),
+        "PYTHONHASHSEED": "0",
+        "QT_QPA_PLATFORM": "offscreen",
+        "CI": "1",
+        "OMP_NUM_THREADS": "1",
+        "OPENBLAS_NUM_THREADS": "1",
+        "COVERAGE_CORE": "ctrace",
+    }

@@ -1,0 +1,162 @@
+"""`ilf-gui FRAME --run --screenshot`: a failure is one line on stderr and a status that is not 0, without a picture."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from gui import app, theme
+from gui.main_window import MainWindow
+from gui.work.runs import RunController
+from ilf import RGBDFrame
+from ilf.cli import main as command_line
+
+from .conftest import write_frame
+
+LIMIT_MS = 30_000
+Start = Callable[..., tuple[int, str]]
+
+
+@pytest.fixture
+def picture(tmp_path: Path) -> Path:
+    return tmp_path / "picture.png"
+
+
+@pytest.fixture
+def start(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], picture: Path) -> Start:
+    """Runs the program in this process; gives its exit status and what it said on stderr."""
+    monkeypatch.setattr(sys, "excepthook", sys.excepthook)
+    monkeypatch.setattr(theme, "apply_theme", lambda *_: None)
+    monkeypatch.setattr(theme, "follow_system", lambda *_: None)
+    windows: list[MainWindow] = []
+    show = MainWindow.show
+    monkeypatch.setattr(MainWindow, "show", lambda window: (windows.append(window), show(window)))
+
+    def start(*arguments: object) -> tuple[int, str]:
+        hung = []
+        limit = QTimer(singleShot=True, interval=LIMIT_MS)
+        limit.timeout.connect(lambda: (hung.append(True), QApplication.exit(99)))
+        limit.start()
+        status = app.main(["--screenshot", str(picture), *map(str, arguments)])
+        limit.stop()
+        for window in windows:
+            qtbot.addWidget(window)
+        assert not hung, "the program did not come to an end"
+        return status, capsys.readouterr().err
+
+    return start
+
+
+def refused(outcome: tuple[int, str], picture: Path, *words: str) -> None:
+    """One line that says what is wrong, status 1, no picture."""
+    status, said = outcome
+    assert status == 1
+    assert not picture.exists()
+    assert [line[:16] for line in said.splitlines()] == ["ilf-gui: error: "], said
+    for word in words:
+        assert word in said
+
+
+def test_a_run_gives_a_picture_and_status_0(start: Start, frame_folder: Path, picture: Path) -> None:
+    assert start(frame_folder, "--run", "--size", "900x700") == (0, "")
+    assert cv2.imread(str(picture)).shape == (700, 900, 3)
+
+
+def test_a_picture_without_a_run(start: Start, frame_folder: Path, picture: Path) -> None:
+    assert start(frame_folder) == (0, "")
+    assert picture.exists()
+
+
+def test_a_frame_that_is_not_there(start: Start, tmp_path: Path, picture: Path) -> None:
+    missing = tmp_path / "rgb.png", tmp_path / "depth.png"
+    refused(start(*missing, "--depth-units", 1000, "--run"), picture, "rgb.png")
+
+
+def test_a_damaged_depth_file(start: Start, frame_folder: Path, picture: Path) -> None:
+    depth = frame_folder / "depth.png"
+    depth.write_bytes(depth.read_bytes()[:100])
+    refused(start(frame_folder, "--run"), picture, "depth.png")
+
+
+def test_colour_and_depth_of_other_sizes(start: Start, frame_folder: Path, picture: Path) -> None:
+    cv2.imwrite(str(frame_folder / "rgb.png"), np.zeros((20, 30, 3), np.uint8))
+    refused(start(frame_folder, "--run"), picture, "30 x 20", "64 x 48")
+
+
+def test_intrinsics_that_are_none(start: Start, frame_folder: Path, picture: Path) -> None:
+    refused(start(frame_folder, "--run", "--intrinsics", "a,b"), picture, "a,b")
+
+
+def test_a_run_whose_frame_is_gone(start: Start, frame_folder: Path, tmp_path: Path, picture: Path) -> None:
+    assert command_line(["complete", str(frame_folder), "--out", str(tmp_path / "done"), "--quiet"]) == 0
+    (frame_folder / "depth.png").unlink()
+    refused(start(tmp_path / "done" / "run.json", "--run"), picture, "depth.png", "recorded run")
+
+
+def test_a_colour_file_without_its_depth(start: Start, frame_folder: Path, picture: Path) -> None:
+    refused(start(frame_folder / "rgb.png", "--run"), picture, "rgb.png", "depth file")
+
+
+def test_no_frame_at_all(start: Start, picture: Path) -> None:
+    refused(start("--run"), picture, "name a frame")
+
+
+def test_one_frame_of_two(start: Start, frame_folder: Path, tmp_path: Path, picture: Path) -> None:
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    refused(start(empty, frame_folder, "--run"), picture, "meta.json")
+
+
+def test_a_frame_without_blocks(
+    start: Start, frame_folder: Path, picture: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gui.state.session.Session.counts", lambda _: {})
+    refused(start(frame_folder, "--run"), picture, "two-planes has no blocks")
+
+
+def test_no_block_that_can_be_completed(start: Start, tmp_path: Path, picture: Path) -> None:
+    depth = np.full((48, 64), np.nan)
+    depth[20, 20:25] = 1.5
+    folder = write_frame(tmp_path / "hardly-any", RGBDFrame(np.full((48, 64, 3), 90, np.uint8), depth))
+    refused(start(folder, "--run"), picture, "no block could be completed", "5 of")
+
+
+def test_a_run_that_breaks(start: Start, frame_folder: Path, picture: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise MemoryError("no room for the grid")
+
+    monkeypatch.setattr(RunController, "_due_previews", broken)
+    refused(start(frame_folder, "--run"), picture, "The run stopped", "no room for the grid")
+
+
+@pytest.mark.parametrize("name", ["no-folder/picture.png", "."])
+def test_a_picture_that_cannot_be_written(start: Start, frame_folder: Path, tmp_path: Path, name: str) -> None:
+    status, said = start(frame_folder, "--run", "--screenshot", tmp_path / name)
+    assert status == 1
+    assert said.startswith("ilf-gui: error: ")
+    assert str(tmp_path) in said
+
+
+def test_the_program_itself(tmp_path: Path) -> None:
+    """The same in a process of its own: the status arrives, and there is no traceback."""
+    root = Path(__file__).resolve().parents[2]
+    displays = ("QT_QPA_PLATFORM", "DISPLAY", "WAYLAND_DISPLAY")
+    environment = {name: value for name, value in os.environ.items() if name not in displays}
+    environment["PYTHONPATH"] = str(root)
+    command = [sys.executable, "-m", "gui", str(tmp_path), "--run", "--screenshot", str(tmp_path / "picture.png")]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False, timeout=100)
+    assert done.returncode == 1
+    assert done.stderr.startswith("ilf-gui: error: ")
+    assert "meta.json" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "picture.png").exists()

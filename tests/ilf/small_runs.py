@@ -1,0 +1,58 @@
+"""A run over the small frame, and what it writes."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+import ilf
+from ilf.run import ExportOptions, Run, write
+
+from .small_frames import CAMERA, QUICK, write_small_frame
+
+OPTIONS = ExportOptions(cloud="xyz", axes="y-up", cloud_unit="mm")
+
+
+def small_run(folder: Path, **changes: object) -> Run:
+    """A quick run over the small frame, which is written into `folder`/in."""
+    frame = ilf.load_frame(*write_small_frame(folder / "in"), intrinsics=CAMERA)
+    return replace(Run.extracted(frame, parameters=ilf.preset(**QUICK)), **changes)
+
+
+def drawn(run: Run) -> Run:
+    """The same run with a block that was drawn by hand."""
+    labels = run.blocks.copy()
+    labels[5:30, 30:50] = 40_000
+    return replace(run, blocks=labels, edited=True)
+
+
+def distrusting(run: Run) -> Run:
+    """The same run with some depth distrusted, its blocks extracted without it."""
+    mask = np.zeros(run.frame.shape, bool)
+    mask[44:56, 4:20] = True
+    return Run.extracted(run.frame.distrusting(mask), run.extraction, run.parameters)
+
+
+def written(run: Run, folder: Path, options: ExportOptions = OPTIONS) -> Path:
+    """Run it and write its files; returns the path of its record."""
+    write(folder, run, run.complete(), options)
+    return folder / "run.json"
+
+
+def changed(path: Path, *keys_and_value: object) -> Path:
+    """Write a record again with the value at some keys replaced."""
+    *keys, last, value = keys_and_value
+    data = part = json.loads(path.read_text())
+    for key in keys:
+        part = part[key]
+    part[last] = value
+    path.write_text(json.dumps(data))
+    return path
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """File name -> content."""
+    return {path.name: path.read_bytes() for path in folder.iterdir()}

@@ -1,0 +1,36 @@
+"""The examples in the library's docstrings run, and every public function has one."""
+
+import doctest
+import importlib
+import inspect
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ilf
+
+ROOT = Path(ilf.__file__).parent
+MODULES = sorted(
+    ".".join(("ilf", *path.relative_to(ROOT).with_suffix("").parts)).removesuffix(".__init__")
+    for path in ROOT.rglob("*.py")
+    if ">>> " in path.read_text(encoding="utf-8")
+)
+OPTIONS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_examples_run(name, tmp_path, monkeypatch):
+    """In an empty folder; numpy prints as it does by default."""
+    monkeypatch.chdir(tmp_path)
+    with np.printoptions():
+        result = doctest.testmod(importlib.import_module(name), optionflags=OPTIONS)
+    assert result.attempted > 0
+    assert result.failed == 0, "see above"
+
+
+@pytest.mark.parametrize("name", [name for name in ilf.__all__ if inspect.isfunction(getattr(ilf, name))])
+def test_every_public_function_has_an_example(name):
+    function = getattr(ilf, name)
+    examples = doctest.DocTestFinder(recurse=False).find(function, name)
+    assert any(test.examples for test in examples), f"ilf.{name} has no example in its docstring"

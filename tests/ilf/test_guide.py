@@ -1,0 +1,73 @@
+"""What the extraction takes from a frame's edges: strength, binarised edges and guide, against direct formulas."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ilf.ebs.guide import find_boundaries
+from ilf.edges.frame_edges import FrameEdges
+from ilf.edges.relief import Relief
+from ilf.parameters import BlockParameters
+
+SHAPE = (20, 30)
+
+
+@pytest.fixture
+def found() -> FrameEdges:
+    """Strengths at random, some lines of Canny, a long line of jumps and a short one, a crease and a bent pixel."""
+    rng = np.random.default_rng(1)
+    colour, canny = rng.uniform(0, 1, (2, *SHAPE)).astype(np.float32)
+    lines = rng.random(SHAPE) < 0.2
+    right = np.zeros((20, 29), bool)
+    right[:, 8] = True
+    long = right.copy()
+    right[3:6, 20] = True
+    below = np.zeros((19, 30), bool)
+    bend = np.zeros(SHAPE, np.float32)
+    bend[12:16, 10:25] = 3.0
+    bend[2, 25] = 9.0
+    bend[17, 3] = 0.9
+    relief = Relief(np.ones(SHAPE, bool), (right, below), (long, below), np.ones(SHAPE, bool), bend)
+    return FrameEdges(colour, canny, lines, relief, colour, "0" * 64)
+
+
+def test_network_lines_of_canny_and_long_jumps_make_boundaries(found: FrameEdges) -> None:
+    made = find_boundaries(found, BlockParameters(threshold=0.7))
+    jumps = np.zeros(SHAPE, bool)
+    jumps[:, 8] = True
+    np.testing.assert_array_equal(made.strength, np.where(jumps, 1, found.colour))
+    np.testing.assert_array_equal(made.edges, (found.colour >= np.float32(0.7)) | jumps)
+    guide = found.colour + np.float32(0.3) * found.lines.astype(np.float32)
+    np.testing.assert_array_equal(made.guide, np.where(jumps, np.float32(1.5), guide))
+    assert made.relief is found.relief
+    assert {made.strength.dtype, made.guide.dtype} == {np.dtype(np.float32)}
+
+
+def test_without_the_network_cannys_lines_are_the_edges(found: FrameEdges) -> None:
+    by_canny = FrameEdges(found.canny, found.canny, found.lines, found.relief, found.canny, None)
+    made = find_boundaries(by_canny, BlockParameters(threshold=0.7))
+    jumps = np.zeros(SHAPE, bool)
+    jumps[:, 8] = True
+    np.testing.assert_array_equal(made.strength, np.where(jumps, 1, found.canny))
+    np.testing.assert_array_equal(made.edges, found.lines | jumps)
+    np.testing.assert_array_equal(made.guide, np.where(jumps, np.float32(1.5), found.canny))
+
+
+def test_where_depth_does_not_count_colour_decides_alone(found: FrameEdges) -> None:
+    made = find_boundaries(found, BlockParameters(threshold=0.7, use_depth=False, use_creases=True))
+    np.testing.assert_array_equal(made.strength, found.colour)
+    np.testing.assert_array_equal(made.edges, found.colour >= np.float32(0.7))
+    assert made.relief is None
+
+
+def test_creases_are_edges_but_not_single_pixels_and_stand_in_the_guide_by_their_sharpness(found: FrameEdges) -> None:
+    usual, made = (find_boundaries(found, BlockParameters(threshold=1.0, use_creases=on)) for on in (False, True))
+    crease = np.zeros(SHAPE, bool)
+    crease[12:16, 10:25] = True
+    np.testing.assert_array_equal(made.edges, usual.edges | crease)
+    bend = found.relief.bend
+    np.testing.assert_allclose(
+        made.guide, np.where(usual.guide == 1.5, 1.5, np.maximum(usual.guide, 0.9 * bend / (bend + 1.5))), rtol=1e-6
+    )
+    np.testing.assert_array_equal(made.strength, usual.strength)

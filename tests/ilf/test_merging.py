@@ -1,0 +1,439 @@
+"""Merging of regions against direct formulas: what a border costs, in which order regions unite, and what is unfit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ilf.ebs.merging import Fitness, RegionGraph, numbered
+from ilf.edges.relief import Relief
+from ilf.frame import RGBDFrame
+
+ANY = Fitness(pixels=0, known_share=0.0, known_pixels=0)
+
+
+def _frame(depth: np.ndarray) -> RGBDFrame:
+    return RGBDFrame(np.zeros((*depth.shape, 3), np.uint8), depth)
+
+
+def _flat(shape: tuple[int, int]) -> RGBDFrame:
+    return _frame(np.full(shape, 2.0))
+
+
+def _relief(shape: tuple[int, int], judged: np.ndarray | bool = True, bend: np.ndarray | float = 0.0) -> Relief:
+    """What depth would say that jumps nowhere."""
+    height, width = shape
+    nowhere = np.zeros((height, width - 1), bool), np.zeros((height - 1, width), bool)
+    judged = np.broadcast_to(judged, shape)
+    bend = np.where(judged, np.broadcast_to(bend, shape), 0).astype(np.float32)
+    return Relief(np.ones(shape, bool), nowhere, nowhere, judged, bend)
+
+
+def _columns(*widths: int, height: int = 4) -> np.ndarray:
+    """Regions 1, 2, ... side by side."""
+    return np.tile(np.repeat(np.arange(1, len(widths) + 1), widths), (height, 1)).astype(np.int32)
+
+
+def _partners(labels: np.ndarray, regions: np.ndarray) -> set[frozenset[int]]:
+    """Which regions have become one, as sets of their numbers; those in no block are left out."""
+    groups: dict[int, set[int]] = {}
+    for region in np.unique(regions[regions > 0]):
+        (label,) = np.unique(labels[regions == region])
+        if label:
+            groups.setdefault(int(label), set()).add(int(region))
+    return {frozenset(group) for group in groups.values()}
+
+
+def _sets(*groups: str) -> set[frozenset[int]]:
+    return {frozenset(map(int, group)) for group in groups}
+
+
+def _merged(
+    regions: np.ndarray,
+    strength: np.ndarray,
+    limit: float,
+    relief: Relief | None = None,
+    frame: RGBDFrame | None = None,
+) -> set[frozenset[int]]:
+    graph = RegionGraph(regions, strength.astype(np.float32), frame or _flat(regions.shape), relief)
+    graph.merge_below(limit)
+    return _partners(graph.labels(), regions)
+
+
+def _cost(
+    strength: np.ndarray, relief: Relief | None, frame: RGBDFrame | None = None, regions: np.ndarray | None = None
+) -> float:
+    """What the border between regions 1 and 2 costs: the limit at which they merge, by bisection."""
+    regions = _columns(6, 6) if regions is None else regions
+    low, high = 0.0, 20.0
+    for _ in range(40):
+        middle = (low + high) / 2
+        low, high = (low, middle) if len(_merged(regions, strength, middle, relief, frame)) == 1 else (middle, high)
+    return low
+
+
+def _with_jumps(relief: Relief, count: int) -> Relief:
+    """Jumps between the columns 5 and 6, in so many rows."""
+    right = relief.jumps[0].copy()
+    right[:count, 5] = True
+    return replace(relief, jumps=(right, relief.jumps[1]))
+
+
+# what a border costs
+
+
+@pytest.mark.parametrize("side", [5, 6])
+def test_without_depth_a_border_costs_the_mean_of_the_stronger_pixel_of_every_pair(side: int) -> None:
+    strength = np.zeros((4, 12))
+    strength[:, side] = (0.1, 0.2, 0.3, 0.8)
+    strength[:, 11 - side] = 0.05
+    strength[:, 2] = 1.0  # inside a region, which is nobody's border
+    assert _cost(strength, None) == pytest.approx((0.1 + 0.2 + 0.3 + 0.8) / 4, rel=1e-6)
+
+
+@pytest.mark.parametrize("transposed", [False, True])
+def test_borders_along_rows_and_columns_count_alike(transposed: bool) -> None:
+    strength, regions = np.full((4, 12), 0.3), _columns(6, 6)
+    strength[1, 6] = 0.7
+    if transposed:
+        strength, regions = strength.T.copy(), regions.T.copy()
+    assert _cost(strength, None, regions=regions) == pytest.approx((0.7 + 3 * 0.3) / 4, rel=1e-6)
+
+
+def test_a_border_with_a_corner_has_the_length_of_all_its_pairs() -> None:
+    regions = np.ones((5, 5), np.int32)
+    regions[:2, :3] = 2
+    strength = np.zeros((5, 5))
+    strength[2, :3] = 0.5  # below: three of five pairs
+    assert _cost(strength, None, regions=regions) == pytest.approx(0.5 * 3 / 5, rel=1e-6)
+
+
+def test_where_depth_goes_on_an_edge_of_colour_counts_a_tenth() -> None:
+    strength = np.full((4, 12), 0.6)
+    assert _cost(strength, _relief((4, 12))) == pytest.approx(0.06, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("bend", "expected"), [(0.4, 0.0), (0.5, 0.0), (1.5, 0.2), (3.0, 0.5), (7.0, 0.5)], ids=lambda value: f"{value:g}"
+)
+def test_a_bend_costs_a_fifth_of_what_it_is_above_a_half_up_to_three(bend: float, expected: float) -> None:
+    cost = _cost(np.full((4, 12), 0.3), _relief((4, 12), bend=bend))
+    assert cost == pytest.approx(expected + 0.03, rel=1e-5)
+
+
+def test_the_bend_of_a_border_is_the_mean_over_its_judged_pairs_of_the_larger_one() -> None:
+    judged = np.ones((4, 12), bool)
+    judged[3, 6] = False
+    bend = np.zeros((4, 12))
+    bend[:3, 5], bend[:3, 6], bend[3, 5] = 1.0, (2.0, 0.5, 0.9), 3.0
+    mean = (2.0 + 1.0 + 1.0) / 3
+    on_surface = 0.2 * (mean - 0.5) + 0.1 * 0.4
+    expected = 0.25 * 0.4 + 0.75 * on_surface
+    assert _cost(np.full((4, 12), 0.4), _relief((4, 12), judged, bend)) == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize("rows", [0, 1, 2, 3, 4])
+def test_what_depth_does_not_see_of_a_border_counts_in_full(rows: int) -> None:
+    """Too few pixels for a plane, so that colour has the say in the rest."""
+    judged = np.zeros((4, 12), bool)
+    judged[:rows] = True
+    seen = rows / 4
+    expected = (1 - seen) * 0.4 + seen * 0.1 * 0.4
+    assert _cost(np.full((4, 12), 0.4), _relief((4, 12), judged)) == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize(("jumps", "expected"), [(0, 0.04), (2, 0.04), (3, 9 + 3 / 4), (4, 10.0)])
+def test_more_than_two_jumps_keep_regions_apart(jumps: int, expected: float) -> None:
+    relief = _with_jumps(_relief((4, 12)), jumps)
+    assert _cost(np.full((4, 12), 0.4), relief) == pytest.approx(expected, rel=1e-5)
+
+
+def test_jumps_between_rows_count_too() -> None:
+    relief = _relief((12, 4))
+    below = relief.jumps[1].copy()
+    below[5] = True
+    relief = replace(relief, jumps=(relief.jumps[0], below))
+    assert _cost(np.zeros((12, 4)), relief, regions=_columns(6, 6).T.copy()) == pytest.approx(10.0, rel=1e-5)
+
+
+# planes: 2 x 40 x 40 pixels, of which every second along rows and columns is looked at: 400 a region
+
+
+def _wide(depth: np.ndarray, seen_rows: int = 0) -> float:
+    """Cost of the border between two regions of 40 x 40 pixels of edge strength 0.5."""
+    judged = np.zeros(depth.shape, bool)
+    judged[:seen_rows] = True
+    return _cost(np.full(depth.shape, 0.5), _relief(depth.shape, judged), _frame(depth), _columns(40, 40, height=40))
+
+
+ROWS, COLUMNS = np.mgrid[:40, :80]
+APART = np.where((COLUMNS >= 36) & (COLUMNS < 44), np.nan, 1.0)
+"""A gap at the border."""
+
+
+def _plane(columns: float = 0.002, rows: float = 0.001) -> np.ndarray:
+    return APART / (0.5 + columns * COLUMNS + rows * ROWS)
+
+
+def test_an_edge_between_regions_on_one_plane_counts_a_fifth() -> None:
+    assert _wide(_plane()) == pytest.approx(0.1, rel=1e-5)
+    assert _wide(_plane(0.0, 0.0)) == pytest.approx(0.1, rel=1e-5)
+    assert _wide(_plane(-0.003, 0.004)) == pytest.approx(0.1, rel=1e-5)
+
+
+@pytest.mark.parametrize(("rows", "expected"), [(19, 0.1), (20, 0.5), (40, 0.5)])
+def test_planes_count_where_less_than_half_of_the_border_is_seen(rows: int, expected: float) -> None:
+    seen = rows / 40
+    assert _wide(_plane(), rows) == pytest.approx((1 - seen) * expected + seen * 0.1 * expected, rel=1e-5)
+
+
+@pytest.mark.parametrize("depth", [1.0, 2.0, 8.0])
+@pytest.mark.parametrize(("factor", "shared"), [(0.9, True), (1.1, False)])
+def test_a_plane_holds_both_up_to_one_percent_or_three_thousandths_per_metre(
+    depth: float, factor: float, shared: bool
+) -> None:
+    """Regions parted in depth by an inverse-depth step that a plane over the image cannot follow: a checker pattern."""
+    allowed = max(0.01, 0.003 * depth)
+    share = factor * allowed
+    pattern = np.where((ROWS // 2 + COLUMNS // 2) % 2 == 0, 1 + share, 1 - share)
+    cost = _wide(APART * depth / pattern)
+    assert cost == pytest.approx(0.1 if shared else 0.5, rel=1e-5)
+
+
+def test_parallel_planes_are_not_one() -> None:
+    assert _wide(_plane() + np.where(COLUMNS < 40, 0.0, 0.3)) == pytest.approx(0.5, rel=1e-5)
+
+
+@pytest.mark.parametrize("side", [0, 1])
+@pytest.mark.parametrize(("known", "expected"), [(98, 0.5), (100, 0.1)])
+def test_a_plane_needs_fifty_of_the_pixels_that_are_looked_at_in_either_region(
+    side: int, known: int, expected: float
+) -> None:
+    depth = _plane()
+    poor = (COLUMNS >= 40) if side else (COLUMNS < 40)
+    depth[poor & (ROWS >= 2)] = np.nan
+    rows = (ROWS < 2) & poor
+    depth[rows] = np.nan
+    looked_at = np.argwhere(poor & (ROWS % 2 == 0) & (COLUMNS % 2 == 0))[: known // 2]
+    depth[tuple(looked_at.T)] = 1 / (0.5 + 0.002 * looked_at[:, 1] + 0.001 * looked_at[:, 0])
+    assert _wide(depth) == pytest.approx(expected, rel=1e-5)
+
+
+def test_known_pixels_on_one_line_have_a_plane() -> None:
+    regions = _columns(200, 200, height=40)
+    wide = np.full((40, 400), np.nan)
+    wide[0] = 1 / (0.5 + 0.0002 * np.arange(400))
+    strength, judged = np.full(wide.shape, 0.5), np.zeros(wide.shape, bool)
+    assert _cost(strength, _relief(wide.shape, judged), _frame(wide), regions) == pytest.approx(0.1, rel=1e-5)
+
+
+def test_without_relief_planes_have_no_say() -> None:
+    depth = _plane()
+    cost = _cost(np.full(depth.shape, 0.5), None, _frame(depth), _columns(40, 40, height=40))
+    assert cost == pytest.approx(0.5, rel=1e-5)
+
+
+def test_a_region_is_on_the_plane_of_all_that_it_has_taken_in() -> None:
+    """2 and 3 are on one plane, 1 is not; what 1 and 2 are together is on no plane with 3."""
+    columns = np.mgrid[:40, :120][1]
+    depth = np.where(columns < 40, 3.0, 2.0)
+    depth[:, [*range(36, 44), *range(76, 84)]] = np.nan
+    strength = np.zeros(depth.shape)
+    strength[:, 39:41], strength[:, 79:81] = 0.05, 0.3
+    regions = _columns(40, 40, 40, height=40)
+    nowhere = np.zeros(depth.shape, bool)
+
+    def merged(limit: float) -> set[frozenset[int]]:
+        return _merged(regions, strength, limit, _relief(depth.shape, nowhere), _frame(depth))
+
+    assert merged(0.04) == _sets("1", "2", "3")
+    assert merged(0.055) == _sets("12", "3")  # 0.05 comes before 0.06
+    assert merged(0.2) == _sets("12", "3"), "0.06 has risen to 0.3"
+    assert merged(0.31) == _sets("123")
+
+
+# the order
+
+
+def _chain(*strengths: float, width: int = 4) -> tuple[np.ndarray, np.ndarray]:
+    """Regions side by side, and the strength of the borders between them."""
+    regions = _columns(*[width] * (len(strengths) + 1))
+    strength = np.zeros(regions.shape)
+    for number, value in enumerate(strengths, 1):
+        strength[:, width * number] = value
+    return regions, strength
+
+
+def test_merging_ends_at_the_limit_which_is_not_below_it() -> None:
+    regions, strength = _chain(0.25, 0.5, 0.125)
+    assert _merged(regions, strength, 0.5) == _sets("12", "34")
+    assert _merged(regions, strength, 0.5 + 1e-6) == _sets("1234")
+    assert _merged(regions, strength, 0.125) == _sets("1", "2", "3", "4")
+    assert _merged(regions, strength, 0.0) == _sets("1", "2", "3", "4")
+
+
+def test_borders_with_a_common_neighbour_become_one_with_the_mean_of_both() -> None:
+    """1 lies above 2 and 3, which merge first; then its border is as strong as both together, by length."""
+    regions = np.ones((6, 8), np.int32)
+    regions[3:, :2], regions[3:, 2:] = 2, 3
+    strength = np.zeros((6, 8))
+    strength[3:, 2] = 0.01
+    strength[2, :2], strength[2, 2:] = 0.2, 0.8
+    mean = (2 * 0.2 + 6 * 0.8) / 8
+    assert _merged(regions, strength, 0.1) == _sets("1", "23")
+    assert _merged(regions, strength, 0.5) == _sets("1", "23"), "0.2 for a part of it does not count any more"
+    assert _merged(regions, strength, mean - 0.01) == _sets("1", "23")
+    assert _merged(regions, strength, mean + 0.01) == _sets("123")
+
+
+def test_a_border_that_comes_to_cost_less_is_merged_in_its_turn() -> None:
+    """Alone, 1 and 3 stay apart; with 2 taken in, most of their border is weak."""
+    regions = np.ones((6, 8), np.int32)
+    regions[3:, :6], regions[3:, 6:] = 2, 3
+    strength = np.zeros((6, 8))
+    strength[2, :6], strength[2, 6:] = 0.2, 0.8
+    strength[3:, 6] = 0.05
+    mean = (6 * 0.2 + 2 * 0.8) / 8
+    assert _merged(regions, strength, mean + 0.01) == _sets("123")
+    assert _merged(regions, strength, 0.3) == _sets("1", "23"), "0.05 comes before 0.2"
+
+
+def test_numbers_of_regions_and_what_is_outside_do_not_matter() -> None:
+    regions, strength = _chain(0.1, 0.6, 0.3)
+    framed = np.pad(regions, 1)
+    around = np.pad(strength, 1, constant_values=1.0)
+    assert _merged(framed, around, 0.4, frame=_flat(framed.shape)) == _sets("12", "34")
+    renamed = np.array([0, 4, 2, 1, 3], np.int32)[framed]
+    assert _merged(renamed, around, 0.4, frame=_flat(framed.shape)) == _sets("42", "13")
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_any_graph_ends_as_a_slow_search_for_the_least_border_does(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    coarse = rng.permutation(np.arange(1, 26)).reshape(5, 5)
+    regions = np.kron(coarse, np.ones((4, 4))).astype(np.int32)
+    strength = rng.uniform(0.0, 1.0, (20, 20)).astype(np.float32)
+    for limit in (0.45, 0.6, 0.65):
+        expected = regions.copy()
+        while True:
+            borders: dict[tuple[int, int], list[float]] = {}
+            for here, there, a, b in (
+                (expected[:, 1:], expected[:, :-1], strength[:, 1:], strength[:, :-1]),
+                (expected[1:], expected[:-1], strength[1:], strength[:-1]),
+            ):
+                for one, other, edge in zip(here.ravel(), there.ravel(), np.maximum(a, b).ravel(), strict=True):
+                    if one != other:
+                        borders.setdefault((min(one, other), max(one, other)), []).append(float(edge))
+            least, pair = min((float(np.mean(edges)), pair) for pair, edges in borders.items())
+            if least >= limit:
+                break
+            expected[expected == pair[1]] = pair[0]
+            if len(np.unique(expected)) == 1:
+                break
+        assert _merged(regions, strength, limit) == _partners(expected, regions)
+
+
+# what is unfit
+
+
+def _taken_in(regions: np.ndarray, strength: np.ndarray, fitness: Fitness, depth: np.ndarray) -> set[frozenset[int]]:
+    graph = RegionGraph(regions, strength.astype(np.float32), _frame(depth), None)
+    graph.take_in_unfit(fitness)
+    return _partners(graph.labels(), regions)
+
+
+def test_small_regions_go_to_the_neighbour_they_are_least_parted_from() -> None:
+    regions = _columns(5, 2, 5)
+    depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
+    strength[:, 5], strength[:, 7] = 0.4, 0.3
+    assert _taken_in(regions, strength, replace(ANY, pixels=8), depth) == _sets("1", "2", "3"), "8 pixels are enough"
+    assert _taken_in(regions, strength, replace(ANY, pixels=8.5), depth) == _sets("1", "23")
+    strength[:, 7] = 0.5
+    assert _taken_in(regions, strength, replace(ANY, pixels=9), depth) == _sets("12", "3")
+    strength[:, 7] = 0.4
+    assert _taken_in(regions, strength, replace(ANY, pixels=9), depth) == _sets("12", "3"), "the first of two alike"
+
+
+def test_the_smallest_goes_first_and_counts_for_the_one_that_takes_it_in() -> None:
+    regions = _columns(3, 2, 10)
+    depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
+    strength[:, 3], strength[:, 5] = 0.1, 0.9
+    assert _taken_in(regions, strength, replace(ANY, pixels=20), depth) == _sets("12", "3"), "12 + 8 pixels are enough"
+    assert _taken_in(regions, strength, replace(ANY, pixels=21), depth) == _sets("123")
+    # were 1 the first, it would take 2 away from 3
+    strength[:, 3], strength[:, 5] = 0.9, 0.1
+    assert _taken_in(regions, strength, replace(ANY, pixels=12), depth) == _sets("1", "23")
+
+
+@pytest.mark.parametrize(("known", "fit"), [(7, False), (8, True)])
+def test_a_share_of_a_region_must_be_known(known: int, fit: bool) -> None:
+    regions = _columns(4, 6)
+    depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
+    places = np.argwhere(regions == 1)
+    depth[tuple(places[known:].T)] = np.nan
+    assert _taken_in(regions, strength, Fitness(0, 0.5, 0), depth) == (_sets("1", "2") if fit else _sets("12"))
+
+
+@pytest.mark.parametrize(("known", "fit"), [(4, False), (5, True)])
+def test_so_many_pixels_must_be_known_however_small_the_share(known: int, fit: bool) -> None:
+    regions = _columns(4, 6)
+    depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
+    places = np.argwhere(regions == 1)
+    depth[tuple(places[known:].T)] = np.nan
+    assert _taken_in(regions, strength, Fitness(0, 0.01, 5), depth) == (_sets("1", "2") if fit else _sets("12"))
+    assert _taken_in(regions, strength, Fitness(0, 0.0, 5), depth) == _sets("1", "2"), "nothing is asked of it"
+
+
+def test_of_a_region_smaller_than_that_all_pixels_must_be_known() -> None:
+    regions = _columns(1, 6)
+    depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
+    for needed in (24, 30):
+        assert _taken_in(regions, strength, Fitness(0, 0.01, needed), depth) == _sets("1", "2"), "4 of 4 are known"
+    depth[0, 0] = np.nan
+    assert _taken_in(regions, strength, Fitness(0, 0.01, 24), depth) == _sets("12")
+
+
+def test_the_known_pixels_of_both_count_for_what_takes_in() -> None:
+    """1 has 2 of 8, 2 has 6 of 16: together 8 of 24, a third."""
+    regions = _columns(2, 4, 6)
+    depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
+    depth[regions == 1] = depth[regions == 2] = np.nan
+    depth[:2, 0] = 2.0
+    depth[:3, 3:5] = 2.0
+    strength[:, 2], strength[:, 6] = 0.1, 0.5
+    for share, expected in ((0.3, _sets("12", "3")), (0.35, _sets("123"))):
+        assert _taken_in(regions, strength, Fitness(0, share, 0), depth) == expected
+
+
+def test_what_has_no_neighbours_is_a_block_unless_nothing_of_it_is_known() -> None:
+    regions = np.zeros((6, 9), np.int32)
+    regions[:, :2], regions[:, 4], regions[:, 6:] = 1, 2, 3
+    depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
+    depth[regions == 2] = np.nan
+    depth[1:, 6:] = depth[0, 7:] = np.nan
+    for fitness in (Fitness(1000, 0.5, 30), ANY):
+        assert _taken_in(regions, strength, fitness, depth) == _sets("1", "3"), "one pixel of 3 is known"
+
+
+# numbers
+
+
+def test_blocks_are_numbered_from_the_largest_down_and_the_first_of_two_alike_comes_first() -> None:
+    labels = np.array([[7, 7, 7, 0], [9, 3, 3, 0], [5, 5, 2, 2]], np.int32)
+    found = numbered(labels)
+    assert found.dtype == np.int32
+    assert found.tolist() == [[1, 1, 1, 0], [5, 3, 3, 0], [4, 4, 2, 2]]
+    assert numbered(np.zeros((2, 3), np.int32)).tolist() == [[0] * 3] * 2
+    assert numbered(np.full((2, 3), 4)).tolist() == [[1] * 3] * 2
+
+
+def test_labels_are_those_of_whole_chains() -> None:
+    regions, strength = _chain(0.1, 0.2, 0.3, 0.9, 0.1)
+    graph = RegionGraph(regions, strength.astype(np.float32), _flat(regions.shape), None)
+    assert np.array_equal(graph.labels(), regions), "nothing is merged yet, and all are of one size"
+    graph.merge_below(0.5)
+    labels = graph.labels()
+    assert labels.dtype == np.int32
+    assert np.array_equal(labels, np.where(regions <= 4, 1, 2))

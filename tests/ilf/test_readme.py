@@ -1,0 +1,138 @@
+"""What README shows runs as it stands there: the command line's lines, the Python block, the calls in the text.
+
+Left out are the lines that set up an environment; `.ci/run` runs the one that runs the tests.
+"""
+
+import contextlib
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ilf
+from ilf.cli import main
+
+README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+PREFIX = ".venv/bin/ilf "
+
+RESULTS = {
+    *("depth.png", "depth.npy", "expected_error.png", "expected_error.npy"),
+    *("blocks.png", "curves.csv", "cloud.ply", "run.json"),
+}
+STAGES = {"1-strength.png", "2-edges.png", "3-dilated.png", "4-contracted.png", "5-blocks.png"}
+WRITTEN = {
+    "sample room": {"room": {"rgb.jpg", "depth.png", "gt.png", "meta.json"}},
+    "info room": {},
+    "complete room --out room-done": {"room-done": RESULTS},
+    "complete room/rgb.jpg room/depth.png": {"room-files": RESULTS},
+    "complete --replay": {"room-again": RESULTS},
+    "bench room": {},
+    "blocks room": {".": {"room-blocks.png"}, "room-stages": STAGES},
+    "experiments run": {"experiments": {"convergence.json", "cylinder.json", "cylinder-curves.png"}},
+    "experiments report": {"experiments": {"report.html"}},
+    "models list": {},
+}
+"""What a command of README begins with -> the files that it writes, by folder."""
+
+NEEDS = {
+    "info room": "sample room",
+    "complete room --out room-done": "sample room",
+    "complete room/rgb.jpg room/depth.png": "sample room",
+    "complete --replay": "complete room --out room-done",
+    "bench room": "sample room",
+    "blocks room": "sample room",
+    "experiments report": "experiments run",
+}
+"""Which command must have been run before."""
+
+
+def section(title: str) -> str:
+    """A section of README, without its title."""
+    return README.split(f"\n## {title}\n", 1)[1].split("\n## ", 1)[0]
+
+
+def indented(text: str) -> list[str]:
+    """The lines of all code blocks, without their indent."""
+    return [line[4:] for line in text.splitlines() if line.startswith("    ")]
+
+
+def commands() -> list[str]:
+    """The `ilf` lines of README, as pasted, but for the environment that they are run from."""
+    return [line.removeprefix(PREFIX).split("  #")[0].strip() for line in indented(README) if line.startswith(PREFIX)]
+
+
+class Shell:
+    """Runs commands of README in one folder, each after what it needs, and once."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self._done = set()
+
+    def run(self, beginning):
+        if beginning in self._done:
+            return
+        if beginning in NEEDS:
+            self.run(NEEDS[beginning])
+        command = next(command for command in commands() if command.startswith(beginning))
+        with contextlib.chdir(self.folder):
+            assert main(shlex.split(command)) == 0
+        self._done.add(beginning)
+
+
+@pytest.fixture(scope="module")
+def shell(tmp_path_factory):
+    return Shell(tmp_path_factory.mktemp("readme"))
+
+
+@pytest.fixture
+def sample_room(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["sample", "room"]) == 0
+
+
+def test_every_command_of_readme_is_known_here():
+    assert len(commands()) == len(WRITTEN)
+    for command, beginning in zip(commands(), WRITTEN, strict=True):
+        assert command.startswith(beginning)
+    loose = [line for line in indented(section("The command line")) if not line.startswith(PREFIX)]
+    assert not loose, "only ilf's own commands stand there"
+
+
+@pytest.mark.parametrize("beginning", WRITTEN)
+@pytest.mark.timeout(300)
+def test_the_command_runs_and_writes_its_files(beginning, shell, capsys):
+    shell.run(beginning)
+    assert "ilf: " not in capsys.readouterr().err, "there is nothing to warn of"
+    for place, names in WRITTEN[beginning].items():
+        for name in names:
+            assert (shell.folder / place / name).stat().st_size, f"{place}/{name} is empty"
+
+
+def test_the_replay_gives_the_same_depth_bit_for_bit(shell):
+    shell.run("complete --replay")
+    again, done = (shell.folder / name / "depth.npy" for name in ("room-again", "room-done"))
+    assert again.read_bytes() == done.read_bytes()
+
+
+@pytest.mark.usefixtures("sample_room")
+def test_the_python_block_runs_as_it_stands_and_so_do_the_calls_in_the_text(capsys):
+    names: dict[str, object] = {}
+    exec(compile("\n".join(indented(section("The library"))), "README.md", "exec"), names)
+    assert Path("completed.png").is_file()
+    assert "pixels filled" in capsys.readouterr().out
+    frame, result = names["frame"], names["result"]
+    assert names["strength"].shape == names["blocks"].shape == names["error"].shape == frame.shape
+    np.testing.assert_array_equal(result.filled, ~frame.known & np.isfinite(result.depth))
+
+    names |= {"rgb_uint8": frame.rgb, "depth_m": frame.depth}
+    calls = re.findall(r"`(ilf\.\w+\([^`]*\))`", re.sub(r"\s+", " ", section("The library")))
+    assert len(calls) >= 3
+    for call in calls:
+        assert eval(call, names) is not None
+
+
+def test_the_presets_of_the_table_are_those_there_are():
+    listed = re.findall(r"^\| `([\w-]+)`", section("The library"), re.MULTILINE)
+    assert listed == list(ilf.parameters.PRESETS)

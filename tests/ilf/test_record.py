@@ -1,0 +1,208 @@
+"""The run record: the same for the same run, with a word for all that it depends on, and checked when read."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import ilf
+from ilf.assets import asset_path
+from ilf.errors import FormatError
+from ilf.run import make_record, read_record
+from ilf.run.record import SCHEMA, array_sha256, outcome_to_dict, to_json
+
+from .small_frames import QUICK
+from .small_runs import OPTIONS, changed, distrusting, small_run, written
+
+
+def sha256(path):
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def test_same_run_gives_same_record_without_times(tmp_path):
+    first = written(small_run(tmp_path), tmp_path / "out").read_bytes()
+    second = written(small_run(tmp_path), tmp_path / "other").read_bytes()
+    assert first == second
+    assert first.endswith(b"}\n")
+    assert b"seconds" not in first
+    assert str(tmp_path / "out").encode() not in first
+
+
+def test_record_reads_back(tmp_path):
+    special = ilf.preset(**QUICK, mode="fill+denoise")
+    run = distrusting(small_run(tmp_path))
+    run = replace(run, own={2: special}, dense=True)
+    path = written(run, tmp_path / "out")
+    assert json.loads(path.read_text())["block_parameters"] == {"2": {"mode": "fill+denoise"}}
+    record = read_record(path)
+    assert record.schema == SCHEMA
+    assert record.parameters == {1: ilf.preset(**QUICK), 2: special}
+    assert record.options == OPTIONS
+    assert record.extraction == ilf.BlockParameters()
+    assert (record.name, record.inputs) == ("in", run.frame.inputs)
+    assert record.shape == (60, 80)
+    assert record.dense
+    assert not record.edited
+    assert to_json(record) == path.read_bytes()
+
+
+def test_the_record_vouches_for_every_file_of_the_set(tmp_path):
+    record = read_record(written(distrusting(small_run(tmp_path)), tmp_path / "out"))
+    files = {path.name: sha256(path) for path in (tmp_path / "out").iterdir() if path.name != "run.json"}
+    assert record.outputs == files
+    assert {"meta.json", "distrusted.png", "depth.npy", "cloud.xyz"} <= set(files)
+
+
+def test_the_record_vouches_for_what_was_read_and_not_for_what_is_there_now(tmp_path):
+    run = small_run(tmp_path)
+    rgb, depth = tmp_path / "in" / "rgb.png", tmp_path / "in" / "depth.png"
+    was = sha256(depth)
+    depth.write_bytes(rgb.read_bytes())
+    record = read_record(written(run, tmp_path / "out"))
+    assert record.inputs is not None
+    assert (record.inputs.depth.sha256, record.inputs.rgb.sha256) == (was, sha256(rgb))
+
+
+def test_the_record_vouches_for_the_networks(tmp_path):
+    run = small_run(tmp_path, own={1: ilf.preset("paper", **QUICK)})
+    record = make_record(run, run.complete(), OPTIONS)
+    bundled = sha256(asset_path("models/edges.onnx"))
+    assert record.extraction_networks == {"edges": bundled}
+    assert record.networks == {"edges": bundled}
+    other = replace(run, parameters=ilf.preset("paper", **QUICK), network=None)
+    record = make_record(other, other.complete(), OPTIONS)
+    assert (record.extraction_networks, record.networks) == ({}, {})
+
+
+def test_what_is_not_a_number_becomes_null(tmp_path):
+    path = written(small_run(tmp_path, parameters=ilf.preset(min_known_pixels=5000)), tmp_path / "out")
+    outcomes = json.loads(path.read_text())["blocks_outcome"]
+    assert {outcome["status"] for outcome in outcomes} == {"not recoverable"}
+    assert {outcome["sigma_i"] for outcome in outcomes} == {None}
+    record = read_record(path)
+    assert all(math.isnan(outcome.sigma_i) for outcome in record.outcomes)
+    assert [outcome_to_dict(outcome) for outcome in record.outcomes] == outcomes
+
+
+def test_hashes_of_arrays_do_not_depend_on_their_form():
+    depth = np.array([[1.5, np.nan], [2, 3]], np.float32)
+    other = depth.copy()
+    other.view(np.uint32)[0, 1] = 0xFFC0_0001  # another NaN
+    same = {array_sha256(array) for array in (depth, other, np.asfortranarray(depth), depth.astype(">f4"))}
+    assert len(same) == 1
+    assert array_sha256(depth + 1) not in same
+    assert array_sha256(np.array([[True]])) == array_sha256(np.array([[1]], np.int64))
+    assert array_sha256(np.array([1, 0])) != array_sha256(np.array([0, 1]))
+
+
+def test_what_a_record_does_not_know_is_passed_over_but_not_unknown_parameters(tmp_path):
+    path = written(small_run(tmp_path), tmp_path / "out")
+    for keys in (["mood"], ["blocks", "outline"], ["export", "colour"], ["blocks_outcome", 0, "note"]):
+        changed(path, *keys, "good")
+    read_record(path)
+    with pytest.raises(FormatError, match="another version"):
+        read_record(changed(path, "parameters", "prior", "plane"))
+
+
+def test_a_later_schema_is_not_read(tmp_path):
+    path = changed(written(small_run(tmp_path), tmp_path / "out"), "schema", SCHEMA + 1)
+    with pytest.raises(FormatError, match="Install a newer ILF Studio"):
+        read_record(path)
+
+
+def test_records_of_before_there_were_schemas_are_read(tmp_path):
+    path = written(small_run(tmp_path, dense=True), tmp_path / "out")
+    data = json.loads(path.read_text())
+    for name in ("schema", "name", "processor", "networks", "distrusted", "depth_sha256", "outputs", "dense"):
+        del data[name]
+    del data["export"]["expected_error"]
+    path.write_text(json.dumps(data))
+    record = read_record(path)
+    assert (record.schema, record.dense, record.options.expected_error) == (0, False, False)
+    assert (record.depth_sha256, record.outputs, record.networks, record.processor) == (None, {}, {}, "")
+    assert read_record(changed(path, "export", "dense", True)).dense
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        ("inputs", 5),
+        ("blocks", {}),
+        ("blocks_outcome", 0, {}),
+        ("program", "other"),
+        ("schema", "1"),
+        ("schema", -1),
+        ("version", 3),
+        ("name", None),
+        ("versions", []),
+        ("versions", "numpy", 2),
+        ("processor", None),
+        ("inputs", "depth_units", True),
+        ("inputs", "depth_units", float("inf")),
+        ("inputs", "intrinsics", [1, 2, 3]),
+        ("inputs", "rgb", "rgb.png"),
+        ("distrusted", {"sha256": "0", "file": "../mask.png"}),
+        ("distrusted", []),
+        ("extraction", []),
+        ("extraction", "dilation", 1.5),
+        ("networks", {}),
+        ("networks", "filter", {"edges": None}),
+        ("parameters", "mode", "magic"),
+        ("block_parameters", {"1": 5}),
+        ("blocks", "shape", [60]),
+        ("blocks", "edited", 1),
+        ("blocks", "file", "../in/depth.png"),
+        ("dense", 1),
+        ("export", "depth_formats", "png"),
+        ("export", "depth_formats", [1]),
+        ("export", "cloud", "obj"),
+        ("export", "labels", None),
+        ("blocks_outcome", {}),
+        ("blocks_outcome", 0, "status", "splendid"),
+        ("blocks_outcome", 0, "sigma_i", "0.1"),
+        ("depth_sha256", None),
+        ("outputs", {"../depth.npy": "0"}),
+        ("outputs", {"..": "0"}),
+        ("outputs", {"depth.npy": 0}),
+    ],
+    ids=str,
+)
+def test_damaged_records_are_refused_by_name(tmp_path, damage):
+    path = changed(written(small_run(tmp_path), tmp_path / "out"), *damage)
+    with pytest.raises(FormatError, match=r"run\.json") as caught:
+        read_record(path)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"[]", b"3", b"\xff\xfe", b"[" * 100_000])
+def test_files_that_are_no_record_are_refused(tmp_path, content):
+    path = tmp_path / "run.json"
+    path.write_bytes(content)
+    with pytest.raises(FormatError):
+        read_record(path)
+
+
+def test_a_parameter_that_had_another_name_is_understood(tmp_path):
+    path = written(small_run(tmp_path), tmp_path / "out")
+    for name in ("network", "hed"):
+        changed(path, "parameters", "edges", name)
+        assert {own.edges for own in read_record(path).parameters.values()} == {"combined"}
+
+
+def test_a_record_from_before_there_was_a_choice_of_filters_is_of_the_papers(tmp_path):
+    path = written(small_run(tmp_path, parameters=ilf.preset("paper", **QUICK)), tmp_path / "out")
+    data = json.loads(path.read_text())
+    for name in ("filter", "centred", "s_criteria", "smoothness", "edges", "model"):
+        del data["parameters"][name]
+    path.write_text(json.dumps(data))
+    assert set(read_record(path).parameters.values()) == {ilf.preset("paper", **QUICK)}
+
+
+def test_a_record_may_hold_values_without_effect(tmp_path):
+    path = changed(written(small_run(tmp_path), tmp_path / "out"), "parameters", "padding", 3.0)
+    assert {own.padding for own in read_record(path).parameters.values()} == {3.0}

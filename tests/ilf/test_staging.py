@@ -1,0 +1,98 @@
+"""Sets of files: all or none, also when the process that writes them dies half way."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from ilf.errors import ExportError
+from ilf.run.staging import clear_interrupted, interrupted, move_in, staging
+
+from .small_runs import contents
+
+NAMES = ("a", "b", "seal")
+
+
+def write_set(target, text):
+    with staging(target) as folder:
+        for name in NAMES:
+            (folder / name).write_text(text + name)
+        move_in(folder, target, NAMES)
+
+
+def die_in_the_middle(target, moves):
+    """Write a set in another process, which is killed after so many moves."""
+    program = f"""
+import os, signal
+from pathlib import Path
+from ilf.run import staging
+from tests.ilf.test_staging import write_set
+real, done = os.replace, []
+def replace(*paths):
+    if len(done) == {moves}:
+        os.kill(os.getpid(), signal.SIGKILL)
+    done.append(paths)
+    real(*paths)
+os.replace = replace
+write_set(Path({str(target)!r}), "new ")
+"""
+    return subprocess.run([sys.executable, "-c", program], check=False).returncode
+
+
+def test_a_set_replaces_the_one_before(tmp_path):
+    write_set(tmp_path, "old ")
+    (tmp_path / "other").write_text("mine")
+    write_set(tmp_path, "new ")
+    assert contents(tmp_path) == {"a": b"new a", "b": b"new b", "seal": b"new seal", "other": b"mine"}
+
+
+@pytest.mark.skipif(os.name != "posix", reason="kills a process by a signal")
+@pytest.mark.parametrize("moves", range(6))
+def test_what_a_killed_process_has_begun_is_undone_by_the_next(tmp_path, moves):
+    write_set(tmp_path, "old ")
+    before = contents(tmp_path)
+    assert die_in_the_middle(tmp_path, moves) < 0
+    (left,) = interrupted(tmp_path)
+    if moves > 0:
+        assert not (tmp_path / "seal").exists(), "nothing may pass for a whole set"
+    clear_interrupted(tmp_path)
+    assert not left.exists()
+    assert contents(tmp_path) == before
+
+
+@pytest.mark.skipif(os.name != "posix", reason="kills a process by a signal")
+def test_the_next_set_clears_up_before_it_is_written(tmp_path):
+    write_set(tmp_path, "old ")
+    die_in_the_middle(tmp_path, 4)
+    write_set(tmp_path, "third ")
+    assert contents(tmp_path) == {name: f"third {name}".encode() for name in NAMES}
+
+
+def test_folders_of_processes_that_live_or_are_elsewhere_are_left_alone(tmp_path):
+    with staging(tmp_path) as folder:
+        assert interrupted(tmp_path) == []
+        elsewhere = tmp_path / folder.name.replace(f"-{os.getpid()}-", "-elsewhere-1-")
+        elsewhere.mkdir()
+        named = tmp_path / ".ilf-export-mine"
+        named.mkdir()
+        clear_interrupted(tmp_path)
+        assert folder.is_dir()
+        assert elsewhere.is_dir()
+        assert named.is_dir()
+
+
+def test_a_folder_that_was_made_for_nothing_is_unmade(tmp_path):
+    with pytest.raises(KeyError), staging(tmp_path / "new" / "deep"):
+        raise KeyError
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(ExportError, match=r"Could not write into .*new: no space"), staging(tmp_path / "new"):
+        raise OSError(28, "no space")
+
+
+def test_messages_name_the_files_final_place(tmp_path):
+    with pytest.raises(ExportError) as caught, staging(tmp_path) as folder:
+        raise ExportError(f"{folder / 'a'} is bad")
+    assert str(caught.value) == f"{tmp_path / 'a'} is bad"

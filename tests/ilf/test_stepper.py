@@ -1,0 +1,141 @@
+"""What every filter promises: the contract that `Stepper` writes down, and the records."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+import pickle
+import threading
+
+import numpy as np
+import pytest
+
+import ilf
+from ilf.blocks import find_blocks
+from ilf.completion import BlockOutcome, Status
+from ilf.filter.convergence import IterationRecord
+from ilf.filter.edge_aware.record import EdgeAwareRecord
+from ilf.filter.pass_band.record import PassBandRecord
+from ilf.filter.stepper import Stepper, make_stepper
+from ilf.frame import RGBDFrame
+from ilf.parameters import PRESETS
+
+RECORDS = {"ideal": PassBandRecord, "edge-aware": EdgeAwareRecord}
+
+
+@pytest.fixture(params=[*PRESETS, "held out", "cut short"])
+def parameters(request: pytest.FixtureRequest) -> ilf.Parameters:
+    others = {
+        "held out": ilf.preset(hold_out=0.2, mode="fill+denoise"),
+        "cut short": ilf.preset("paper", max_iterations=4),
+    }
+    return others.get(request.param) or ilf.preset(request.param, max_iterations=200)
+
+
+@pytest.fixture
+def steps(small_frame: RGBDFrame, small_labels: np.ndarray, parameters: ilf.Parameters) -> Stepper:
+    return make_stepper(small_frame, find_blocks(small_labels)[1], parameters)
+
+
+def test_every_iteration_gives_a_record(steps: Stepper, parameters: ilf.Parameters) -> None:
+    assert iter(steps) is steps
+    assert not steps.settled
+    records = list(steps)
+    assert {type(record) for record in records} == {RECORDS[parameters.filter]}
+    assert [record.i for record in records] == list(range(1, len(records) + 1))
+    assert len(records) <= parameters.max_iterations
+    assert records[0].stage == 1
+    for before, after in itertools.pairwise(records):
+        assert after.stage - before.stage in (0, 1)
+        assert after.seconds >= before.seconds
+    assert all(math.isnan(record.held_out) == (parameters.hold_out == 0) for record in records)
+    assert all(record.residual >= 0 and record.sigma_i >= 0 for record in records)
+    with pytest.raises(StopIteration):
+        next(steps)
+    assert steps.settled == (parameters.max_iterations > 4)
+
+
+def test_the_surface_is_there_at_any_time_and_the_callers_own(
+    steps: Stepper, small_frame: RGBDFrame, parameters: ilf.Parameters
+) -> None:
+    pixels = 48 * 30
+    for _ in range(4):
+        surface = steps.surface
+        assert surface.dtype == np.float64
+        assert surface.shape == (pixels,)
+        assert np.isfinite(surface).all()
+        surface[:] = -1
+        assert (steps.surface != -1).all()
+        next(steps)
+    for record in steps:
+        assert record.l1 == pytest.approx(np.abs(steps.surface).sum(), rel=1e-3)
+
+
+def test_the_surface_may_be_looked_at_from_another_thread(
+    small_frame: RGBDFrame, small_labels: np.ndarray, parameters: ilf.Parameters, steps: Stepper
+) -> None:
+    alone = make_stepper(small_frame, find_blocks(small_labels)[1], parameters)
+    expected = {steps.surface.tobytes()} | {alone.surface.tobytes() for _ in alone}
+    seen, done = set(), threading.Event()
+
+    def look() -> None:
+        while not done.is_set():
+            seen.add(steps.surface.tobytes())
+
+    onlooker = threading.Thread(target=look)
+    onlooker.start()
+    try:
+        for _ in steps:
+            pass
+    finally:
+        done.set()
+        onlooker.join()
+    assert seen
+    assert seen <= expected
+
+
+def test_a_remark_is_made_where_the_last_stage_was_not_steady(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+    block = find_blocks(small_labels)[1]
+    for parameters in (ilf.preset(), ilf.preset("paper"), ilf.preset("released-code", max_iterations=5)):
+        steps = make_stepper(small_frame, block, parameters)
+        *_, _ = steps
+        assert (steps.settled, steps.remark) == (True, "")
+    strict = make_stepper(small_frame, block, ilf.preset(s_criteria=0.0))
+    *_, last = strict
+    assert strict.settled
+    assert strict.remark == (f"The last stage ended by its number of steps, at sigma_i = {1000 * last.sigma_i:.2g} mm.")
+    outcome = ilf.complete(small_frame, small_labels, ilf.preset(s_criteria=0.0)).outcomes[1]
+    assert (outcome.status, outcome.message) == (Status.COMPLETED, strict.remark)
+
+
+# records
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        IterationRecord(1, 1, math.nan, 2.0, 0.1, math.nan, 0.0),
+        PassBandRecord(1, 1, 0.1, 2.0, 0.1, math.nan, 0.0, radii=(1.0, 2.0), weighted=True),
+        EdgeAwareRecord(1, 1, 0.1, 2.0, 0.1, math.nan, 0.0, cell=4, round=0),
+        BlockOutcome(3, Status.NOT_RECOVERABLE, "", 10, 2),
+    ],
+    ids=lambda record: type(record).__name__,
+)
+def test_records_that_lack_a_number_are_equal_to_their_like(record: IterationRecord | BlockOutcome) -> None:
+    lacking = next(f.name for f in dataclasses.fields(record) if getattr(record, f.name) != getattr(record, f.name))
+    again = pickle.loads(pickle.dumps(record))
+    other_nan = dataclasses.replace(record, **{lacking: float("nan")})
+    for like in (again, other_nan):
+        assert like == record
+        assert hash(like) == hash(record)
+        assert (like,) == (record,)
+    assert record != dataclasses.replace(record, **{lacking: 0.0})
+    for field in dataclasses.fields(record)[:2]:
+        assert record != dataclasses.replace(record, **{field.name: 7})
+    assert record != dataclasses.astuple(record)
+
+
+def test_records_of_different_filters_are_different() -> None:
+    common = (1, 1, 0.1, 2.0, 0.1, 0.1, 0.0)
+    assert PassBandRecord(*common, 4, 0) != EdgeAwareRecord(*common, 4, 0)

@@ -1,0 +1,235 @@
+"""Writing a run: every chosen file or none, and never over the frame's own files."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import ilf
+from ilf.completion import compose
+from ilf.confidence import expected_error
+from ilf.errors import ExportError, InputError, ParameterError
+from ilf.io import load_frame, read_colour, read_depth_values, read_labels
+from ilf.run import ExportOptions, check_write, filenames, staging, write
+from ilf.run import writing as module
+
+from .small_runs import contents, distrusting, drawn, small_run
+
+ALL = ExportOptions(depth_formats=("png", "tiff", "npy"), cloud="xyz")
+BARE = replace(ALL, run_record=False)
+
+
+@pytest.fixture
+def run(tmp_path):
+    return small_run(tmp_path)
+
+
+@pytest.fixture
+def completion(run):
+    return run.complete()
+
+
+def test_all_chosen_files_are_written_and_hold_the_result(run, completion, tmp_path):
+    out = tmp_path / "deep" / "out"
+    found = write(out, run, completion, ALL)
+    assert [path.name for path in found.files] == list(filenames(run, ALL))
+    assert set(contents(out)) == set(filenames(run, ALL)) == {*ALL.filenames(), "meta.json"}
+    assert found.notes == ()
+    np.testing.assert_array_equal(np.load(out / "depth.npy"), completion.depth)
+    np.testing.assert_array_equal(read_depth_values(out / "depth.tiff"), completion.depth)
+    stored = read_depth_values(out / "depth.png") / 1000
+    np.testing.assert_allclose(stored, np.nan_to_num(completion.depth), atol=0.0005001)
+    np.testing.assert_array_equal(read_labels(out / "blocks.png"), run.blocks)
+    rows = (out / "curves.csv").read_text().splitlines()
+    assert len(rows) == 1 + sum(map(len, completion.history.values()))
+    assert json.loads((out / "run.json").read_text())["program"] == "ilf-studio"
+
+
+def test_only_chosen_files_are_written_and_others_left_alone(run, completion, tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    options = ExportOptions((), expected_error=False, labels=True, curves=False, cloud=None, run_record=False)
+    write(tmp_path, run, completion, options)
+    assert {path.name for path in tmp_path.iterdir()} == {"in", "notes.txt", "blocks.png"}
+    nothing = replace(options, labels=False)
+    assert filenames(run, nothing) == ()
+    assert write(tmp_path / "empty", run, completion, nothing).files == ()
+
+
+@pytest.mark.parametrize(("formats", "units"), [(("png",), 2000.0), (("png", "npy"), 2000.0), (("tiff",), 1000.0)])
+def test_the_folder_opens_again_as_a_frame(run, completion, tmp_path, formats, units):
+    write(tmp_path / "out", run, completion, replace(ALL, depth_formats=formats, depth_units=units))
+    again = load_frame(tmp_path / "out")
+    np.testing.assert_array_equal(again.rgb, run.frame.rgb)
+    tolerance = 0 if formats != ("png",) else 0.5001 / units
+    np.testing.assert_allclose(again.depth, completion.depth, rtol=0, atol=tolerance)
+    assert again.intrinsics == dataclasses.replace(run.frame.intrinsics, name="")
+    assert again.name == "in-completed"
+
+
+def test_the_folder_opens_with_its_colour_beside_it(run, completion, tmp_path):
+    write(tmp_path / "out", run, completion, ALL)
+    colour = tmp_path / "in" / "rgb.png"
+    colour.rename(tmp_path / "out" / "rgb.png")
+    np.testing.assert_array_equal(load_frame(tmp_path / "out").rgb, run.frame.rgb)
+    (tmp_path / "out" / "rgb.png").unlink()
+    with pytest.raises(InputError, match=r"names .*rgb\.png, which is not there"):
+        load_frame(tmp_path / "out")
+
+
+def test_a_half_written_folder_is_not_opened(run, completion, tmp_path):
+    write(tmp_path / "out", run, completion, ALL)
+    (tmp_path / "out" / "run.json").unlink()
+    with pytest.raises(InputError, match="an export that was interrupted"):
+        load_frame(tmp_path / "out")
+
+
+def test_lost_depth_is_noted_by_file(run, completion, tmp_path):
+    (note,) = write(tmp_path / "out", run, completion, replace(BARE, depth_units=50_000.0)).notes
+    assert note.startswith("depth.png: ")
+    assert "clipped" in note
+
+
+def test_units_coarser_than_the_inputs_are_noted(run, completion, tmp_path):
+    (note,) = write(tmp_path / "out", run, completion, replace(BARE, depth_units=100.0)).notes
+    assert note.startswith("depth.png: The PNG has steps of 10 mm, the input of 1 mm")
+    assert (
+        write(tmp_path / "out", run, completion, replace(BARE, depth_formats=("npy",), depth_units=100.0)).notes == ()
+    )
+
+
+def test_guesses_and_distrusted_depth_have_masks(run, tmp_path):
+    dense = replace(distrusting(run), dense=True, only=frozenset({2}))
+    found = write(tmp_path / "out", dense, dense.complete(), BARE)
+    depth = np.load(tmp_path / "out" / "depth.npy")
+    guessed, distrusted = (
+        read_colour(tmp_path / "out" / f"{name}.png")[..., 0] == 255 for name in ("guessed", "distrusted")
+    )
+    assert np.isfinite(depth).all()
+    np.testing.assert_array_equal(distrusted, dense.frame.distrusted)
+    np.testing.assert_array_equal(guessed, ~dense.frame.known & (dense.blocks == 1))
+    assert f"{guessed.sum()} pixels" in found.notes[0]
+    assert {"guessed.png", "distrusted.png"} <= set(filenames(dense, BARE))
+    assert not {"guessed.png", "distrusted.png"} & set(filenames(run, BARE))
+
+
+def test_a_dense_run_without_a_gap_left_has_nothing_to_note(run, completion, tmp_path):
+    assert np.isfinite(completion.depth).all()
+    dense = replace(run, dense=True)
+    assert write(tmp_path / "out", dense, dense.complete(), BARE).notes == ()
+    assert not read_colour(tmp_path / "out" / "guessed.png").any()
+
+
+def test_expected_errors_come_in_the_formats_and_units_of_the_depth(run, completion, tmp_path):
+    out = tmp_path / "out"
+    assert write(out, run, completion, replace(BARE, depth_units=1100.0)).notes == ()
+    expected = expected_error(run.frame, completion)
+    np.testing.assert_array_equal(np.load(out / "expected_error.npy"), expected)
+    np.testing.assert_array_equal(read_depth_values(out / "expected_error.tiff"), expected)
+    stored = read_depth_values(out / "expected_error.png")
+    np.testing.assert_array_equal(stored > 0, completion.filled)
+    wanted = np.maximum(expected[completion.filled], 1 / 1100)
+    np.testing.assert_allclose(stored[completion.filled] / 1100, wanted, atol=0.00046)
+    no_files = ExportOptions((), labels=False, curves=False, cloud=None)
+    assert filenames(run, no_files) == ("run.json",)
+
+
+def test_edited_blocks_without_label_map_are_noted(run, tmp_path):
+    edited = drawn(run)
+    (note,) = write(tmp_path / "out", edited, edited.complete(), replace(ALL, labels=False)).notes
+    assert "blocks.png" in note
+
+
+def test_failing_writer_leaves_the_folder_as_it_was(run, completion, tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    write(out, run, completion, ALL)
+    before = contents(out)
+
+    def fails(path, *_, **__):
+        raise ExportError(f"Could not write {path}: the disk is full.")
+
+    monkeypatch.setattr(module, "write_cloud", fails)
+    other = replace(completion, depth=completion.depth + 1)
+    with pytest.raises(ExportError) as caught:
+        write(out, run, other, ALL)
+    assert str(caught.value) == f"Could not write {out / 'cloud.xyz'}: the disk is full."
+    assert contents(out) == before
+    with pytest.raises(ExportError):
+        write(tmp_path / "new" / "folder", run, completion, BARE)
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("failing", range(1, 22))
+def test_failing_move_takes_the_earlier_ones_back(run, completion, tmp_path, monkeypatch, failing):
+    """Ten files go aside and eleven go in: whichever move fails, the folder is as before."""
+    out = tmp_path / "out"
+    write(out, run, completion, ALL)
+    (out / "depth.tiff").unlink()
+    before = contents(out)
+    real_replace, real_move_in = os.replace, staging.move_in
+    moves = []
+
+    def fails_once(source, target):
+        moves.append(target)
+        if len(moves) == failing:
+            raise PermissionError(13, "in use by another program")
+        real_replace(source, target)
+
+    def move_in(*arguments):
+        monkeypatch.setattr(os, "replace", fails_once)
+        real_move_in(*arguments)
+
+    monkeypatch.setattr(module, "move_in", move_in)
+    with pytest.raises(ExportError, match="in use by another program"):
+        write(out, run, replace(completion, depth=completion.depth + 1), ALL)
+    assert contents(out) == before
+
+
+def test_cloud_without_intrinsics_writes_nothing(run, completion, tmp_path):
+    bare = replace(run, frame=ilf.RGBDFrame(run.frame.rgb, run.frame.depth))
+    with pytest.raises(InputError, match="intrinsics"):
+        write(tmp_path / "out", bare, completion, ALL)
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_frames_own_files_are_never_overwritten(run, completion, tmp_path):
+    own = tmp_path / "in"
+    raw = (own / "depth.png").read_bytes()
+    with pytest.raises(ExportError, match="own file"):
+        write(own, run, completion, BARE)
+    assert (own / "depth.png").read_bytes() == raw
+    (own / "meta.json").write_text("{}")
+    with pytest.raises(ExportError, match=r"meta\.json is the frame's own file"):
+        write(own, run, completion, replace(BARE, depth_formats=("npy",)))
+    assert (own / "meta.json").read_text() == "{}"
+
+
+def test_what_cannot_be_written_is_refused(run, completion, tmp_path):
+    (tmp_path / "file").write_text("")
+    (tmp_path / "odd" / "depth.npy").mkdir(parents=True)
+    for folder in ("file", "file/below", "odd"):
+        with pytest.raises(ExportError):
+            write(tmp_path / folder, run, completion, BARE)
+    assert (tmp_path / "odd" / "depth.npy").is_dir()
+    assert len(list((tmp_path / "odd").iterdir())) == 1
+    write(tmp_path / "out", run, completion, BARE)
+    with pytest.raises(ExportError, match="already"):
+        check_write(tmp_path / "out", run, BARE, overwrite=False)
+
+
+def test_files_of_part_of_a_run_come_from_what_there_is(run, tmp_path):
+    write(tmp_path / "out", run, compose(run.frame, {}), ALL)
+    np.testing.assert_array_equal(np.load(tmp_path / "out" / "depth.npy"), run.frame.depth)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"depth_formats": ("jpg",)}, {"cloud": "obj"}, {"axes": "z"}, {"cloud_unit": "in"}, {"depth_units": float("nan")}],
+)
+def test_unknown_choices_are_refused(wrong):
+    with pytest.raises(ParameterError):
+        ExportOptions(**wrong)
