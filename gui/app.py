@@ -26,14 +26,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     offscreen = options.screenshot is not None and not os.environ.get("QT_QPA_PLATFORM")
     problem = display_problem()
-    if options.screenshot is not None and qt_problem():
-        return _refused(qt_problem())
     if problem and offscreen:
+        problem = qt_problem()  # of another kind there is none without a display
         os.environ["QT_QPA_PLATFORM"] = "offscreen"
         # the offscreen platform warns at every window that it cannot pass on size hints
         os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
-    elif problem:
-        return _without_display(options, problem)
+    if problem:
+        return _without_display(options, problem) if options.screenshot is None else _refused(problem)
     try:
         for package in ("PySide6.QtWidgets", "pyqtgraph", "qtawesome"):
             optional(package, "app", "The window")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import sys
 
@@ -43,7 +44,7 @@ PLATFORM_LIBRARIES = {
         "libxcb-xkb.so.1",
         "libxkbcommon-x11.so.0",
     ),
-    "wayland": ("libwayland-client.so.0", "libwayland-cursor.so.0"),
+    "wayland": ("libwayland-client.so.0", "libwayland-cursor.so.0", "libwayland-egl.so.1"),
     "offscreen": (),
 }
 """Platform plugin -> what windows by it need as well."""
@@ -61,8 +62,11 @@ def display_problem() -> str:
     platforms = _platforms()
     if not platforms:
         return "There is no display here (neither DISPLAY nor WAYLAND_DISPLAY is set), so no window can be shown."
-    # one that can be loaded is enough: Qt tries them in turn
-    problems = [_problem(QT_LIBRARIES + PLATFORM_LIBRARIES.get(platform, ())) for platform in platforms]
+    # one that works is enough: Qt tries them in turn
+    problems = [
+        _problem(QT_LIBRARIES + PLATFORM_LIBRARIES.get(platform, ())) or (platform == "xcb" and _x11_problem()) or ""
+        for platform in platforms
+    ]
     return "" if "" in problems else problems[0]
 
 
@@ -78,3 +82,17 @@ def _platforms() -> list[str]:
 def _problem(libraries: tuple[str, ...]) -> str:
     missing = missing_libraries(libraries)
     return f"Qt cannot start because system libraries are missing: {how_to_install(missing)}" if missing else ""
+
+
+def _x11_problem() -> str:
+    """Why the X server does not answer; asked by X's own library, since Qt aborts where it does not."""
+    x11 = ctypes.CDLL("libX11.so.6")
+    x11.XOpenDisplay.restype = ctypes.c_void_p
+    connection = x11.XOpenDisplay(None)
+    if connection:
+        x11.XCloseDisplay(ctypes.c_void_p(connection))
+        return ""
+    return (
+        f"No window can be shown: the display {os.environ.get('DISPLAY', '')!r} does not answer, or not to this user. "
+        "Check DISPLAY, or log in with ssh -X."
+    )

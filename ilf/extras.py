@@ -27,6 +27,7 @@ SYSTEM_PACKAGES = {
     "libusb-1.0.so.0": "libusb-1.0-0",
     "libwayland-client.so.0": "libwayland-client0",
     "libwayland-cursor.so.0": "libwayland-cursor0",
+    "libwayland-egl.so.1": "libwayland-egl1",
     "libxcb.so.1": "libxcb1",
     "libxcb-cursor.so.0": "libxcb-cursor0",
     "libxcb-icccm.so.4": "libxcb-icccm4",
@@ -69,7 +70,8 @@ def optional(module: str, extra: str, purpose: str) -> ModuleType:
     try:
         return import_module(module)
     except (ImportError, OSError) as error:
-        raise InputError(f"{purpose} needs the package {module}, {way_out(module, extra, error)}") from error
+        package = module.partition(".")[0]
+        raise InputError(f"{purpose} needs the package {package}, {way_out(package, extra, error)}") from error
 
 
 def way_out(module: str, extra: str, error: ImportError | OSError, libraries: Sequence[str] = ()) -> str:

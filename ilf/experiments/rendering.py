@@ -7,16 +7,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..frame import RGBDFrame
+from ..cloud import point_cloud
+from ..drawing.splat import OrbitCamera, splat
+from ..frame import CameraIntrinsics, RGBDFrame
 
 _MISSING = np.array([38, 38, 42], np.uint8)
-_EMPTY = np.array([250, 250, 250], np.uint8)
+_EMPTY = (250, 250, 250)
 
 _YAW, _PITCH = math.radians(22), math.radians(14)
 """How far the cloud is turned, so that its shape shows."""
-
-_FITTED = 0.85
-"""Share of the picture that the known depth takes."""
 
 _NEAR_SHARE, _FAR_SHARE = 2.0, 98.0
 """Percentiles of the depth between which colours spread."""
@@ -44,7 +43,7 @@ def thumbnail(picture: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
 
 
 def cloud_picture(frame: RGBDFrame, depth: NDArray[np.floating], focal: float, width: int) -> NDArray[np.uint8]:
-    """The cloud of a depth image, seen in parallel from the side and above, nearest points in front.
+    """The cloud of a depth image, seen from the side and above, nearest points in front.
 
     Parameters
     ----------
@@ -58,24 +57,9 @@ def cloud_picture(frame: RGBDFrame, depth: NDArray[np.floating], focal: float, w
         Of the picture [px].
     """
     height = round(width * frame.shape[0] / frame.shape[1])
-    given, _ = _turned(frame.depth, focal)
-    low, high = np.percentile(given[:, :2], [_NEAR_SHARE, _FAR_SHARE], axis=0)
-    scale = _FITTED * min(width / (high[0] - low[0]), height / (high[1] - low[1]))
-    points, places = _turned(depth, focal)
-    u, v = np.round((points[:, :2] - (low + high) / 2) * scale + (np.array([width, height]) - 1) / 2).astype(int).T
-    seen = np.flatnonzero((u >= 0) & (u < width) & (v >= 0) & (v < height))
-    seen = seen[np.argsort(-points[seen, 2], kind="stable")]
-    picture = np.broadcast_to(_EMPTY, (height, width, 3)).copy()
-    picture[v[seen], u[seen]] = frame.rgb.reshape(-1, 3)[places[seen]]
-    return picture
-
-
-def _turned(depth: NDArray[np.floating], focal: float) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-    """The points of a depth image, turned so that its shape shows (N, 3) [m], and their places in it (N,)."""
-    rows, columns = np.nonzero(np.isfinite(depth))
-    z = depth[rows, columns].astype(np.float64)
-    x = (columns - (depth.shape[1] - 1) / 2) / focal * z
-    y = (rows - (depth.shape[0] - 1) / 2) / focal * z
-    x, z = math.cos(_YAW) * x + math.sin(_YAW) * z, math.cos(_YAW) * z - math.sin(_YAW) * x
-    y, z = math.cos(_PITCH) * y + math.sin(_PITCH) * z, math.cos(_PITCH) * z - math.sin(_PITCH) * y
-    return np.stack([x, y, z], axis=1), rows * depth.shape[1] + columns
+    rows, columns = frame.shape
+    lens = CameraIntrinsics(focal, focal, (columns - 1) / 2, (rows - 1) / 2)
+    given = point_cloud(frame.depth, frame.rgb, lens)
+    camera = OrbitCamera(yaw=-_YAW, pitch=_PITCH).fitted(given.points, width / height)
+    cloud = point_cloud(depth, frame.rgb, lens)
+    return splat(cloud.points, cloud.colours, camera, width, height, _EMPTY)

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import PySide6
 import pytest
@@ -18,8 +19,10 @@ from ilf import extras
 from ilf.extras import SYSTEM_PACKAGES
 
 ROOT = Path(__file__).resolve().parents[2]
-RUN_TIMES = {"libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0", "ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1",
-             "libstdc++.so.6", "libgcc_s.so.1"}  # fmt: skip
+RUN_TIMES = {
+    *("libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0", "librt.so.1"),
+    *("ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1", "libstdc++.so.6", "libgcc_s.so.1"),
+}
 
 
 @pytest.fixture
@@ -28,14 +31,15 @@ def bare_linux(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
     monkeypatch.setattr("sys.platform", "linux")
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(extras.ctypes, "CDLL", lambda name: None)
+    monkeypatch.setattr(extras.ctypes, "CDLL", _lacking())
     return monkeypatch
 
 
-def _lacking(*names: str):
-    def load(name: str) -> None:
+def _lacking(*names: str, connection: int | None = 1):
+    def load(name: str) -> SimpleNamespace:
         if name in names:
             raise OSError(name)
+        return SimpleNamespace(XOpenDisplay=lambda name: connection, XCloseDisplay=lambda display: 0)
 
     return load
 
@@ -75,6 +79,23 @@ def test_x11_libraries_matter_under_x11_only(bare_linux: pytest.MonkeyPatch, lib
     bare_linux.delenv("QT_QPA_PLATFORM")
     bare_linux.setenv("WAYLAND_DISPLAY", "wayland-0")
     assert display.display_problem() == "", "Qt takes the one that works"
+
+
+def test_an_x_server_that_does_not_answer(bare_linux: pytest.MonkeyPatch) -> None:
+    bare_linux.setattr(extras.ctypes, "CDLL", _lacking(connection=None))
+    bare_linux.setenv("DISPLAY", ":4711")
+    assert "':4711' does not answer" in display.display_problem()
+    bare_linux.setenv("QT_QPA_PLATFORM", "offscreen")
+    assert display.display_problem() == ""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="X11 is asked under Linux")
+def test_a_real_display_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("QT_QPA_PLATFORM")
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setenv("DISPLAY", ":4711")
+    problem = display.display_problem()
+    assert "':4711' does not answer" in problem or "libxcb" in problem
 
 
 def test_packages_are_named_once(bare_linux: pytest.MonkeyPatch) -> None:
@@ -141,6 +162,17 @@ def test_a_picture_of_the_window_that_qt_cannot_make_is_one_line(
     assert error.count("\n") == 1
 
 
+def test_a_picture_on_a_platform_that_does_not_work_is_refused(
+    bare_linux: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    bare_linux.setattr(extras.ctypes, "CDLL", _lacking("libxcb-sync.so.1"))
+    bare_linux.setenv("QT_QPA_PLATFORM", "xcb")
+    assert main(["--sample", "--run", "--screenshot", str(tmp_path / "x.png")]) == 1
+    error = capsys.readouterr().err
+    assert error.endswith("apt install libxcb-sync1\n")
+    assert error.count("\n") == 1
+
+
 def _child(program: str, **environment: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-c", program],
@@ -155,7 +187,7 @@ def test_a_package_that_is_not_installed_is_named_with_its_extra(package: str) -
         QT_QPA_PLATFORM="offscreen",
     )
     assert run.returncode == 1
-    assert package in run.stderr
+    assert f"needs the package {package}, " in run.stderr
     assert "pip install 'ilf-studio[app]'" in run.stderr
     assert run.stderr.count("\n") == 1
 

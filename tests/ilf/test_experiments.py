@@ -30,6 +30,7 @@ from ilf.experiments import (
     write_result,
 )
 from ilf.experiments.inlier_polynomial import inlier_polynomial
+from ilf.experiments.rendering import cloud_picture
 from ilf.experiments.spots import find_spot, with_spot
 from ilf.experiments.surfaces import Surface, continuous_defect, sensed
 from ilf.experiments.sweep import POLYNOMIALS, Case, run_case
@@ -363,3 +364,18 @@ def test_mistakes_are_told_in_one_line(arguments, message, tmp_path, capsys, mon
     assert message in error
     assert len(error.splitlines()) == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_clouds_are_pictured_from_above():
+    """A floor 1 m below the camera: from above its far end lies higher in the picture than its near end."""
+    rows = np.mgrid[:60, :80][0]
+    depth = np.where(rows >= 35, 60.0 / np.maximum(rows - 29.5, 1), np.nan).astype(np.float32)
+    far = depth > 4
+    rgb = np.where(far[..., None], [200, 0, 0], [0, 0, 200]).astype(np.uint8)
+    picture = cloud_picture(RGBDFrame(rgb, depth), depth, 60.0, 160)
+    assert picture.shape == (120, 160, 3)
+    np.testing.assert_array_equal(picture[0, 0], [250, 250, 250])
+    red = np.nonzero((picture[..., 0] > 60) & (picture[..., 2] == 0))[0]
+    blue = np.nonzero((picture[..., 2] > 60) & (picture[..., 0] == 0))[0]
+    assert red.size > 50 < blue.size
+    assert np.median(red) < np.median(blue) - 10

@@ -254,6 +254,17 @@ def test_a_region_is_on_the_plane_of_all_that_it_has_taken_in() -> None:
     assert merged(0.31) == _sets("123")
 
 
+def test_regions_that_are_one_share_a_plane_with_the_next() -> None:
+    columns = np.mgrid[:40, :120][1]
+    depth = 1 / (0.4 + 0.001 * columns)
+    depth[:, [*range(36, 44), *range(76, 84)]] = np.nan
+    strength = np.zeros(depth.shape)
+    strength[:, 39:41], strength[:, 79:81] = 0.05, 0.3
+    relief, frame, regions = _relief(depth.shape, False), _frame(depth), _columns(40, 40, 40, height=40)
+    assert _merged(regions, strength, 0.055, relief, frame) == _sets("12", "3")
+    assert _merged(regions, strength, 0.065, relief, frame) == _sets("123")
+
+
 # the order
 
 
@@ -365,6 +376,7 @@ def test_the_smallest_goes_first_and_counts_for_the_one_that_takes_it_in() -> No
     # were 1 the first, it would take 2 away from 3
     strength[:, 3], strength[:, 5] = 0.9, 0.1
     assert _taken_in(regions, strength, replace(ANY, pixels=12), depth) == _sets("1", "23")
+    assert _taken_in(regions, strength, replace(ANY, pixels=13), depth) == _sets("123"), "then 1 is alone"
 
 
 @pytest.mark.parametrize(("known", "fit"), [(7, False), (8, True)])
@@ -384,6 +396,8 @@ def test_so_many_pixels_must_be_known_however_small_the_share(known: int, fit: b
     depth[tuple(places[known:].T)] = np.nan
     assert _taken_in(regions, strength, Fitness(0, 0.01, 5), depth) == (_sets("1", "2") if fit else _sets("12"))
     assert _taken_in(regions, strength, Fitness(0, 0.0, 5), depth) == _sets("1", "2"), "nothing is asked of it"
+    depth[regions == 1] = np.nan
+    assert _taken_in(regions, strength, Fitness(0, 0.0, 5), depth) == _sets("2"), "nor goes it to another"
 
 
 def test_of_a_region_smaller_than_that_all_pixels_must_be_known() -> None:

@@ -97,9 +97,8 @@ def test_lost_depth_is_noted_by_file(run, completion, tmp_path):
 def test_units_coarser_than_the_inputs_are_noted(run, completion, tmp_path):
     (note,) = write(tmp_path / "out", run, completion, replace(BARE, depth_units=100.0)).notes
     assert note.startswith("depth.png: The PNG has steps of 10 mm, the input of 1 mm")
-    assert (
-        write(tmp_path / "out", run, completion, replace(BARE, depth_formats=("npy",), depth_units=100.0)).notes == ()
-    )
+    exact = replace(BARE, depth_formats=("npy",), depth_units=100.0)
+    assert write(tmp_path / "out", run, completion, exact).notes == ()
 
 
 def test_guesses_and_distrusted_depth_have_masks(run, tmp_path):

@@ -32,6 +32,7 @@ ROOT = Path(__file__).resolve().parents[3]
 def main(arguments: Sequence[str] | None = None) -> int:
     """Try the sample, and print what survived and the score."""
     options = _parser().parse_args(arguments)
+    options.out = options.out.absolute()
     options.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="ilf-mutants-") as folder:
         tree = take_tree(ROOT, Path(folder) / "tree")
