@@ -44,7 +44,7 @@ PLATFORM_LIBRARIES = {
         "libxcb-xkb.so.1",
         "libxkbcommon-x11.so.0",
     ),
-    "wayland": ("libwayland-client.so.0", "libwayland-cursor.so.0"),
+    "wayland": ("libwayland-client.so.0", "libwayland-cursor.so.0", "libwayland-egl.so.1"),
     "offscreen": (),
 }
 """Platform plugin -> what windows by it need as well."""

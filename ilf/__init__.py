@@ -1,6 +1,6 @@
 """ILF Studio's library: complete the missing depth in RGB-D frames by iterative low-pass filtering."""
 
-from .completion import Completion, complete, iterate
+from .completion import complete, iterate
 from .confidence import expected_error
 from .dense import fill_rest
 from .ebs import extract_blocks
@@ -8,6 +8,7 @@ from .edges import edge_strength
 from .errors import IlfError
 from .frame import CameraIntrinsics, RGBDFrame
 from .io import load_frame
+from .outcomes import Completion
 from .parameters import BlockParameters, Parameters, preset
 from .run import Run, replay, write
 from .version import __version__

@@ -14,10 +14,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .completion import Completion
 from .errors import InputError, ParameterError
 from .filter.pyramid import sums_of_four
 from .frame import RGBDFrame
+from .outcomes import Completion
 
 Array = NDArray[np.float32]
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from .completion import Completion, iterate
-from .errors import InputError
+from .completion import iterate
 from .filter.convergence import IterationRecord
 from .frame import RGBDFrame
-from .parameters import preset
+from .outcomes import Completion
+from .parameters import BlockParameters, preset
 
 
 def fill_rest(frame: RGBDFrame, completion: Completion) -> Completion:
@@ -31,11 +31,6 @@ def fill_rest(frame: RGBDFrame, completion: Completion) -> Completion:
     Completion
         Without missing pixels; `guessed` says which ones this step has filled. What was there before is as it was.
 
-    Raises
-    ------
-    InputError
-        If there is no depth at all.
-
     Examples
     --------
     >>> import numpy as np, ilf
@@ -54,16 +49,17 @@ def fill_rest(frame: RGBDFrame, completion: Completion) -> Completion:
             return end.value
 
 
-def guess_steps(frame: RGBDFrame, completion: Completion) -> Generator[IterationRecord, None, Completion]:
+def guess_steps(
+    frame: RGBDFrame, completion: Completion, extraction: BlockParameters | None = None
+) -> Generator[IterationRecord, None, Completion]:
     """`fill_rest` step by step, for those who show its progress or may give it up: yields the record of every
-    iteration, and returns the completion."""
+    iteration, and returns the completion. With the edges of the blocks' extraction, where that is known."""
     guessed = ~np.isfinite(completion.depth)
-    if guessed.all():
-        raise InputError("There is no depth in this frame, so there is nothing to guess from.")
     if not guessed.any():
         return completion
     completed = RGBDFrame(frame.rgb, completion.depth)
-    iteration = iterate(completed, np.ones(frame.shape, np.int32), 1, preset("best", trend=False))
+    whole = np.ones(frame.shape, np.int32)
+    iteration = iterate(completed, whole, 1, preset("best", trend=False), extraction=extraction)
     yield from iteration
     surface = iteration.surface.reshape(frame.shape)
     nearest, farthest = np.nanmin(completion.depth), np.nanmax(completion.depth)

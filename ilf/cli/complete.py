@@ -8,10 +8,10 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ..completion import Completion
 from ..errors import InputError
 from ..frame import doubtful_scale
 from ..io import frame_folder, read_labels
+from ..outcomes import Completion
 from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..run import ExportOptions, Replay, Run, check_write, output_folder_name, replay, write
 from ..run.options import CLOUD_AXES, CLOUD_FILES, CLOUD_UNITS, DEPTH_FILES

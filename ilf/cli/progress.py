@@ -7,7 +7,7 @@ from typing import Self
 
 from tqdm import tqdm
 
-from ..completion import Progress
+from ..outcomes import Progress
 from ..run import GUESS, RunSteps
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..completion import BlockOutcome, Completion, Status
 from ..frame import RGBDFrame
+from ..outcomes import BlockOutcome, Completion, Status
 from ..run import Run
 
 

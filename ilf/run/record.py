@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..completion import BlockOutcome, BlockResult, Completion
 from ..frame import FrameInputs
+from ..outcomes import BlockOutcome, BlockResult, Completion
 from ..parameters import BlockParameters, Parameters
 from ..version import __version__
 from .machine import library_versions, processor

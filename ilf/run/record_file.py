@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..completion import BlockOutcome, Status
 from ..errors import FormatError, InputError, ParameterError
 from ..frame import FrameInputs, InputFile
 from ..io.files import read_json
+from ..outcomes import BlockOutcome, Status
 from ..parameters import BlockParameters, Parameters
 from .options import ExportOptions
 from .record import PROGRAM, SCHEMA, RunRecord

@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..completion import Completion
 from ..ebs import extract
 from ..errors import InputError
 from ..frame import InputFile, RGBDFrame
@@ -19,6 +18,7 @@ from ..io import load_frame, read_labels
 from ..io.depth_files import depth_in_metres, read_depth_values
 from ..io.files import file_sha256
 from ..io.label_files import read_mask
+from ..outcomes import Completion
 from .checks import is_changed, missing_or_changed, network_differences, processor_difference, version_differences
 from .options import DEPTH_FILES, DISTRUSTED_FILE, LABELS_FILE, ExportOptions
 from .record import RunRecord, array_sha256, outcome_to_dict

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..blocks import Block, checked_labels
-from ..completion import BlockResult, Completion, CompletionRun, Progress, compose
+from ..completion import CompletionRun
 from ..dense import guess_steps
 from ..ebs import extract
 from ..filter.convergence import IterationRecord
 from ..frame import RGBDFrame
+from ..outcomes import BlockResult, Completion, Progress, compose
 from ..parameters import BlockParameters, Parameters, preset
 
 GUESS = 0
@@ -205,4 +206,4 @@ class RunSteps(Iterator[Progress]):
                 yield Progress(GUESS, record=record)
 
     def _guess(self) -> Generator[IterationRecord, None, None]:
-        self._completion = yield from guess_steps(self.run.frame, self.completion())
+        self._completion = yield from guess_steps(self.run.frame, self.completion(), self.run.extraction)

@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 
 from ..cloud import point_cloud
-from ..completion import Completion
 from ..confidence import expected_error
 from ..errors import ExportError, InputError
 from ..frame import FrameInputs, RGBDFrame
@@ -20,6 +19,7 @@ from ..io import META_NAME, coarser_units, write_cloud, write_depth, write_expec
 from ..io.atomic import write_bytes
 from ..io.cloud_files import check_cloud_format
 from ..io.files import file_sha256
+from ..outcomes import Completion
 from .curve_files import write_curves
 from .options import (
     CLOUD_FILES,

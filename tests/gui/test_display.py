@@ -19,8 +19,10 @@ from ilf import extras
 from ilf.extras import SYSTEM_PACKAGES
 
 ROOT = Path(__file__).resolve().parents[2]
-RUN_TIMES = {"libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0", "librt.so.1", "ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1",
-             "libstdc++.so.6", "libgcc_s.so.1"}  # fmt: skip
+RUN_TIMES = {
+    *("libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0", "librt.so.1"),
+    *("ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1", "libstdc++.so.6", "libgcc_s.so.1"),
+}
 
 
 @pytest.fixture

@@ -11,9 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import ilf
-from ilf.completion import CompletionRun, Status
+from ilf.completion import CompletionRun
+from ilf.filter.convergence import IterationRecord
 from ilf.filter.edge_aware.flying import flying_pixels
 from ilf.frame import RGBDFrame
+from ilf.outcomes import History, Status
 from ilf.parameters import Parameters
 
 SHAPE = (120, 160)
@@ -241,7 +243,7 @@ def test_results_do_not_depend_on_threads_or_on_the_other_blocks() -> None:
             assert repr(_timeless(result.history)) == repr(_timeless(expected.history))
 
 
-def _timeless(history: ilf.completion.History) -> list[ilf.completion.IterationRecord]:
+def _timeless(history: History) -> list[IterationRecord]:
     return [dataclasses.replace(record, seconds=0.0) for record in history]
 
 

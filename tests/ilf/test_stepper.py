@@ -14,12 +14,12 @@ import pytest
 
 import ilf
 from ilf.blocks import find_blocks
-from ilf.completion import BlockOutcome, Status
 from ilf.filter.convergence import IterationRecord
 from ilf.filter.edge_aware.record import EdgeAwareRecord
 from ilf.filter.pass_band.record import PassBandRecord
 from ilf.filter.stepper import Stepper, make_stepper
 from ilf.frame import RGBDFrame
+from ilf.outcomes import BlockOutcome, Status
 from ilf.parameters import PRESETS
 
 RECORDS = {"ideal": PassBandRecord, "edge-aware": EdgeAwareRecord}

@@ -1,0 +1,148 @@
+"""What a completion gives: a block's outcome and result, and the frame that results compose to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .blocks import Block
+from .equality import NanEqual
+from .filter.convergence import IterationRecord
+from .frame import RGBDFrame
+from .parameters import Parameters
+
+History = tuple[IterationRecord, ...]
+
+
+class Status(StrEnum):
+    """How a block ended."""
+
+    COMPLETED = "completed"
+    ITERATION_LIMIT = "iteration limit"
+    NOT_RECOVERABLE = "not recoverable"
+    NOTHING_MISSING = "nothing missing"
+
+
+@dataclass(frozen=True, eq=False)
+class BlockOutcome(NanEqual):
+    """What became of one block. NaN equals NaN when outcomes are compared.
+
+    Attributes
+    ----------
+    label : int
+    status : Status
+    message : str
+        The reason in words, where there is one to give.
+    pixels, known, recovered : int
+        Pixels of the block, those with raw depth, and those that were missing and now have depth.
+    iterations, stages : int
+    sigma_i : float
+        Deviation of the last iteration [m], NaN where there was none.
+    """
+
+    label: int
+    status: Status
+    message: str
+    pixels: int
+    known: int
+    recovered: int = 0
+    iterations: int = 0
+    stages: int = 0
+    sigma_i: float = math.nan
+
+    @property
+    def defect_rate(self) -> float:
+        """Share of the block's pixels without raw depth, 0-1."""
+        return 1.0 - self.known / self.pixels
+
+
+@dataclass(frozen=True, eq=False)
+class BlockResult:
+    """One block's completed depth, with all that explains it.
+
+    Attributes
+    ----------
+    block : Block
+        The pixels, as they were when the block was run.
+    depth : ndarray of float32
+        Depth [m] at the block's pixels in the order of `block.mask`'s True values, NaN = still missing.
+    outcome : BlockOutcome
+    history : tuple of IterationRecord
+    parameters : Parameters
+    network : str or None
+        SHA-256 of the edge network that had a part in it; None if none had.
+    notes : tuple of str
+        What the user should know of how it came about: none if all is as asked for.
+    """
+
+    block: Block
+    depth: NDArray[np.float32]
+    outcome: BlockOutcome
+    history: History
+    parameters: Parameters
+    network: str | None = None
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Completion:
+    """A frame's completed depth.
+
+    Attributes
+    ----------
+    depth : ndarray of float32, shape (H, W)
+        Depth [m], NaN where it could not be recovered.
+    filled : ndarray of bool, shape (H, W)
+        Pixels that had no depth and now have.
+    results : dict
+        Block label -> BlockResult, in rising order of labels.
+    guessed : ndarray of bool, shape (H, W)
+        The filled pixels that no block vouches for: none, unless `ilf.dense.fill_rest` has been asked for them.
+    notes : tuple of str
+        What the user should know of how it came about, each sentence once.
+    """
+
+    depth: NDArray[np.float32]
+    filled: NDArray[np.bool_]
+    results: dict[int, BlockResult]
+    guessed: NDArray[np.bool_]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def history(self) -> dict[int, History]:
+        """Block label -> the record of every iteration."""
+        return {label: result.history for label, result in self.results.items()}
+
+    @property
+    def outcomes(self) -> dict[int, BlockOutcome]:
+        """Block label -> what became of the block."""
+        return {label: result.outcome for label, result in self.results.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class Progress:
+    """One step of a run: an iteration's record, or a block's result at its end."""
+
+    label: int
+    record: IterationRecord | None = None
+    result: BlockResult | None = None
+
+
+def compose(frame: RGBDFrame, results: Mapping[int, BlockResult]) -> Completion:
+    """The frame's depth with the blocks' results put in; pixels of no block keep their raw depth."""
+    depth = frame.depth.copy()
+    for result in results.values():
+        depth[result.block.box][result.block.mask] = result.depth
+    filled = ~frame.known & np.isfinite(depth)
+    in_order = dict(sorted(results.items()))
+    return Completion(depth, filled, in_order, np.zeros_like(filled), notes_of(in_order))
+
+
+def notes_of(results: Mapping[int, BlockResult]) -> tuple[str, ...]:
+    """Each sentence once."""
+    return tuple(dict.fromkeys(note for result in results.values() for note in result.notes))

@@ -1,0 +1,74 @@
+"""The guess of what no block could complete: everywhere, marked, and nothing else touched."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ilf
+from ilf.dense import guess_steps
+from ilf.frame import RGBDFrame
+
+
+@pytest.fixture
+def half_done(small_frame: RGBDFrame) -> tuple[RGBDFrame, ilf.Completion]:
+    """The left half completed, the right one in no block."""
+    labels = np.zeros(small_frame.shape, np.int32)
+    labels[:, :30] = 1
+    return small_frame, ilf.complete(small_frame, labels)
+
+
+def test_all_that_is_missing_is_filled_and_marked(half_done: tuple[RGBDFrame, ilf.Completion]) -> None:
+    frame, before = half_done
+    missing = np.isnan(before.depth)
+    assert missing.sum() == 10 * 16
+    after = ilf.fill_rest(frame, before)
+    assert np.array_equal(after.guessed, missing)
+    assert np.array_equal(after.filled, ~frame.known)
+    assert np.array_equal(after.depth[~missing], before.depth[~missing])
+    assert after.depth.dtype == np.float32
+    assert after.results == before.results
+    _, columns = np.mgrid[:48, :64]
+    assert np.abs(after.depth - (2.4 + 0.005 * columns))[missing].max() < 0.02
+    assert not before.guessed.any(), "what went in is as it was"
+
+
+def test_a_guess_is_no_nearer_and_no_farther_than_what_is_there(half_done: tuple[RGBDFrame, ilf.Completion]) -> None:
+    frame, _ = half_done
+    _, columns = np.mgrid[:48, :64]
+    slope = np.where((columns > 20) & (columns < 44), 1.0 + 0.05 * columns, np.nan)
+    steep = RGBDFrame(frame.rgb, slope)
+    guessed = ilf.fill_rest(steep, ilf.complete(steep, np.zeros(frame.shape, np.int32))).depth
+    assert np.isfinite(guessed).all()
+    assert guessed.min() >= np.nanmin(np.float32(slope))
+    assert guessed.max() <= np.nanmax(np.float32(slope))
+
+
+def test_where_nothing_is_missing_nothing_is_guessed(half_done: tuple[RGBDFrame, ilf.Completion]) -> None:
+    frame, before = half_done
+    done = ilf.fill_rest(frame, before)
+    assert ilf.fill_rest(frame, done) is done
+    assert list(guess_steps(frame, done)) == []
+
+
+def test_the_guess_sees_the_edges_of_the_extraction_and_says_what_there_is_to_know(
+    half_done: tuple[RGBDFrame, ilf.Completion], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    frame, _ = half_done
+    depth = frame.depth.copy()
+    depth[20:40, 22:44] = np.nan
+    frame = RGBDFrame(np.full((48, 64, 3), 90, np.uint8), depth)
+
+    def guess(extraction: ilf.BlockParameters | None) -> ilf.Completion:
+        run = ilf.Run(frame, np.zeros(frame.shape, np.int32), extraction=extraction, dense=True)
+        return run.complete()
+
+    usual = guess(None)
+    assert np.array_equal(guess(ilf.BlockParameters()).depth, usual.depth)
+    assert not np.array_equal(guess(ilf.BlockParameters(depth_jump=3.0)).depth, usual.depth)
+    assert usual.notes == ()
+    monkeypatch.setattr("ilf.models.asset_path", lambda name: tmp_path / "none.onnx")
+    (note,) = guess(None).notes
+    assert note.startswith("Canny's edges stand in for the network's: ")
