@@ -261,3 +261,13 @@ def test_colour_alone_serves_the_network_and_canny() -> None:
 def test_three_scales_differ_from_one() -> None:
     frame = _frame()
     assert not np.array_equal(ilf.edge_strength(frame, "hed", multiscale=True), ilf.edge_strength(frame, "hed"))
+
+
+@pytest.mark.parametrize("multiscale", [False, True])
+def test_blocks_and_filter_see_as_many_scales_as_they_ask_for(multiscale: bool) -> None:
+    frame = _frame()
+    expected = ilf.edge_strength(frame, "hed", multiscale=multiscale)
+    assert np.array_equal(find_edges(frame, BlockParameters(multiscale=multiscale)).colour, expected)
+    assert np.array_equal(edges_for(frame, ilf.preset(multiscale=multiscale)).colour, expected)
+    combined = ilf.edge_strength(frame, "combined", multiscale=multiscale)
+    assert np.array_equal(combined, np.where(find_edges(frame, CANNY).relief.edges, 1, expected))
