@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from PySide6.QtGui import QAction, QActionGroup, QKeySequence
+from PySide6.QtGui import QAction, QActionGroup, QKeySequence, QUndoGroup
 from PySide6.QtWidgets import QWidget
 
 from gui import theme
@@ -69,6 +69,13 @@ COMMANDS = (
         "Solve the chosen block anew whenever a value of the filter changes",
         checkable=True,
     ),
+    Command(
+        "guess",
+        "&Guess the rest",
+        "ph.question",
+        "",
+        "Guess the depth that no block could complete, for programs that need all of it; it is marked as guessed",
+    ),
     Command("clear_results", "C&lear results", "ph.backspace", "", "Forget the completed depth of this frame"),
     Command("tool_select", "&Select", "ph.cursor", "Ctrl+1", "Choose blocks", group="tool"),
     Command("tool_paint", "&Paint", "ph.paint-brush", "Ctrl+2", "Add pixels to the chosen block", group="tool"),
@@ -114,16 +121,20 @@ COMMANDS = (
     Command(
         "stage_blocks", "B&locks found", "", "Alt+5", "Show the blocks that the extraction would give", group="stage"
     ),
+    Command(
+        "full_screen", "F&ull screen", "ph.corners-out", "F11", "Show the window on all of the screen", checkable=True
+    ),
     Command("next_frame", "Next frame", "", "Ctrl+PgDown"),
     Command("previous_frame", "Previous frame", "", "Ctrl+PgUp"),
     Command("about", "&About ILF Studio", "ph.info"),
 )
+_HISTORY_ICONS = {"undo": "ph.arrow-counter-clockwise", "redo": "ph.arrow-clockwise"}
 
 
 class Actions:
-    """The window's QActions by name: `actions["run"]`."""
+    """The window's QActions by name: `actions["run"]`, and what the undo history gives: "undo" and "redo"."""
 
-    def __init__(self, window: QWidget) -> None:
+    def __init__(self, window: QWidget, history: QUndoGroup) -> None:
         self._window = window
         self._actions: dict[str, QAction] = {}
         groups: dict[str, QActionGroup] = {}
@@ -142,6 +153,10 @@ class Actions:
                 groups.setdefault(command.group, QActionGroup(window)).addAction(action)
             window.addAction(action)
             self._actions[command.name] = action
+        undo, redo = history.createUndoAction(window, "Undo"), history.createRedoAction(window, "Redo")
+        undo.setShortcut(QKeySequence("Ctrl+Z"))
+        redo.setShortcuts([QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")])
+        self._actions |= {"undo": undo, "redo": redo}
         self.draw_icons()
 
     def __getitem__(self, name: str) -> QAction:
@@ -149,9 +164,10 @@ class Actions:
 
     def draw_icons(self) -> None:
         """Take the icons in the colours of the window's palette."""
-        for command in COMMANDS:
-            if command.icon:
-                self[command.name].setIcon(theme.icon(command.icon, self._window.palette()))
+        icons = {command.name: command.icon for command in COMMANDS} | _HISTORY_ICONS
+        for name, icon in icons.items():
+            if icon:
+                self[name].setIcon(theme.icon(icon, self._window.palette()))
 
     def enable(self, allowed: bool, *names: str) -> None:
         """Enable or disable several actions."""

@@ -8,10 +8,12 @@ import sys
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from types import TracebackType
 from typing import TYPE_CHECKING
 
 from gui.display import display_problem, qt_problem
 from gui.frames.frame_source import FrameSource, sorted_out
+from ilf.assets import asset_path
 from ilf.errors import InputError
 from ilf.extras import optional
 
@@ -38,15 +40,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _refused(f"{error} Without a window: ilf complete --help.")
 
     from PySide6.QtCore import QCoreApplication, QSettings, QTimer
+    from PySide6.QtGui import QIcon
     from PySide6.QtWidgets import QApplication
 
     from gui import theme
 
     QCoreApplication.setOrganizationName("ILF Studio")
     QCoreApplication.setApplicationName("ilf-studio")
-    app = QApplication.instance() or QApplication(sys.argv[:1])
+    present = QApplication.instance()
+    app = present if isinstance(present, QApplication) else QApplication(sys.argv[:1])
     theme.apply_theme(app, options.theme or str(QSettings().value("theme", "system")))
     theme.follow_system(app)
+    app.setWindowIcon(QIcon(str(asset_path("icons/ilf-studio.png"))))
 
     from gui.main_window import MainWindow
 
@@ -61,9 +66,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     from gui.unattended import Unattended
 
-    unattended = Unattended(window, options.run, options.screenshot)
+    unattended = Unattended(
+        window.workspace,
+        window.loader,
+        window.runs,
+        window.notes,
+        window.documents,
+        window.picture,
+        window.close,
+        options.run,
+        options.screenshot,
+    )
     if options.screenshot is not None:
-        _install_exception_hook(window, unattended.stop)
+        _install_exception_hook(window, unattended.finish)
     _open(window, options, None if options.screenshot is None else unattended.note_failure)
     QTimer.singleShot(0, unattended.start)
     status = app.exec()
@@ -146,8 +161,6 @@ def _without_display(options: argparse.Namespace, problem: str) -> int:
     jobs = [["--replay", str(record)] for record in records]
     jobs += [[source.rgb, source.depth] if source.depth else [source.rgb] for source in sources]
     if options.sample:
-        from ilf.assets import asset_path
-
         jobs.append([str(asset_path("samples/room")), "--out", "ilf-output"])
     for path in single:
         print(f"ilf-gui: {_no_partner(path)}", file=sys.stderr)
@@ -164,15 +177,15 @@ def _without_display(options: argparse.Namespace, problem: str) -> int:
     return status
 
 
-def _install_exception_hook(window: MainWindow, stop: Callable[[str], None] | None = None) -> None:
+def _install_exception_hook(window: MainWindow, stop: Callable[[], None] | None = None) -> None:
     """An unexpected error in a slot is shown and logged; the program goes on with what it has, or stops."""
 
-    def hook(kind: type[BaseException], error: BaseException, trace: object) -> None:
+    def hook(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
         traceback.print_exception(kind, error, trace)
         if isinstance(error, Exception):
-            window.documents.report("Unexpected error", error)
+            window.notes.report("Unexpected error", error)
             if stop is not None:
-                stop(f"Unexpected error: {type(error).__name__}: {error}")
+                stop()
 
     sys.excepthook = hook
 

@@ -1,257 +1,178 @@
-"""The main window: docks, menus, and the wiring between workspace, controllers and widgets."""
+"""The main window: state, controllers, widgets and presenters, and the wiring between them."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QSettings, Qt
-from PySide6.QtGui import QActionGroup, QCloseEvent, QDragEnterEvent, QDropEvent, QShowEvent
-from PySide6.QtWidgets import (
-    QComboBox,
-    QDockWidget,
-    QLabel,
-    QMainWindow,
-    QMenu,
-    QProgressBar,
-    QSlider,
-    QTabWidget,
-    QToolBar,
-    QWidget,
-)
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QPixmap, QShowEvent
+from PySide6.QtWidgets import QMainWindow, QTabWidget
 
-from gui import theme
 from gui.actions import Actions
 from gui.blocks.block_table import BlockTable
+from gui.blocks.presenter import BlocksPresenter
 from gui.cloud.cloud_view import CloudView
+from gui.cloud.presenter import CloudPresenter
 from gui.curves.curves_panel import CurvesPanel
+from gui.curves.presenter import CurvesPresenter
+from gui.dialogs.documents import Documents
+from gui.docks import Docks
 from gui.experiments.menu import ExperimentsMenu
 from gui.extraction.extraction_panel import ExtractionPanel
-from gui.extraction.stage_presenter import StagePresenter
+from gui.extraction.presenter import StagePresenter
 from gui.filtering.filter_panel import FilterPanel
-from gui.frames.documents import Documents
+from gui.filtering.presenter import FilterPresenter
 from gui.frames.frame_list import FrameList
 from gui.frames.loader import FrameLoader
-from gui.presenter import Presenter
+from gui.frames.presenter import FramesPresenter
+from gui.frames.replays import ReplayPresenter
+from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar, show_about
 from gui.state.workspace import Workspace
+from gui.status.bar import StatusBar
+from gui.status.commands import CommandsPresenter
+from gui.status.presenter import StatusPresenter
+from gui.status.readout import ReadoutPresenter
 from gui.tools.editor import Editor
-from gui.views.colour_maps import DEPTH_MAPS
-from gui.views.linked_views import LAYOUTS, LinkedViews
+from gui.tools.presenter import ToolsPresenter
+from gui.views.errors import ErrorPresenter
+from gui.views.linked_views import LinkedViews
+from gui.views.pointer import PointerEvent
+from gui.views.presenter import ViewsPresenter
 from gui.widgets.log import LogPanel
-from gui.work.expected_errors import ExpectedErrors
+from gui.widgets.notes import Notes
+from gui.work.refresh import Refresh
 from gui.work.runs import RunController
 from ilf.drawing.stages import STAGES
 
-_LAYOUT_TEXTS = {
-    "grid": "Four views",
-    "grid-difference": "Four, difference",
-    "grid-extraction": "Four, extraction",
-    "row": "Side by side",
-    "colour": "Colour + blocks",
-    "depth-in": "Depth in",
-    "depth-out": "Depth out",
-    "difference": "Difference",
-    "expected-error": "Expected error",
-    "extraction": "Extraction",
-}
-_OPACITY = 45
-DEFAULT_SIZE = (1440, 900)
-
 
 class MainWindow(QMainWindow):
-    """Wiring only: state lives in the workspace, work is done by the controllers.
+    """Wiring only: state lives in the workspace, work is done by the controllers, presenters bring it to the widgets.
 
     With `remembers`, size and docks are those of the last time, and are kept for the next.
     """
 
     def __init__(self, remembers: bool = True) -> None:
         super().__init__()
-        self._remembers = remembers
-        self._arranged = False
-        self.setWindowTitle("ILF Studio")
         self.setAcceptDrops(True)
-        self.setDockOptions(QMainWindow.DockOption.AnimatedDocks | QMainWindow.DockOption.AllowTabbedDocks)
+        self._docks = Docks(self, remembers)
+        self._make_state()
+        self._make_widgets()
+        self._make_presenters()
+        self._make_layout()
+        self._connect_refresh()
+        self._connect_commands()
+        self._connect_messages()
+        self.commands.show()
+        self.refresh.draw_all()
+        self._docks.size_window()
+
+    def _make_state(self) -> None:
         self.workspace = Workspace(self)
         self.loader = FrameLoader(self.workspace, self)
         self.runs = RunController(self.workspace, self)
-        self.errors = ExpectedErrors(self)
-        self.actions_ = Actions(self)
+        self.refresh = Refresh(self)
+        self.actions_ = Actions(self, self.workspace.undo_group)
 
+    def _make_widgets(self) -> None:
+        actions = self.actions_
+        self.status = StatusBar()
+        self.log = LogPanel()
+        self.notes = Notes(self, self.status, self.log)
         self.views = LinkedViews()
         self.cloud = CloudView()
         self.curves = CurvesPanel()
-        self.log = LogPanel()
         self.frames = FrameList()
         self.blocks = BlockTable()
-        run_actions = [self.actions_[name] for name in ("run", "run_selected", "pause", "step", "cancel", "live")]
-        self.filter_panel = FilterPanel(run_actions)
-        self.extraction_panel = ExtractionPanel(self.actions_["extract"])
-        self.editor = Editor(self.workspace, self.views, self)
-        self.documents = Documents(self, self.workspace, self.loader, self.runs)
-        self.presenter = Presenter(self)
-        self.stages = StagePresenter(self)
+        self.filter_panel = FilterPanel(
+            [actions[name] for name in ["run", "run_selected", "pause", "step", "cancel", "live"]]
+        )
+        self.extraction_panel = ExtractionPanel(actions["extract"])
+        self.tool_bar = ToolBar(actions, self.views, self)
+        self.experiments = ExperimentsMenu(self)
 
+    def _make_presenters(self) -> None:
+        workspace, runs, loader, actions = self.workspace, self.runs, self.loader, self.actions_
+        self.editor = Editor(workspace, self.views, self)
+        self.documents = Documents(self, self.picture, workspace, loader, runs, self.notes)
+        self.replays = ReplayPresenter(self.notes)
+        self.frame_presenter = FramesPresenter(workspace, self.frames)
+        self.view_presenter = ViewsPresenter(workspace, self.views)
+        self.errors = ErrorPresenter(workspace, runs, self.views)
+        self.stages = StagePresenter(workspace, self.views, self.extraction_panel, self.notes)
+        self.block_presenter = BlocksPresenter(workspace, runs, self.blocks, entries(actions, BLOCK_MENU))
+        self.filter_presenter = FilterPresenter(workspace, runs, self.filter_panel, actions["live"])
+        self.curve_presenter = CurvesPresenter(workspace, self.curves)
+        self.cloud_presenter = CloudPresenter(workspace, self.cloud)
+        tools = {name: actions[f"tool_{name}"] for name in self.editor.tools}
+        self.tool_presenter = ToolsPresenter(self.editor, tools, self.tool_bar.brush, self.tool_bar.brush_size)
+        self.commands = CommandsPresenter(workspace, runs, loader, actions)
+        self.status_presenter = StatusPresenter(workspace, runs, loader, self.editor, self.status)
+        self.readout = ReadoutPresenter(workspace, self.status.readout)
+
+    def _make_layout(self) -> None:
         self.centre = QTabWidget()
         self.centre.setDocumentMode(True)
         self.centre.addTab(self.views, "Images")
         self.centre.addTab(self.cloud, "Point cloud")
         self.setCentralWidget(self.centre)
-        self._make_docks()
-        self._make_status_bar()
-        self._undo = self.workspace.undo_group.createUndoAction(self, "Undo")
-        self._redo = self.workspace.undo_group.createRedoAction(self, "Redo")
-        self._undo.setShortcut("Ctrl+Z")
-        self._redo.setShortcuts(["Ctrl+Shift+Z", "Ctrl+Y"])
-        self._draw_icons()
-        self._make_menus()
-        self._make_tool_bar()
-        self._connect()
-        self.views.set_overlay_opacity(_OPACITY / 100)
-        self.presenter.show_session()
-        geometry = QSettings().value("window/geometry") if remembers else None
-        if geometry is None or not self.restoreGeometry(geometry):
-            self.resize(*DEFAULT_SIZE)
-
-    # layout
-
-    def _make_docks(self) -> None:
-        areas = Qt.DockWidgetArea
-        self._docks: list[QDockWidget] = []
-        frames = self._dock("Frames", self.frames, areas.LeftDockWidgetArea)
-        blocks = self._dock("Blocks", self.blocks, areas.LeftDockWidgetArea)
         parameters = QTabWidget()
         parameters.setDocumentMode(True)
         parameters.addTab(self.filter_panel, "Filter")
         parameters.addTab(self.extraction_panel, "Extraction")
         self.parameter_tabs = parameters
-        right = self._dock("Parameters", parameters, areas.RightDockWidgetArea)
-        curves = self._dock("Convergence", self.curves, areas.BottomDockWidgetArea)
-        log = self._dock("Log", self.log, areas.BottomDockWidgetArea)
-        self.tabifyDockWidget(curves, log)
-        curves.raise_()
-        self.setCorner(Qt.Corner.BottomLeftCorner, areas.LeftDockWidgetArea)
-        self.setCorner(Qt.Corner.BottomRightCorner, areas.RightDockWidgetArea)
-        self._sized_docks = frames, blocks, right, curves
-
-    def _arrange(self) -> None:
-        """Default sizes of the docks: enough for their content where the window is large, a share of it where not."""
-        frames, blocks, right, curves = self._sized_docks
-        left_width, right_width = min(430, round(0.3 * self.width())), min(310, round(0.24 * self.width()))
-        self.resizeDocks([frames, right], [left_width, right_width], Qt.Orientation.Horizontal)
-        self.resizeDocks([frames, blocks], [170, 600], Qt.Orientation.Vertical)
-        self.resizeDocks([curves], [min(230, round(0.25 * self.height()))], Qt.Orientation.Vertical)
-
-    def _dock(self, title: str, widget: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
-        dock = QDockWidget(title, self)
-        dock.setObjectName(title)
-        dock.setWidget(widget)
-        self.addDockWidget(area, dock)
-        self._docks.append(dock)
-        return dock
-
-    def _make_status_bar(self) -> None:
-        self.hint = QLabel()
-        self.hint.setMinimumWidth(0)
-        self.readout = QLabel()
-        self.progress = QProgressBar()
-        self.progress.setFixedWidth(160)
-        self.progress.setTextVisible(True)
-        self.progress.hide()
-        self.statusBar().addWidget(self.hint, 1)
-        self.statusBar().addPermanentWidget(self.readout)
-        self.statusBar().addPermanentWidget(self.progress)
-
-    def _make_menus(self) -> None:
-        entries = {
-            "&File": "open open_sample open_run | load_blocks export save_picture | close_frame quit",
-            "&Edit": "undo redo | select_all delete_blocks merge_blocks lock_blocks new_block | tool_select "
-            "tool_paint tool_erase tool_split | brush_smaller brush_larger give_up",
-            "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks | zoom_block select_all",
-            "&Run": "run run_selected | pause step cancel | live | clear_results",
-        }
-        for title, names in entries.items():
-            self._fill(self.menuBar().addMenu(title), names)
-        view = self.menuBar().addMenu("&View")
-        self._fill(view, "fit one_to_one zoom_block | next_frame previous_frame")
-        view.addSeparator()
-        for dock in self._docks:
-            view.addAction(dock.toggleViewAction())
-        view.addSeparator()
-        view.addMenu(self._layout_menu())
-        self._fill(view.addMenu("&Stage of the extraction"), " ".join(f"stage_{name}" for name in STAGES))
-        view.addMenu(self._depth_map_menu())
-        view.addMenu(self.documents.theme_menu())
-        self.experiments = ExperimentsMenu(self)
-        self.experiments.message.connect(self.documents.tell)
-        self.menuBar().addMenu(self.experiments)
-        self._fill(self.menuBar().addMenu("&Help"), "about")
-
-    def _layout_menu(self) -> QMenu:
-        menu = QMenu("&Layout", self)
-        group = QActionGroup(menu)
-        for name in LAYOUTS:
-            if name == LAYOUTS[len(LAYOUTS) - len(self.views.cells)]:
-                menu.addSeparator()
-            action = menu.addAction(_LAYOUT_TEXTS[name])
-            action.setCheckable(True)
-            action.setChecked(name == LAYOUTS[0])
-            group.addAction(action)
-            action.triggered.connect(lambda _=False, name=name: self.views.set_layout(name))
-            self.views.layoutChanged.connect(lambda shown, name=name, action=action: action.setChecked(shown == name))
-        return menu
-
-    def _depth_map_menu(self) -> QMenu:
-        menu = QMenu("Depth &colours", self)
-        group = QActionGroup(menu)
-        for name in DEPTH_MAPS:
-            action = menu.addAction(name.capitalize())
-            action.setCheckable(True)
-            action.setChecked(name == next(iter(DEPTH_MAPS)))
-            group.addAction(action)
-            action.triggered.connect(lambda _=False, name=name: self.views.set_depth_map(name))
-        return menu
-
-    def _fill(self, menu: QMenu | QToolBar, names: str) -> None:
-        own = {"undo": self._undo, "redo": self._redo}
-        for name in names.split():
-            if name == "|":
-                menu.addSeparator()
-            else:
-                menu.addAction(own.get(name) or self.actions_[name])
-
-    def _make_tool_bar(self) -> None:
-        bar = QToolBar("Tools")
-        bar.setObjectName("Tools")
-        bar.setMovable(False)
-        self._fill(bar, "open export | undo redo | tool_select tool_paint tool_erase tool_split")
-        self.brush = QSlider(Qt.Orientation.Horizontal)
-        self.brush.setRange(1, 60)
-        self.brush.setFixedWidth(80)
-        self.brush_label = QLabel()
-        bar.addWidget(self.brush_label)
-        bar.addWidget(self.brush)
-        self._fill(bar, "| new_block merge_blocks delete_blocks |")
-        bar.addWidget(QLabel(" Blocks "))
-        self.opacity = QSlider(Qt.Orientation.Horizontal)
-        self.opacity.setRange(0, 100)
-        self.opacity.setValue(_OPACITY)
-        self.opacity.setFixedWidth(80)
-        self.opacity.setToolTip("Opacity of the blocks over the colour image")
-        bar.addWidget(self.opacity)
-        self.layouts = QComboBox()
-        for name in LAYOUTS:
-            self.layouts.addItem(_LAYOUT_TEXTS[name], name)
-        self.layouts.setToolTip("Which views are shown; a double-click on a title shows one alone")
-        bar.addSeparator()
-        bar.addWidget(self.layouts)
-        self._fill(bar, "fit")
-        self.addToolBar(bar)
+        area, docks = Qt.DockWidgetArea, self._docks
+        docks.add("Frames", self.frames, area.LeftDockWidgetArea)
+        docks.add("Blocks", self.blocks, area.LeftDockWidgetArea)
+        docks.add("Parameters", parameters, area.RightDockWidgetArea)
+        docks.add("Convergence", self.curves, area.BottomDockWidgetArea)
+        docks.add("Log", self.log, area.BottomDockWidgetArea, behind="Convergence")
+        self.setCorner(Qt.Corner.BottomLeftCorner, area.LeftDockWidgetArea)
+        self.setCorner(Qt.Corner.BottomRightCorner, area.RightDockWidgetArea)
+        self.setStatusBar(self.status)
+        self.addToolBar(self.tool_bar)
+        fill_menu_bar(self.menuBar(), self.actions_, self.views, docks.toggles(), self.experiments)
 
     # wiring
 
-    def _connect(self) -> None:
-        workspace, runs, editor, presenter = self.workspace, self.runs, self.editor, self.presenter
-        documents = self.documents
-        handlers = {
+    def _connect_refresh(self) -> None:
+        """Which part of the window is stale when what has changed; in the order in which they are drawn."""
+        add, workspace, runs, views = self.refresh.add, self.workspace, self.runs, self.views
+        turned, blocks, selected = workspace.session_changed, workspace.labels_changed, workspace.selection_changed
+        infos, values = workspace.infos_changed, workspace.parameters_changed
+        results, coming, depth = workspace.results_changed, workspace.results_added, workspace.previews_changed
+        looked_at = views.layoutChanged, self.centre.currentChanged
+        running, loading = runs.state_changed, self.loader.busy_changed
+        add("title", self._show_title, (turned,))
+        add("picture", self.view_presenter.show_frame, (turned,))
+        add("frames", self.frame_presenter.show, (turned, workspace.sessions_changed, blocks, results), (coming,))
+        add("blocks", self.view_presenter.show_blocks, (turned, blocks, workspace.stroke_changed, infos, selected))
+        add("depth", self.view_presenter.show_depth, (turned, blocks, results), (coming, depth))
+        add("error", self.errors.show, (turned, blocks, results, workspace.error_changed, running, *looked_at))
+        add("cloud", self.cloud_presenter.show, (turned, blocks, results, *looked_at), (coming,))
+        add(
+            "table",
+            self.block_presenter.show,
+            (turned, blocks, infos, selected, values, results, running),
+            (coming, workspace.records_added),
+        )
+        add("filter", self.filter_presenter.show, (turned, infos, selected, values, self.filter_panel.scope_changed))
+        shown_records = turned, blocks, infos, selected, values, results, workspace.records_added
+        add("curves", self.curve_presenter.show, shown_records, (coming,))
+        add("stages", self.stages.show, (turned, workspace.extraction_changed, self.stages.changed, *looked_at))
+        add("extraction", self.stages.describe, (blocks, infos, self.stages.described))
+        # not a part: what is done next may come before the next turn, and must be allowed or not by then
+        for signal in (turned, blocks, infos, selected, results, running, loading, coming):
+            signal.connect(lambda *_: self.commands.show())
+        add("tools", self.tool_presenter.show, (turned, self.editor.tool_changed, self.editor.brush_changed))
+        add("hint", self.status_presenter.show_hint, (turned, self.editor.tool_changed, loading))
+        add("progress", self.status_presenter.show_progress, (turned, running, loading), (coming,))
+        add("readout", self.readout.show, (turned, blocks, infos, results, workspace.error_changed), (coming, depth))
+
+    def _connect_commands(self) -> None:
+        runs, editor, documents = self.runs, self.editor, self.documents
+        handlers: dict[str, Callable[[], object]] = {
             "open": documents.ask_open,
             "open_sample": documents.open_sample,
             "open_run": documents.ask_open_run,
@@ -265,108 +186,69 @@ class MainWindow(QMainWindow):
             "delete_blocks": editor.delete_selected,
             "merge_blocks": editor.merge_selected,
             "lock_blocks": editor.toggle_locks,
-            "zoom_block": presenter.zoom_to_block,
+            "zoom_block": self.view_presenter.zoom_to_blocks,
             "select_all": editor.select_all,
             "run": runs.start,
-            "run_selected": lambda: runs.start(set(workspace.session.selected) & set(workspace.session.counts())),
-            "step": self._step,
+            "run_selected": runs.start_chosen,
+            "pause": runs.toggle_pause,
+            "step": runs.step,
             "cancel": runs.cancel,
+            "guess": runs.guess,
             "clear_results": runs.clear_results,
             "give_up": editor.cancel,
             "brush_smaller": lambda: editor.change_brush(-1),
             "brush_larger": lambda: editor.change_brush(1),
             "fit": self.views.fit,
             "one_to_one": self.views.one_to_one,
-            "next_frame": lambda: documents.turn(1),
-            "previous_frame": lambda: documents.turn(-1),
-            "about": documents.about,
+            "next_frame": lambda: self.frame_presenter.turn(1),
+            "previous_frame": lambda: self.frame_presenter.turn(-1),
+            "about": lambda: show_about(self),
+            **{f"stage_{name}": partial(self.stages.show_stage, name) for name in STAGES},
         }
         for name, handler in handlers.items():
             self.actions_[name].triggered.connect(lambda _=False, handler=handler: handler())
-        self.actions_["pause"].triggered.connect(self._pause)
-        self.actions_["live"].setChecked(QSettings().value("live", True, type=bool))
-        self.actions_["live"].toggled.connect(lambda checked: QSettings().setValue("live", checked))
-        for name in editor.tools:
-            self.actions_[f"tool_{name}"].triggered.connect(lambda _=False, name=name: editor.set_tool(name))
-
-        self._connect_extraction()
-
-        workspace.sessions_changed.connect(presenter.show_frames)
-        workspace.session_changed.connect(presenter.show_session)
-        workspace.session_changed.connect(self.stages.refresh)
-        workspace.labels_changed.connect(presenter.show_labels)
-        workspace.infos_changed.connect(presenter.show_infos)
-        workspace.results_changed.connect(presenter.show_results)
-        workspace.selection_changed.connect(presenter.show_selection)
-        workspace.parameters_changed.connect(presenter.show_parameters)
-        runs.state_changed.connect(presenter.show_run_state)
-        runs.block_started.connect(presenter.start_curves)
-        runs.records.connect(presenter.add_records)
-        runs.previewed.connect(presenter.show_preview)
-        runs.ended.connect(documents.tell)
-        runs.ended.connect(lambda _: presenter.show_curves())
-        runs.resolved.connect(lambda text: self.statusBar().showMessage(text, 4000))
-        runs.failed.connect(lambda error: documents.report("The run stopped", error))
-        runs.state_changed.connect(presenter.show_expected_error)
-        self.errors.found.connect(presenter.take_expected_error)
-        self.errors.failed.connect(lambda error: documents.report("Expected error", error))
-        self.loader.busy_changed.connect(presenter.show_loading)
-        self.loader.failed.connect(documents.report)
-        self.loader.message.connect(documents.tell)
-        editor.message.connect(documents.tell)
-        editor.tool_changed.connect(presenter.show_tool)
-        editor.brush_changed.connect(presenter.show_brush)
-        self.brush.valueChanged.connect(presenter.take_brush)
-        self.opacity.valueChanged.connect(lambda value: self.views.set_overlay_opacity(value / 100))
-        self.layouts.activated.connect(lambda _: self.views.set_layout(self.layouts.currentData()))
-        self.views.layoutChanged.connect(lambda name: self.layouts.setCurrentIndex(LAYOUTS.index(name)))
-        self.views.layoutChanged.connect(lambda _: presenter.show_expected_error())
-        self.views.cursorMoved.connect(presenter.show_readout)
-        self.views.contextMenuRequested.connect(presenter.show_context_menu)
-        self.centre.currentChanged.connect(lambda _: presenter.show_cloud())
-        self.centre.currentChanged.connect(lambda _: presenter.show_expected_error())
-        self.frames.activated.connect(documents.show_frame)
+        self.actions_["full_screen"].toggled.connect(self._show_full_screen)
+        stage_cell = self.views.extraction
+        self.actions_[f"stage_{stage_cell.stage}"].setChecked(True)
+        stage_cell.stageChanged.connect(lambda name: self.actions_[f"stage_{name}"].setChecked(True))
+        stage_cell.set_hints({name: self.actions_[f"stage_{name}"].toolTip() for name in STAGES})
+        self.loader.extracted.connect(self.stages.hold)
+        self.loader.replayed.connect(self.replays.show_differences)
+        self.runs.finished.connect(self.replays.show_verdict)
+        self.stages.extraction_wished.connect(self.loader.extract)
+        self.stages.view_wished.connect(lambda: self.centre.setCurrentWidget(self.views))
+        self.views.set_pointer_handler(self._point)
+        self.views.cursorMoved.connect(self.readout.point_at)
+        self.view_presenter.menu_wished.connect(self.block_presenter.show_menu)
+        self.blocks.activated.connect(lambda _: self.view_presenter.zoom_to_blocks())
         self.frames.removeRequested.connect(documents.remove_frame)
-        self.blocks.selectionChanged.connect(workspace.select)
-        self.blocks.renamed.connect(lambda label, name: workspace.edit_info(label, "Rename block", name=name))
-        self.blocks.recoloured.connect(
-            lambda label, colour: workspace.edit_info(label, "Recolour block", colour=colour.getRgb()[:3])
-        )
-        self.blocks.visibilityChanged.connect(workspace.set_visible)
-        self.blocks.lockChanged.connect(editor.set_lock)
-        self.blocks.activated.connect(lambda _: presenter.zoom_to_block())
-        self.blocks.contextMenuRequested.connect(lambda place, _: presenter.show_block_menu(place))
-        self.filter_panel.edited.connect(presenter.take_parameters)
-        self.filter_panel.scope_changed.connect(presenter.show_parameters)
 
-    def _connect_extraction(self) -> None:
-        stages, panel = self.stages, self.extraction_panel
-        for name in STAGES:
-            self.actions_[f"stage_{name}"].triggered.connect(lambda _=False, name=name: stages.show_stage(name))
-        self.actions_[f"stage_{self.views.extraction.stage}"].setChecked(True)
-        self.views.extraction.stageChanged.connect(lambda name: self.actions_[f"stage_{name}"].setChecked(True))
-        self.views.extraction.stageChanged.connect(lambda _: stages.refresh())
-        self.views.layoutChanged.connect(lambda _: stages.refresh())
-        self.centre.currentChanged.connect(lambda _: stages.refresh())
-        self.views.extraction.set_hints({name: self.actions_[f"stage_{name}"].toolTip() for name in STAGES})
-        self.workspace.labels_changed.connect(lambda _: stages.describe())
-        self.workspace.infos_changed.connect(stages.describe)
-        self.loader.extracted.connect(stages.hold)
-        panel.edited.connect(stages.take_parameters)
-        panel.preview_switched.connect(stages.switch)
-        panel.keeping_switched.connect(stages.take_keeping)
-        panel.view_wished.connect(stages.show_view)
+    def _connect_messages(self) -> None:
+        notes = self.notes
+        self.runs.ended.connect(notes.tell)
+        self.runs.resolved.connect(notes.glimpse)
+        self.runs.failed.connect(lambda error: notes.report("The run stopped", error))
+        self.errors.failed.connect(lambda error: notes.report("Expected error", error))
+        self.loader.failed.connect(notes.report)
+        self.loader.message.connect(notes.tell)
+        self.editor.message.connect(notes.tell)
+        self.experiments.message.connect(notes.tell)
 
-    def _pause(self, checked: bool) -> None:
-        (self.runs.pause if checked else self.runs.resume)()
+    def _show_title(self) -> None:
+        name = f"{self.workspace.session.name} - " if self.workspace.has_session else ""
+        self.setWindowTitle(f"{name}ILF Studio")
 
-    def _step(self) -> None:
-        """One iteration: of the run under way, or of a new one over the chosen blocks, or all."""
-        if self.runs.free:
-            chosen = set(self.workspace.session.selected) & set(self.workspace.session.counts())
-            self.runs.start(chosen or None, stepwise=True)
-        else:
-            self.runs.step()
+    def _point(self, event: PointerEvent) -> bool:
+        self.refresh.now()  # what the pointer is at is what the user sees
+        return self.editor.pointer(event)
+
+    def _show_full_screen(self, on: bool) -> None:
+        (self.showFullScreen if on else self.showNormal)()
+
+    def picture(self) -> QPixmap:
+        """What the window shows."""
+        self.refresh.now()
+        return self.grab()
 
     # events
 
@@ -385,38 +267,28 @@ class MainWindow(QMainWindow):
     def changeEvent(self, event: QEvent) -> None:
         """Redraw icons for another theme."""
         super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_redo"):
-            self._draw_icons()
-
-    def _draw_icons(self) -> None:
-        self.actions_.draw_icons()
-        self._undo.setIcon(theme.icon("ph.arrow-counter-clockwise", self.palette()))
-        self._redo.setIcon(theme.icon("ph.arrow-clockwise", self.palette()))
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "actions_"):
+            self.actions_.draw_icons()
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Ask about what is not exported, stop the threads, remember the layout."""
-        if not self.documents.may_close():
+        """Ask about what would be lost, stop the threads, remember the layout."""
+        if not (self.documents.may_close() and self._may_stop_experiments()):
             event.ignore()
             return
-        self.runs.shutdown()
-        self.errors.shutdown()
-        self.stages.shutdown()
-        self.loader.shutdown()
-        self.documents.shutdown()
-        self.experiments.shutdown()
-        if self._remembers:
-            settings = QSettings()
-            settings.setValue("window/geometry", self.saveGeometry())
-            settings.setValue("window/state", self.saveState())
+        for worker in (self.runs, self.errors, self.stages, self.loader, self.documents, self.experiments):
+            worker.shutdown()
+        self.refresh.stop()
+        self._docks.remember()
         super().closeEvent(event)
 
+    def _may_stop_experiments(self) -> bool:
+        return not self.experiments.busy or self.documents.may_lose(
+            "Experiments are running",
+            "What the experiment under way has found so far would be lost. Go on all the same?",
+        )
+
     def showEvent(self, event: QShowEvent) -> None:
-        """Take the last layout, or at the first start the default one: docks take sizes only in a shown window."""
+        """Take the last layout, or at the first start the default one; load what is not needed at once."""
         super().showEvent(event)
-        if self._arranged:
-            return
-        self._arranged = True
+        self._docks.arrange()
         self.experiments.load_soon()
-        state = QSettings().value("window/state") if self._remembers else None
-        if state is None or not self.restoreState(state):
-            self._arrange()

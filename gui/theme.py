@@ -45,6 +45,11 @@ class Colours:
     good: QColor
     series: tuple[QColor, ...]
 
+    @property
+    def is_dark(self) -> bool:
+        """Whether they are those of a dark theme."""
+        return self.panel.lightness() < 128
+
 
 def apply_theme(app: QApplication, name: str = "system") -> None:
     """Set the application's palette to "light", "dark" or whatever the system has."""

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, QTimer
+from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QApplication
 
-from gui.frames.documents import error_text
-from gui.main_window import MainWindow
+from gui.dialogs.documents import Documents
+from gui.frames.loader import FrameLoader
+from gui.state.workspace import Workspace
+from gui.widgets.notes import Notes
+from gui.work.runs import RunController
 from ilf.completion import Status
 
 _SETTLE_MS = 400
@@ -23,25 +28,38 @@ class Unattended(QObject):
     and there is no picture, which would look as if all was well.
     """
 
-    def __init__(self, window: MainWindow, run: bool, picture: str | None) -> None:
-        super().__init__(window)
-        self._window = window
+    def __init__(
+        self,
+        workspace: Workspace,
+        loader: FrameLoader,
+        runs: RunController,
+        notes: Notes,
+        documents: Documents,
+        take_picture: Callable[[], QPixmap],
+        close: Callable[[], object],
+        run: bool,
+        picture: str | None,
+    ) -> None:
+        super().__init__(documents)
+        self._workspace = workspace
+        self._loader = loader
+        self._runs = runs
+        self._take = take_picture
+        self._close = close
         self._run = run
         self._picture = picture
         self.status = 0
         # nobody can answer whether to go on
-        window.documents.discard_silently = picture is not None
-        window.loader.failed.connect(lambda what, error: self.note_failure(f"{what}: {error_text(error)}"))
-        window.runs.failed.connect(lambda error: self.note_failure(f"The run stopped: {error_text(error)}"))
-        window.errors.failed.connect(lambda error: self.note_failure(f"Expected error: {error_text(error)}"))
+        documents.discard_silently = picture is not None
+        notes.reported.connect(self.note_failure)
 
     def start(self) -> None:
         """Go on as soon as every frame is open."""
         problem = "" if self._picture is None else _picture_problem(Path(self._picture))
         if problem:
             self.stop(problem)
-        elif self._window.loader.busy:
-            self._window.loader.idle.connect(self._opened, Qt.ConnectionType.SingleShotConnection)
+        elif self._loader.busy:
+            self._loader.idle.connect(self._opened, Qt.ConnectionType.SingleShotConnection)
         else:
             self._opened()
 
@@ -53,12 +71,12 @@ class Unattended(QObject):
     def stop(self, what: str) -> None:
         """Go no further, because of this."""
         self.note_failure(what)
-        self._finish()
+        self.finish()
 
     def _opened(self) -> None:
-        workspace = self._window.workspace
+        workspace = self._workspace
         if self.status or not self._run:
-            self._finish()
+            self.finish()
         elif not workspace.has_session:
             if self._picture is None:  # the user can open one
                 return
@@ -69,25 +87,28 @@ class Unattended(QObject):
                 "draw them in the window, or extract them with other parameters."
             )
         else:
-            self._window.runs.ended.connect(self._ran, Qt.ConnectionType.SingleShotConnection)
-            self._window.runs.start()
+            self._runs.ended.connect(self._ran, Qt.ConnectionType.SingleShotConnection)
+            self._runs.start()
 
     def _ran(self) -> None:
-        session = self._window.workspace.session
+        session = self._workspace.session
         results = session.valid_results().values()
         if results and all(result.outcome.status is Status.NOT_RECOVERABLE for result in results):
             reason = next(iter(results)).outcome.message
             self.note_failure(f"{session.name}: no block could be completed. The first: {reason}")
-        self._finish()
+        self.finish()
 
-    def _finish(self) -> None:
+    def finish(self) -> None:
+        """Take the picture, if all has gone well, and quit; without a picture to take, leave the window to the user."""
         if self._picture is not None:
             QTimer.singleShot(_SETTLE_MS, self, self._take_picture)
 
     def _take_picture(self) -> None:
-        if not self.status and not self._window.grab().save(self._picture, "PNG"):
+        if not self.status and not self._take().save(self._picture or "", "PNG"):
             self.note_failure(f"{self._picture} could not be written. Choose another folder, or make space.")
-        self._window.close()
+        # the last window that closes quits, too: once more, after the program's own loop, would end the next one
+        QApplication.setQuitOnLastWindowClosed(False)
+        self._close()
         QApplication.quit()
 
 

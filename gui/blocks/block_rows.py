@@ -1,11 +1,8 @@
-"""What the window shows of blocks: rows of the table, colours of the overlay."""
+"""What the window shows of blocks: the rows of their table."""
 
 from __future__ import annotations
 
 import math
-
-import numpy as np
-from numpy.typing import NDArray
 
 from gui.blocks.block_table import BlockRow
 from gui.state.session import BlockCounts, Session
@@ -24,7 +21,7 @@ def block_rows(session: Session, runs: RunController, common: Parameters) -> lis
     for label, count in counts.items():
         info = session.info(label)
         anew = own_run and runs.resolving == label
-        records = runs.live[label] if own_run and label in runs.running and not anew else []
+        records = [] if anew else session.results.live.get(label, [])
         result = results.get(label)
         if records:
             state, detail = "running", ""
@@ -55,16 +52,6 @@ def block_rows(session: Session, runs: RunController, common: Parameters) -> lis
             )
         )
     return rows
-
-
-def colour_table(session: Session) -> NDArray[np.uint8]:
-    """RGBA by label for the overlay, chosen labels without pixels included; hidden blocks are transparent."""
-    top = max([int(session.labels.max()), *session.selected])
-    table = np.zeros((top + 1, 4), np.uint8)
-    for label in range(1, top + 1):
-        info = session.info(label)
-        table[label] = (*info.colour, 255 if info.visible else 0)
-    return table
 
 
 def _detail(result: BlockResult, outdated: bool) -> str:

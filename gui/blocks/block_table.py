@@ -44,7 +44,7 @@ class BlockTable(QWidget):
     Signals
     -------
     selectionChanged(list of int)
-        Labels in table order, after the user selected or selected rows vanished.
+        Labels in table order, after the user selected.
     renamed(int, str), recoloured(int, QColor), visibilityChanged(int, bool), lockChanged(int, bool)
         Label and the wanted value.
     activated(int)
@@ -86,13 +86,12 @@ class BlockTable(QWidget):
         )
 
     def set_rows(self, rows: Iterable[BlockRow]) -> None:
-        """Show these rows; selection, scroll position and sorting stay, rows that are equal are not touched."""
-        before = self.selected()
+        """Show these rows; selection, scroll position and sorting stay, rows that are equal are not touched.
+
+        `selectionChanged` is not emitted: whoever gives the rows knows which are gone.
+        """
         with self._silence():
             self._model.set_rows(rows)
-        after = self.selected()
-        if after != before:
-            self.selectionChanged.emit(after)
 
     def select(self, labels: Iterable[int]) -> None:
         """Select these blocks and no others, and bring the first into view; `selectionChanged` is not emitted."""
@@ -107,6 +106,10 @@ class BlockTable(QWidget):
             if found:
                 self.view.selectionModel().setCurrentIndex(found[0], flags.NoUpdate)
                 self.view.scrollTo(found[0])
+
+    def labels(self) -> list[int]:
+        """Labels of all blocks in table order."""
+        return [self._row(index).label for index in self._indexes()]
 
     def selected(self) -> list[int]:
         """Labels of the selected blocks in table order."""
@@ -269,6 +272,12 @@ class _BlockDelegate(QStyledItemDelegate):
 
 
 def _blend(colour: QColor, other: QColor, share: float) -> QColor:
-    return QColor.fromRgbF(
-        *(share * a + (1 - share) * b for a, b in zip(colour.getRgbF()[:3], other.getRgbF()[:3], strict=True))
+    red, green, blue = (
+        share * a + (1 - share) * b
+        for a, b in (
+            (colour.redF(), other.redF()),
+            (colour.greenF(), other.greenF()),
+            (colour.blueF(), other.blueF()),
+        )
     )
+    return QColor.fromRgbF(red, green, blue)

@@ -2,48 +2,23 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable, Mapping
 from enum import StrEnum
+from functools import partial
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, QTimer
-from PySide6.QtGui import (
-    QAction,
-    QActionGroup,
-    QColor,
-    QHideEvent,
-    QImage,
-    QKeyEvent,
-    QMouseEvent,
-    QPainter,
-    QPaintEvent,
-    QPen,
-    QResizeEvent,
-    QWheelEvent,
-)
+from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QMenu, QToolBar, QToolButton, QVBoxLayout, QWidget
 
 from gui import theme
+from gui.cloud.canvas import EMPTY_TEXT, CloudCanvas, Points, Rgb
 from gui.views.colour_maps import depth_table
 from ilf.drawing.levels import robust_depth_levels, to_indices
-from ilf.drawing.splat import OrbitCamera, splat
 
-EMPTY_TEXT = "No cloud yet: run the completion, or give camera intrinsics"
-MOVING_POINTS = 400_000
-"""Larger clouds are thinned to this many points while the view moves."""
-REST_MS = 150
-"""The whole cloud is drawn when the view has not moved for this long."""
-
-_DIRECTIONS = {"home": (-22.0, 14.0), "front": (0.0, 0.0), "top": (0.0, 90.0), "side": (-90.0, 0.0)}
-_ORBIT_STEP = math.radians(5)
-_ORBIT_PER_PIXEL = math.radians(0.4)
-_PAN_STEP = 30
-_ZOOM_STEP = 0.85
-_TRIAD = 26
-
-Points = NDArray[np.float32]
-Rgb = NDArray[np.uint8]
+Choice = TypeVar("Choice")
 
 
 class ColourBy(StrEnum):
@@ -63,6 +38,7 @@ class CloudView(QWidget):
         self.setFocusProxy(self.canvas)
         self._colours: Rgb = np.empty((0, 3), np.uint8)
         self._filled: NDArray[np.bool_] | None = None
+        self._guessed: NDArray[np.bool_] | None = None
         self._colour_by = ColourBy.COLOUR
         self._icons: list[tuple[QAction | QToolButton, str]] = []
         self._bar = self._tool_bar()
@@ -93,12 +69,12 @@ class CloudView(QWidget):
         points = np.ascontiguousarray(points, np.float32)
         if points.ndim != 2 or points.shape[1] != 3 or points.shape != colours.shape:
             raise ValueError(f"points and colours must both be (N, 3), not {points.shape} and {colours.shape}")
-        self._colours, self._filled = colours, None
+        self._colours, self._filled, self._guessed = colours, None, None
         self.canvas.set_points(points, reset)
         self._recolour()
 
-    def set_filled(self, mask: NDArray[np.bool_] | None) -> None:
-        """Say which points of the present cloud were filled, bool (N,); None: none of them.
+    def set_filled(self, mask: NDArray[np.bool_] | None, guessed: NDArray[np.bool_] | None = None) -> None:
+        """Say which points of the present cloud were filled, and which of those are guesses, bool (N,); None: none.
 
         Raises
         ------
@@ -107,12 +83,12 @@ class CloudView(QWidget):
         """
         if mask is not None and mask.shape != (len(self.canvas.points),):
             raise ValueError(f"filled must be ({len(self.canvas.points)},), not {mask.shape}")
-        self._filled = mask
+        self._filled, self._guessed = mask, guessed
         self._recolour()
 
     def set_message(self, text: str = EMPTY_TEXT) -> None:
         """Drop the cloud and show a text in its place."""
-        self._filled = None
+        self._filled = self._guessed = None
         self._colours = np.empty((0, 3), np.uint8)
         self.canvas.message = text
         self.canvas.set_points(np.empty((0, 3), np.float32), reset=True)
@@ -121,12 +97,12 @@ class CloudView(QWidget):
     def set_colour_by(self, colour_by: ColourBy) -> None:
         """Choose what the colours mean."""
         self._colour_by = ColourBy(colour_by)
-        _check(self._colour_menu, self._colour_by)
+        self._colours_shown.show_choice(self._colour_by)
         self._recolour()
 
     def set_point_size(self, size: int | None) -> None:
         """Side of a point in logical pixels; None: by the density of the cloud."""
-        _check(self._size_menu, size or 0)
+        self._sizes_shown.show_choice(size or 0)
         self.canvas.set_drawing(point_size=size, shaded=self._shading.isChecked())
 
     def changeEvent(self, event: QEvent) -> None:
@@ -142,10 +118,13 @@ class CloudView(QWidget):
             colours = depth_table("turbo")[to_indices(points[:, 2], low, high), :3]
             caption += f", blue {low:.2f} m to red {high:.2f} m"
         elif self._colour_by is ColourBy.FILLED and self._filled is not None:
-            accent = theme.colours(self.palette()).accent
+            shades = theme.colours(self.palette())
             colours = colours.copy()
-            colours[self._filled] = accent.red(), accent.green(), accent.blue()
+            colours[self._filled] = shades.accent.red(), shades.accent.green(), shades.accent.blue()
             caption += f", {np.count_nonzero(self._filled):,} filled"
+            if self._guessed is not None and self._guessed.any():
+                colours[self._guessed] = shades.warning.red(), shades.warning.green(), shades.warning.blue()
+                caption += f", of these {np.count_nonzero(self._guessed):,} guessed"
         self.canvas.set_colours(colours, caption)
 
     def _refresh_theme(self) -> None:
@@ -160,283 +139,62 @@ class CloudView(QWidget):
         reset.setToolTip("Show the whole cloud (R, Home, double-click)")
         self._icons.append((reset, "ph.house"))
         for name, hint in (("front", "as the depth camera saw it"), ("top", "from above"), ("side", "from the right")):
-            action = bar.addAction(name.capitalize(), lambda name=name: self.canvas.look(name))
+            action = bar.addAction(name.capitalize(), partial(self.canvas.look, name))
             action.setToolTip(f"Look {hint}" if name != "front" else f"Look {hint}: along its axis")
         bar.addSeparator()
-        self._colour_menu = self._menu(bar, "ph.palette", "What the colours of the points mean")
-        for choice in ColourBy:
-            action = self._choice(self._colour_menu, choice.capitalize(), choice)
-            action.triggered.connect(lambda _=False, choice=choice: self.set_colour_by(choice))
-        self._size_menu = self._menu(bar, "ph.dots-nine", "Size of a point; auto: as wide as the gap to its neighbours")
-        for size in range(5):
-            action = self._choice(self._size_menu, f"{size} px" if size else "Auto size", size)
-            action.triggered.connect(lambda _=False, size=size: self.set_point_size(size or None))
+        colours = {choice: choice.capitalize() for choice in ColourBy}
+        self._colours_shown = _ChoiceButton(colours, "What the colours of the points mean", self.set_colour_by)
+        sizes = {size: f"{size} px" if size else "Auto size" for size in range(5)}
+        self._sizes_shown = _ChoiceButton(
+            sizes,
+            "Size of a point; auto: as wide as the gap to its neighbours",
+            lambda size: self.set_point_size(size or None),
+        )
+        for button, icon in ((self._colours_shown, "ph.palette"), (self._sizes_shown, "ph.dots-nine")):
+            bar.addWidget(button)
+            self._icons.append((button, icon))
         self._shading = bar.addAction("Shading")
         self._shading.setCheckable(True)
         self._shading.setChecked(True)
         self._shading.setToolTip("Shading: darken what lies behind its surroundings (eye-dome lighting)")
         self._shading.toggled.connect(lambda on: self.canvas.set_drawing(point_size=self.canvas.point_size, shaded=on))
         self._icons.append((self._shading, "ph.circle-half"))
-        for menu, choice in ((self._colour_menu, ColourBy.COLOUR), (self._size_menu, 0)):
-            widths = []
-            for action in menu.actions():
-                _check(menu, action.data())
-                widths.append(menu.parent().sizeHint().width())
-            menu.parent().setMinimumWidth(max(widths))  # the bar keeps still when the choice changes
-            _check(menu, choice)
         return bar
 
-    def _menu(self, bar: QToolBar, icon: str, hint: str) -> QMenu:
-        button = QToolButton(bar)
-        button.setToolTip(hint)
-        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        button.setAutoRaise(True)
-        button.setStyleSheet("QToolButton::menu-indicator { image: none; }")
-        menu = QMenu(button)
-        button.setMenu(menu)
-        bar.addWidget(button)
-        self._icons.append((button, icon))
-        QActionGroup(menu)
-        return menu
 
-    @staticmethod
-    def _choice(menu: QMenu, text: str, data: object) -> QAction:
-        action = menu.addAction(text)
-        action.setCheckable(True)
-        action.setData(data)
-        menu.findChild(QActionGroup).addAction(action)
-        return action
+class _ChoiceButton(QToolButton, Generic[Choice]):
+    """A button that opens a menu of choices and shows the present one.
 
+    Parameters
+    ----------
+    texts : mapping
+        Choice -> what the user reads; the first is the present one.
+    """
 
-class CloudCanvas(QWidget):
-    """The picture of the cloud, the mouse and the keys."""
+    def __init__(self, texts: Mapping[Choice, str], hint: str, chosen: Callable[[Choice], None]) -> None:
+        super().__init__()
+        self.setToolTip(hint)
+        self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.setAutoRaise(True)
+        self.setStyleSheet("QToolButton::menu-indicator { image: none; }")
+        menu = QMenu(self)
+        self.setMenu(menu)
+        group = QActionGroup(menu)
+        self._choices: dict[Choice, QAction] = {}
+        widths = []
+        for choice, text in texts.items():
+            action = menu.addAction(text)
+            action.setCheckable(True)
+            action.triggered.connect(lambda _=False, choice=choice: chosen(choice))
+            group.addAction(action)
+            self._choices[choice] = action
+            self.show_choice(choice)
+            widths.append(self.sizeHint().width())
+        self.setMinimumWidth(max(widths))  # the bar keeps still when the choice changes
+        self.show_choice(next(iter(texts)))
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setMinimumSize(160, 120)
-        self.setCursor(Qt.CursorShape.OpenHandCursor)
-        self.setStatusTip("Drag: orbit. Shift or right drag: pan. Wheel: zoom. Double-click: reset.")
-        self.camera = OrbitCamera()
-        self.points: Points = np.empty((0, 3), np.float32)
-        self.point_size: int | None = None
-        self.shaded = True
-        self.message = EMPTY_TEXT
-        self._colours: Rgb = np.empty((0, 3), np.uint8)
-        self._caption = ""
-        self._thinned: NDArray[np.intp] | None = None
-        self._thin: tuple[Points, Rgb] | None = None
-        self._direction: str | None = "home"
-        self._picture: QImage | None = None
-        self._moving = False
-        self._last: QPointF | None = None
-        self.rest_timer = QTimer(self, singleShot=True, interval=REST_MS)
-        self.rest_timer.timeout.connect(self._redraw)
-
-    def set_points(self, points: Points, reset: bool) -> None:
-        """Take new points; their colours follow by `set_colours`."""
-        first = not len(self.points)
-        self.points = points
-        self._thinned = self._thin = None
-        if len(points) > MOVING_POINTS:
-            # one at random out of each run of points: a fixed stride beats with the image's rows and shows stripes
-            starts = np.linspace(0, len(points), MOVING_POINTS, endpoint=False)
-            jitter = np.random.default_rng(0).random(MOVING_POINTS) * (len(points) / MOVING_POINTS)
-            self._thinned = (starts + jitter).astype(np.intp)
-        if reset or first:
-            self.look("home")
-
-    def set_colours(self, colours: Rgb, caption: str) -> None:
-        """Colours of the points, uint8 (N, 3), and what to say about them."""
-        self._colours, self._caption = colours, caption
-        self._thin = None
-        if self._thinned is not None:
-            self._thin = self.points[self._thinned], colours[self._thinned]
-        self._redraw()
-
-    def set_drawing(self, point_size: int | None, shaded: bool) -> None:
-        """Size of a point in logical pixels (None: by density), and eye-dome lighting."""
-        self.point_size, self.shaded = point_size, shaded
-        self._redraw()
-
-    def look(self, direction: str) -> None:
-        """Show the whole cloud from "home", "front", "top" or "side"; it stays whole when the view is resized."""
-        yaw, pitch = (math.radians(angle) for angle in _DIRECTIONS[direction])
-        self._direction = direction
-        self.camera = OrbitCamera(yaw=yaw, pitch=pitch).fitted(self.points, self.width() / max(self.height(), 1))
-        self._redraw()
-
-    def sizeHint(self) -> QSize:
-        return QSize(640, 480)
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        colours = theme.colours(self.palette())
-        if len(self.points):
-            if self._picture is None:
-                self._picture = self._render()
-            painter.drawImage(0, 0, self._picture)
-            self._paint_triad(painter, colours)
-            self._paint_caption(painter, colours)
-        else:
-            painter.fillRect(self.rect(), colours.background)
-            painter.setPen(colours.muted)
-            room = QRectF(self.rect()).adjusted(24, 12, -24, -12)
-            painter.drawText(room, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, self.message)
-        if self.hasFocus():
-            painter.setPen(QPen(colours.accent, 1))
-            painter.drawRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5))
-
-    def mousePressEvent(self, event: QMouseEvent) -> None:
-        self._last = event.position()
-        self.setCursor(Qt.CursorShape.ClosedHandCursor)
-
-    def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        if self._last is None:
-            return
-        moved = event.position() - self._last
-        self._last = event.position()
-        panning = event.buttons() & (Qt.MouseButton.RightButton | Qt.MouseButton.MiddleButton)
-        if panning or event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
-            self._pan(moved.x(), moved.y())
-        else:
-            self._move(self.camera.orbit(moved.x() * _ORBIT_PER_PIXEL, moved.y() * _ORBIT_PER_PIXEL))
-
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        if not event.buttons():
-            self._last = None
-            self.setCursor(Qt.CursorShape.OpenHandCursor)
-
-    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        self._last = event.position()
-        self.look("home")
-
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        self._move(self.camera.dolly(_ZOOM_STEP ** (event.angleDelta().y() / 120)))
-        event.accept()
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        arrows = {
-            Qt.Key.Key_Left: (-1, 0),
-            Qt.Key.Key_Right: (1, 0),
-            Qt.Key.Key_Up: (0, -1),
-            Qt.Key.Key_Down: (0, 1),
-        }
-        key = event.key()
-        if key in arrows:
-            x, y = arrows[key]
-            if event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
-                self._pan(x * _PAN_STEP, y * _PAN_STEP)
-            else:
-                self._move(self.camera.orbit(x * _ORBIT_STEP, y * _ORBIT_STEP))
-        elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal):
-            self._move(self.camera.dolly(_ZOOM_STEP))
-        elif key == Qt.Key.Key_Minus:
-            self._move(self.camera.dolly(1 / _ZOOM_STEP))
-        elif key in (Qt.Key.Key_R, Qt.Key.Key_Home) and not event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier:
-            self.look("home")
-        else:
-            super().keyPressEvent(event)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        if self._direction is not None:
-            self.look(self._direction)
-        self._redraw()
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        super().hideEvent(event)
-        self.rest_timer.stop()
-        self._last = None
-        self._redraw()
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.DevicePixelRatioChange):
-            self._redraw()
-
-    def _pan(self, dx: float, dy: float) -> None:
-        """Move the cloud with the cursor [logical px]: exact at the target's depth."""
-        metres = self.camera.distance / self.camera.focal(max(self.height(), 1))
-        self._move(self.camera.pan(-dx * metres, -dy * metres))
-
-    def _move(self, camera: OrbitCamera) -> None:
-        self.camera = camera
-        self._direction = None
-        self._moving = True
-        self._picture = None
-        if self._thin is not None:
-            self.rest_timer.start()
-        self.update()
-
-    def _redraw(self) -> None:
-        """Draw the whole cloud at the next paint."""
-        self.rest_timer.stop()
-        self._moving = False
-        self._picture = None
-        self.update()
-
-    def _render(self) -> QImage:
-        points, colours = self.points, self._colours
-        if self._moving and self._thin is not None:
-            points, colours = self._thin
-        ratio = self.devicePixelRatioF()
-        width, height = max(round(self.width() * ratio), 1), max(round(self.height() * ratio), 1)
-        back = theme.colours(self.palette()).background
-        size = None if self.point_size is None else max(round(self.point_size * ratio), 1)
-        pixels = splat(
-            points,
-            colours,
-            self.camera,
-            width,
-            height,
-            (back.red(), back.green(), back.blue()),
-            size,
-            shaded=self.shaded,
-        )
-        borrowed = QImage(pixels.data, width, height, 3 * width, QImage.Format.Format_RGB888)
-        # the conversion copies, so the image outlives the array
-        image = borrowed.convertToFormat(QImage.Format.Format_RGB32)
-        image.setDevicePixelRatio(ratio)
-        return image
-
-    def _paint_caption(self, painter: QPainter, colours: theme.Colours) -> None:
-        room = QRectF(self.rect()).adjusted(12, 6, -12, -8)
-        place = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap
-        self._paint_backing(painter, colours, painter.boundingRect(room, place, self._caption).adjusted(-6, -2, 6, 2))
-        painter.setPen(colours.text)
-        painter.drawText(room, place, self._caption)
-
-    @staticmethod
-    def _paint_backing(painter: QPainter, colours: theme.Colours, box: QRectF) -> None:
-        """Keep what is written over the cloud readable."""
-        veil = QColor(colours.background)
-        veil.setAlpha(190)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(veil)
-        painter.drawRoundedRect(box, 6, 6)
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-
-    def _paint_triad(self, painter: QPainter, colours: theme.Colours) -> None:
-        """The cloud's axes as the camera sees them, the one that points at the eye last."""
-        side = 2 * (_TRIAD + 14)
-        box = QRectF(6, self.height() - side - 6, side, side)
-        self._paint_backing(painter, colours, box)
-        origin = box.center()
-        axes = zip("xyz", (colours.error, colours.good, colours.accent), self.camera.rotation().T, strict=True)
-        for name, colour, (right, down, forward) in sorted(axes, key=lambda axis: -axis[2][2]):
-            painter.setPen(QPen(colour, 2, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
-            painter.drawLine(origin, origin + QPointF(right, down) * _TRIAD)
-            if abs(forward) < 0.97:  # an axis seen end on has no room for its letter
-                middle = origin + QPointF(right, down) * (_TRIAD + 9)
-                painter.drawText(QRectF(middle.x() - 8, middle.y() - 8, 16, 16), Qt.AlignmentFlag.AlignCenter, name)
-
-
-def _check(menu: QMenu, data: object) -> None:
-    """Mark the choice that holds in its menu and on the menu's button."""
-    for action in menu.actions():
-        if action.data() == data:
-            action.setChecked(True)
-            menu.parent().setText(f"{action.text()} \u25be")
+    def show_choice(self, choice: Choice) -> None:
+        """Mark a choice as the present one."""
+        self._choices[choice].setChecked(True)
+        self.setText(f"{self._choices[choice].text()} \u25be")

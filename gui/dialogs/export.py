@@ -7,7 +7,6 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
-from ilf.run.export import ExportOptions
 from numpy.typing import NDArray
 from PySide6.QtCore import QSettings
 from PySide6.QtWidgets import (
@@ -28,6 +27,7 @@ from PySide6.QtWidgets import (
 from gui.widgets.messages import Message, group
 from ilf.errors import ParameterError
 from ilf.io import UINT16_MAX, png_fit
+from ilf.run import ExportOptions, Run, filenames
 
 _OPTIONS_KEY = "export/options"
 
@@ -48,10 +48,8 @@ class ExportDialog(QDialog):
 
     Parameters
     ----------
-    name : str
-        Of the frame, for the title.
-    has_intrinsics : bool
-        Whether a point cloud can be made.
+    run : Run
+        What is to be exported.
     has_result : bool
         Whether any block has been run; without it there are no curves and no expected error, and the depth is as it
         was read.
@@ -59,12 +57,11 @@ class ExportDialog(QDialog):
         Where the files go unless the user says otherwise.
     """
 
-    def __init__(
-        self, name: str, has_intrinsics: bool, has_result: bool, folder: str, parent: QWidget | None = None
-    ) -> None:
+    def __init__(self, run: Run, has_result: bool, folder: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setWindowTitle(f"Export {name}")
-        self._has_intrinsics = has_intrinsics
+        self.setWindowTitle(f"Export {run.frame.name}")
+        self._run = run
+        self._has_intrinsics = run.frame.intrinsics is not None
         self._has_result = has_result
         self._depth: NDArray[np.floating] = np.empty(0, np.float32)
 
@@ -81,11 +78,7 @@ class ExportDialog(QDialog):
             "Beside every depth file, the expected error of the filled pixels in the same format and units: over many "
             "frames, about 68 % of the true errors lie within it (guesses are not calibrated)"
         )
-        self.dense = QCheckBox("Guess what is still missing (guessed.png)")
-        self.dense.setToolTip(
-            "For programs that need depth at every pixel: what no block could complete is guessed from the depth "
-            "around it. The mask shows which pixels nothing vouches for"
-        )
+        self.guess_note = Message()
         self.cloud = QCheckBox("Write the point cloud")
         self.cloud_format, self.axes, self.cloud_unit = QComboBox(), QComboBox(), QComboBox()
         self.cloud_format.addItems(list(_CLOUD_FORMATS))
@@ -103,6 +96,7 @@ class ExportDialog(QDialog):
     def set_depth(self, depth: NDArray[np.floating]) -> None:
         """Depth to be exported [m], (H, W), NaN = missing; the note about what fits into 16 bits comes from it."""
         self._depth = depth
+        self.guess_note.say(self._guess_text(depth))
         self._refresh()
 
     def folder(self) -> str:
@@ -122,7 +116,6 @@ class ExportDialog(QDialog):
             depth_formats=tuple(name for name, box in boxes.items() if box.isChecked()),
             depth_units=self._units(),
             expected_error=self.expected_error.isChecked() and self._has_result,
-            dense=self.dense.isChecked(),
             labels=self.labels.isChecked(),
             curves=self.curves.isChecked() and self._has_result,
             cloud=_CLOUD_FORMATS[self.cloud_format.currentText()] if self._makes_cloud() else None,
@@ -156,7 +149,7 @@ class ExportDialog(QDialog):
         depth.addWidget(self.depth_tiff)
         depth.addWidget(self.depth_npy)
         depth.addWidget(self.expected_error)
-        depth.addWidget(self.dense)
+        depth.addWidget(self.guess_note)
         depth.addStretch(1)
 
         cloud_box, cloud = group("Point cloud")
@@ -206,7 +199,7 @@ class ExportDialog(QDialog):
         self.png_units.editTextChanged.connect(self._refresh)
         self.cloud_format.currentTextChanged.connect(self._refresh)
         checks = (self.depth_png, self.depth_tiff, self.depth_npy, self.cloud)
-        for box in (*checks, self.expected_error, self.dense, self.labels, self.curves, self.run_record):
+        for box in (*checks, self.expected_error, self.labels, self.curves, self.run_record):
             box.toggled.connect(self._refresh)
 
     def _browse(self) -> None:
@@ -233,7 +226,6 @@ class ExportDialog(QDialog):
         known = [text for text in _PNG_UNITS if text.partition(" ")[0] == units]
         self.png_units.setCurrentText(known[0] if known else units)
         self.expected_error.setChecked(options.expected_error)
-        self.dense.setChecked(options.dense)
         self.cloud.setChecked(options.cloud is not None)
         _show(self.cloud_format, _CLOUD_FORMATS, options.cloud or "ply")
         _show(self.axes, _AXES, options.axes)
@@ -258,7 +250,7 @@ class ExportDialog(QDialog):
             self._refuse(str(error))
             return
         self.png_note.say(*self._png_note(options.depth_units) if self.depth_png.isChecked() else ("", "muted"))
-        names, folder = options.filenames(), Path(self.folder())
+        names, folder = filenames(self._run, options), Path(self.folder())
         if not self.folder():
             self._refuse("Choose a target folder.")
         elif folder.exists() and not folder.is_dir():
@@ -278,6 +270,14 @@ class ExportDialog(QDialog):
         if not self._has_result:
             lines.append("No block has been run yet: the depth is exported as it was read.")
         return "\n".join(lines), "warning" if len(lines) > 1 else "muted"
+
+    def _guess_text(self, depth: NDArray[np.floating]) -> str:
+        if self._run.dense:
+            return "What no block could complete is guessed; guessed.png shows where."
+        missing = np.count_nonzero(~np.isfinite(depth)) / depth.size
+        if not missing or not self._has_result:
+            return ""
+        return f"{missing:.1%} of the pixels stay missing. For programs that need them all: Run > Guess the rest."
 
     def _png_note(self, units: float) -> tuple[str, str]:
         fit = png_fit(self._depth, units)

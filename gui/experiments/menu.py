@@ -40,9 +40,9 @@ class ExperimentsMenu(QMenu):
         all_quick.setToolTip("Run every experiment with few points, and show how they stand beside the paper")
         all_quick.triggered.connect(lambda _=False: self._shown().run_all_quick())
         self.aboutToShow.connect(self.fill)
+        self._loader = Worker(self)
         self._loading = QTimer(self, singleShot=True, interval=_LOAD_AFTER_MS)
         self._loading.timeout.connect(lambda: self._loader.start(_load))
-        self._loader = Worker(self)
 
     def load_soon(self) -> None:
         """Load what the entries need after a while, off the GUI's thread, so that the menu opens at once."""

@@ -52,7 +52,8 @@ class ExperimentOptions(QWidget):
             "Frames for 'Real frames' and 'Errors over all operation blocks': a folder of frame folders, one frame "
             "folder, or nyu_depth_v2_labeled.mat"
         )
-        self.limit = QSpinBox(maximum=100_000, specialValueText="all")
+        self.limit = QSpinBox(maximum=100_000)
+        self.limit.setSpecialValueText("all")
         self.limit.setToolTip("Take the first so many frames only")
         self.seed = QSpinBox(maximum=2**31 - 1)
         self.seed.setToolTip("What noise and hidden pixels follow from: the same seed, the same numbers")

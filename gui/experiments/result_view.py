@@ -46,7 +46,7 @@ class ResultView(QWidget):
         self._zoom.setCheckable(True)
         self._zoom.toggled.connect(self._set_whole)
         self._save = self._tool("Save this figure as PNG or SVG…")
-        self._save.clicked.connect(lambda: self.save_wished.emit(self.tabs.currentWidget().path))
+        self._save.clicked.connect(self._wish_save)
         corner = QWidget()
         row = QHBoxLayout(corner)
         row.setContentsMargins(0, 0, 8, 2)
@@ -85,7 +85,8 @@ class ResultView(QWidget):
         if result is None:
             return
         for figure in result.figures:
-            self._add_figure(folder / f"{figure.stem}.png", figure.caption, figure.stem)
+            name = figure.stem.removeprefix(f"{result.experiment}-").replace("-", " ").capitalize()
+            self._add_figure(folder / f"{figure.stem}.png", figure.caption, name)
         self._text = QTextBrowser()
         self._text.setFrameShape(QFrame.Shape.NoFrame)
         self._text.document().setDocumentMargin(14)
@@ -99,7 +100,7 @@ class ResultView(QWidget):
         """Say something else where there is no result."""
         self.empty.say(state)
 
-    def _add_figure(self, path: Path, caption: str, stem: str) -> None:
+    def _add_figure(self, path: Path, caption: str, name: str) -> None:
         view = FigureView(path, caption)
         if not view.readable:
             view.deleteLater()
@@ -110,15 +111,20 @@ class ResultView(QWidget):
             return
         view.set_whole(self._zoom.isChecked())
         view.zoom_wished.connect(self._zoom.toggle)
-        name = stem.removeprefix(f"{self._result.experiment}-").replace("-", " ").capitalize()
         self.tabs.addTab(view, name)
+
+    def _wish_save(self) -> None:
+        view = self.tabs.currentWidget()
+        if isinstance(view, FigureView):
+            self.save_wished.emit(view.path)
 
     def _clear(self) -> None:
         self._text = None
         while self.tabs.count():
             page = self.tabs.widget(0)
             self.tabs.removeTab(0)
-            page.deleteLater()
+            if page is not None:
+                page.deleteLater()
 
     def _set_whole(self, whole: bool) -> None:
         for index in range(self.tabs.count()):

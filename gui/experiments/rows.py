@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeGuard
 
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, QSortFilterProxyModel, Qt
 from PySide6.QtWidgets import QTableView, QWidget
@@ -77,7 +77,7 @@ class _RowModel(QAbstractTableModel):
 class _Sorted(QSortFilterProxyModel):
     """Numbers by size, everything else as text; nothing comes first."""
 
-    def lessThan(self, left: QModelIndex, right: QModelIndex) -> bool:
+    def lessThan(self, left: QModelIndex | QPersistentModelIndex, right: QModelIndex | QPersistentModelIndex) -> bool:
         return _order(left.data(Qt.ItemDataRole.UserRole)) < _order(right.data(Qt.ItemDataRole.UserRole))
 
 
@@ -92,5 +92,5 @@ def _alignment(is_number: bool) -> Qt.AlignmentFlag:
     return side | Qt.AlignmentFlag.AlignVCenter
 
 
-def _is_number(value: object) -> bool:
+def _is_number(value: object) -> TypeGuard[int | float]:
     return isinstance(value, int | float) and not isinstance(value, bool)

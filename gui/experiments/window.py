@@ -27,8 +27,8 @@ from gui import theme
 from gui.experiments.options import ExperimentOptions
 from gui.experiments.result_view import ResultView
 from gui.experiments.runner import ExperimentRunner
-from gui.frames.documents import error_text
 from gui.widgets.messages import Message, warn
+from gui.widgets.notes import error_text
 from ilf.errors import IlfError
 from ilf.experiments import EXPERIMENTS, read_result, write_report
 from ilf.experiments.files import StoredResult

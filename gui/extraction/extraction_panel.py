@@ -38,16 +38,20 @@ class ExtractionPanel(QWidget):
         button = QToolButton()
         button.setDefaultAction(extract)
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self._preview = QCheckBox("Preview", checked=True)
+        self._preview = QCheckBox("Preview")
+        self._preview.setChecked(True)
         self._preview.setToolTip("The view of the extraction follows the values below; the frame's blocks do not")
         self._preview.clicked.connect(self.preview_switched)
-        self._keep = QCheckBox("Keep blocks made by hand", checked=True)
+        self._keep = QCheckBox("Keep blocks made by hand")
+        self._keep.setChecked(True)
         self._keep.setToolTip(
             "When blocks are extracted again, those that you made, enlarged, merged or erased from stay as they are, "
             "as locked ones do"
         )
         self._keep.clicked.connect(self.keeping_switched)
-        self._summary = QLabel(wordWrap=True, objectName="summary")
+        self._summary = QLabel()
+        self._summary.setObjectName("summary")
+        self._summary.setWordWrap(True)
         self._summary.linkActivated.connect(lambda _: self.view_wished.emit())
         self._summary.hide()
         self._text = self._warning = self._layout = ""

@@ -5,6 +5,9 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ilf.ebs import Extraction, extract
 from ilf.frame import RGBDFrame
 from ilf.parameters import BlockParameters
@@ -29,3 +32,9 @@ def find(frame: RGBDFrame, parameters: BlockParameters) -> Found:
     begun = time.perf_counter()
     extraction = extract(frame, parameters)
     return Found(frame, parameters, extraction, time.perf_counter() - begun)
+
+
+def describe_blocks(count: int, labels: NDArray[np.int32]) -> str:
+    """How many blocks there are in a label map, and how much of the frame they cover."""
+    covered = float((labels > 0).mean())
+    return f"{count} block{'s' * (count != 1)} cover{'s' * (count == 1)} {covered:.1%} of the frame"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from gui.extraction.found_blocks import Found, find
-from gui.work.worker import Worker
+from gui.work.latest_question import LatestQuestion
 from ilf.drawing.stages import stage_picture
 from ilf.frame import RGBDFrame
 from ilf.parameters import BlockParameters
@@ -35,7 +34,7 @@ class Answer:
 
 
 class ExtractionPreview(QObject):
-    """Answers the latest question; questions that come while it is busy replace the one that waits.
+    """Answers the latest question about stages.
 
     The last extraction is held, so that its other stages cost only their pictures.
 
@@ -53,23 +52,19 @@ class ExtractionPreview(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._worker = Worker(self)
-        self._worker.finished.connect(self._answer)
-        self._worker.failed.connect(self._fail)
-        self._next: Question | None = None
-        self._present: Question | None = None
         self._held: Found | None = None
+        self._questions = LatestQuestion[Question, Answer](self._find, self)
+        self._questions.answered.connect(self._take)
+        self._questions.failed.connect(lambda _, error: self.failed.emit(error))
 
     @property
     def busy(self) -> bool:
         """Whether an answer is to come."""
-        return self._worker.busy
+        return self._questions.busy
 
     def ask(self, question: Question) -> None:
         """Find a picture; `found` follows."""
-        self._next = None if question == self._present else question
-        if not self._worker.busy:
-            self._start()
+        self._questions.ask(question)
 
     def hold(self, found: Found) -> None:
         """Take an extraction that was made elsewhere."""
@@ -77,7 +72,8 @@ class ExtractionPreview(QObject):
 
     def held(self, frame: RGBDFrame, parameters: BlockParameters) -> Found | None:
         """The extraction of a frame with these parameters, if that is the one held."""
-        return self._held if self._held is not None and self._held.answers(frame, parameters) else None
+        held = self._held  # it may be let go while another thread looks at it
+        return held if held is not None and held.answers(frame, parameters) else None
 
     def held_parameters(self, frame: RGBDFrame) -> BlockParameters | None:
         """What the extraction that is held was made with, if it is of this frame."""
@@ -87,37 +83,17 @@ class ExtractionPreview(QObject):
         """Hold no extraction of another frame, and answer no question about one any more."""
         if self._held is not None and self._held.frame is not frame:
             self._held = None
-        self._next = self._present = None
+        self._questions.forget()
 
     def shutdown(self) -> bool:
         """Stop for good, before the window closes. True if the thread has ended."""
-        self._next = None
-        return self._worker.shutdown()
+        return self._questions.shutdown()
 
-    def _start(self) -> None:
-        self._present, self._next = self._next, None
-        if self._present is None:
-            return
-        question = self._present
-        held = self.held(question.frame, question.parameters)
+    def _find(self, question: Question) -> Answer:
+        """Off the GUI's thread."""
+        found = self.held(question.frame, question.parameters) or find(question.frame, question.parameters)
+        return Answer(question, found, stage_picture(question.stage, question.frame.rgb, found.extraction))
 
-        def job() -> Generator[None, None, Answer]:
-            yield None
-            found = held or find(question.frame, question.parameters)
-            return Answer(question, found, stage_picture(question.stage, question.frame.rgb, found.extraction))
-
-        self._worker.start(job)
-
-    def _answer(self, answer: Answer) -> None:
-        wanted = self._present is not None
-        if wanted:
-            self.hold(answer.found)
-        self._start()
-        if wanted:
-            self.found.emit(answer)
-
-    def _fail(self, error: Exception) -> None:
-        wanted = self._present is not None
-        self._start()
-        if wanted:
-            self.failed.emit(error)
+    def _take(self, _: Question, answer: Answer) -> None:
+        self.hold(answer.found)
+        self.found.emit(answer)

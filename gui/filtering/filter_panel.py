@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QStandardItemModel
 from PySide6.QtWidgets import QComboBox, QFormLayout, QHBoxLayout, QToolButton, QVBoxLayout, QWidget
 
 from gui.widgets.parameter_form import ParameterForm
@@ -75,9 +75,10 @@ class FilterPanel(QWidget):
 
     def show_parameters(self, parameters: Parameters, block_name: str | None) -> None:
         """Show values; `block_name` is the chosen block's, None while none is chosen."""
-        item = self._scope.model().item(1)
-        item.setEnabled(block_name is not None)
-        item.setText(f"{block_name} only" if block_name else "Chosen block")
+        model = self._scope.model()
+        if isinstance(model, QStandardItemModel):
+            model.item(1).setEnabled(block_name is not None)
+        self._scope.setItemText(1, f"{block_name} only" if block_name else "Chosen block")
         if block_name is None:
             self._scope.setCurrentIndex(0)
         scope = self.for_chosen_block

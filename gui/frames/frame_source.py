@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ilf.io.camera_files import IntrinsicsSpec
 
 
 @dataclass(frozen=True)
@@ -17,7 +21,7 @@ class FrameSource:
     rgb: str
     depth: str | None = None
     depth_units: float | None = None
-    intrinsics: object = None
+    intrinsics: IntrinsicsSpec | None = None
 
     @property
     def key(self) -> str:

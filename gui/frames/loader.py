@@ -2,42 +2,35 @@
 
 from __future__ import annotations
 
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-from ilf.run.replay import replay
-from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from gui.extraction.found_blocks import Found, find
+from gui.extraction.found_blocks import Found, describe_blocks, find
 from gui.frames.frame_source import FrameSource
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.worker import Worker
 from ilf.completion import prepare
-from ilf.frame import RGBDFrame
 from ilf.io import load_frame
-from ilf.parameters import BlockParameters, Parameters, preset
-from ilf.run.record import read_run_record
+from ilf.parameters import BlockParameters, preset
+from ilf.run import Replay, Run, replay
 
 
 @dataclass(frozen=True, eq=False)
 class _Opened:
     """What a session is made of, in the GUI's thread, where its undo stack must live."""
 
-    frame: RGBDFrame
+    run: Run
     origin: FrameSource | Path
     key: str
-    labels: NDArray[np.int32]
-    extraction: BlockParameters | None
     found: Found | None = None
     """What has just been extracted; None if the blocks come from a record."""
-    edited: bool = False
-    parameters: dict[int, Parameters] | None = None
-    warnings: tuple[str, ...] = ()
+    again: Replay | None = None
+    """The record that the run comes from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,21 +47,24 @@ class FrameLoader(QObject):
 
     Signals
     -------
-    busy_changed(str)
-        What is being done, or "" when idle.
+    busy_changed()
+        `busy` or `present` has changed.
     message(str)
         What an opening or an extraction gave.
     extracted(object)
         What has been Found for the frame that is the present one or about to become it.
+    replayed(object)
+        A session that has been opened from a record.
     failed(str, object)
         What was tried, and the exception.
     idle()
         Nothing is under way or waiting any more.
     """
 
-    busy_changed = Signal(str)
+    busy_changed = Signal()
     message = Signal(str)
     extracted = Signal(object)
+    replayed = Signal(object)
     failed = Signal(str, object)
     idle = Signal()
 
@@ -85,6 +81,11 @@ class FrameLoader(QObject):
     def busy(self) -> bool:
         """Whether anything is under way or waiting."""
         return self._worker.busy or bool(self._queue)
+
+    @property
+    def present(self) -> str:
+        """What is being done; "" when idle."""
+        return self._present if self.busy else ""
 
     def open(self, source: FrameSource) -> None:
         """Read a frame, extract its blocks and show it.
@@ -135,7 +136,7 @@ class FrameLoader(QObject):
         if self._worker.busy:
             return
         if not self._queue:
-            self.busy_changed.emit("")
+            self.busy_changed.emit()
             self.idle.emit()
             return
         self._present, job = self._queue.popleft()
@@ -145,21 +146,20 @@ class FrameLoader(QObject):
             return job()
 
         self._worker.start(steps)
-        self.busy_changed.emit(self._present)
+        self.busy_changed.emit()
 
     def _take(self, outcome: _Opened | _Extracted) -> None:
         if isinstance(outcome, _Opened):
             if not self._shown_already(outcome.origin, outcome.key):
                 self._add_session(outcome)
-            notes = () if outcome.found is None else outcome.found.extraction.notes
-            self._tell_blocks(self._workspace.session, *notes)
+            self._tell_blocks(self._workspace.session, *outcome.run.notes)
         elif outcome.session in self._workspace.sessions:
             self._take_extraction(outcome)
         self._next()
 
     def _take_extraction(self, outcome: _Extracted) -> None:
         session, found = outcome.session, outcome.found
-        kept = self._workspace.set_extracted(session, found.extraction.blocks, found.parameters)
+        kept = self._workspace.set_extracted(session, found.extraction, found.parameters)
         if session is self._workspace.session:
             self.extracted.emit(found)
         self._tell_blocks(session, _describe_kept(*kept), *found.extraction.notes)
@@ -169,43 +169,21 @@ class FrameLoader(QObject):
         self.message.emit(" ".join(filter(None, (text, *notes))))
 
     def _add_session(self, opened: _Opened) -> None:
-        session = Session(opened.frame, opened.origin, opened.key)
-        session.take_blocks(opened.labels, opened.extraction, opened.edited)
+        session = Session.of(opened.run, opened.origin, opened.key)
+        session.again = opened.again
         replaced = self._workspace.session_of(opened.key)
         if replaced is not None:
             self._workspace.close_session(replaced)
-        if opened.parameters is not None:
-            self._take_parameters(session, opened.parameters, opened.extraction)
         if opened.found is not None:
             self.extracted.emit(opened.found)
-        self._workspace.add_session(session)
-        for warning in opened.warnings:
-            self.message.emit(f"{session.name}: {warning}")
-
-    def _take_parameters(
-        self, session: Session, parameters: dict[int, Parameters], extraction: BlockParameters | None
-    ) -> None:
-        """Those of a run record: for all blocks if no other frame is open, else for its own blocks alone."""
-        workspace = self._workspace
-        if not workspace.sessions and parameters:
-            workspace.set_parameters(Counter(parameters.values()).most_common(1)[0][0])
-        if extraction is not None:
-            workspace.extraction_parameters = extraction
-        common = workspace.parameters
-        session.notes.parameters.update({label: own for label, own in parameters.items() if own != common})
-        if set(parameters) != set(session.counts()):
-            session.selected = sorted(parameters)
+        self._workspace.add_session(session, None if opened.again is None else opened.run)
+        if opened.again is not None:
+            self.replayed.emit(session)
 
     def _fail(self, error: Exception) -> None:
         what = self._present
         self.failed.emit(what, error)
         self._next()
-
-
-def describe_blocks(count: int, labels: NDArray[np.int32]) -> str:
-    """How many blocks there are in a label map, and how much of the frame they cover."""
-    covered = float((labels > 0).mean())
-    return f"{count} block{'s' * (count != 1)} cover{'s' * (count == 1)} {covered:.1%} of the frame"
 
 
 def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
@@ -223,19 +201,11 @@ def _open(source: FrameSource, parameters: BlockParameters) -> _Opened:
     frame = load_frame(source.rgb, source.depth, depth_units=source.depth_units, intrinsics=source.intrinsics)
     found = find(frame, parameters)
     prepare(frame, preset(), parameters)  # here and now, rather than when the first slider is moved
-    return _Opened(frame, source, source.key, found.extraction.blocks, parameters, found)
+    extraction = found.extraction
+    run = Run(frame, extraction.blocks, extraction=parameters, network=extraction.network, notes=extraction.notes)
+    return _Opened(run, source, source.key, found)
 
 
 def _open_run(path: Path) -> _Opened:
-    record = read_run_record(path)
-    found = replay(record, path.parent)
-    return _Opened(
-        frame=found.frame,
-        origin=path,
-        key=str(path.absolute()),
-        labels=found.labels,
-        extraction=found.extraction,
-        edited=found.edited,
-        parameters=found.parameters,
-        warnings=found.warnings,
-    )
+    again = replay(path)
+    return _Opened(again.run, path, str(path.absolute()), again=again)

@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 from PySide6.QtGui import QUndoCommand
 
 from gui.state.session import BlockNotes, Session
 from ilf.ebs.edit import LabelPatch
 
-if TYPE_CHECKING:
-    from gui.state.workspace import Workspace
+
+class Notices(Protocol):
+    """Who is told before and after a command changes a session."""
+
+    def prepare_change(self, session: Session) -> None:
+        """The label map is about to change."""
+        ...
+
+    def note_labels_changed(self, session: Session, patch: LabelPatch) -> None:
+        """The label map has changed."""
+        ...
+
+    def note_infos_changed(self, session: Session) -> None:
+        """A name, colour or lock has changed."""
+        ...
 
 
 class EditLabels(QUndoCommand):
@@ -22,7 +35,7 @@ class EditLabels(QUndoCommand):
 
     def __init__(
         self,
-        workspace: Workspace,
+        notices: Notices,
         session: Session,
         patch: LabelPatch,
         text: str,
@@ -30,7 +43,7 @@ class EditLabels(QUndoCommand):
         notes: BlockNotes | None = None,
     ) -> None:
         super().__init__(text)
-        self._workspace = workspace
+        self._notices = notices
         self._session = session
         self._patch = patch
         self._done = done
@@ -39,18 +52,18 @@ class EditLabels(QUndoCommand):
     def redo(self) -> None:
         """Make the change."""
         if not self._done:
-            self._workspace.prepare_change(self._session)
+            self._notices.prepare_change(self._session)
             self._session.apply(self._patch)
         self._done = False
         self._swap_notes()
-        self._workspace.note_labels_changed(self._session, self._patch)
+        self._notices.note_labels_changed(self._session, self._patch)
 
     def undo(self) -> None:
         """Take it back."""
-        self._workspace.prepare_change(self._session)
+        self._notices.prepare_change(self._session)
         self._session.apply(self._patch, forward=False)
         self._swap_notes()
-        self._workspace.note_labels_changed(self._session, self._patch)
+        self._notices.note_labels_changed(self._session, self._patch)
 
     def _swap_notes(self) -> None:
         if self._other_notes is not None:
@@ -60,9 +73,9 @@ class EditLabels(QUndoCommand):
 class EditInfo(QUndoCommand):
     """A change of a block's name, colour or lock."""
 
-    def __init__(self, workspace: Workspace, session: Session, label: int, text: str, **changes: object) -> None:
+    def __init__(self, notices: Notices, session: Session, label: int, text: str, **changes: Any) -> None:
         super().__init__(text)
-        self._workspace = workspace
+        self._notices = notices
         self._session = session
         self._label = label
         info = session.info(label)
@@ -77,6 +90,6 @@ class EditInfo(QUndoCommand):
         """Take it back."""
         self._change(self._before)
 
-    def _change(self, values: dict[str, object]) -> None:
+    def _change(self, values: dict[str, Any]) -> None:
         self._session.change_info(self._label, **values)
-        self._workspace.note_infos_changed(self._session)
+        self._notices.note_infos_changed(self._session)

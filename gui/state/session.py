@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QUndoStack
 
+from gui.state.results import Results
 from ilf.completion import BlockResult, Completion, compose
 from ilf.drawing.block_pictures import block_colour
 from ilf.ebs.edit import LabelPatch
 from ilf.ebs.reextraction import made_by_hand
+from ilf.filter.convergence import IterationRecord
 from ilf.frame import RGBDFrame
 from ilf.parameters import BlockParameters, Parameters
+from ilf.run import Replay, Run
 
 LARGEST_LABEL = 65535
 """Label maps are exported as 16-bit images."""
@@ -41,6 +46,8 @@ class BlockNotes:
         Block label -> parameters of its own, where they differ from those of all blocks.
     extraction : BlockParameters or None
         What the blocks were extracted with.
+    network : str or None
+        SHA-256 of the edge network that had a part in it.
     extracted : ndarray of int32 or None
         The map as that extraction left it; None if it was changed afterwards in ways that are not known.
     kept : frozenset of int
@@ -52,6 +59,7 @@ class BlockNotes:
     infos: dict[int, BlockInfo] = field(default_factory=dict)
     parameters: dict[int, Parameters] = field(default_factory=dict)
     extraction: BlockParameters | None = None
+    network: str | None = None
     extracted: NDArray[np.int32] | None = None
     kept: frozenset[int] = frozenset()
     handmade: frozenset[int] = frozenset()
@@ -71,7 +79,7 @@ class BlockCounts:
 
 
 class Session:
-    """A frame that is open.
+    """A frame that is open. The workspace alone changes it once it is among its sessions.
 
     Attributes
     ----------
@@ -81,6 +89,7 @@ class Session:
     labels : ndarray of int32, shape (H, W)
         The label map, which is the truth about blocks. Changed in place by `apply` and `set_labels` only.
     notes : BlockNotes
+    results : Results
     selected : list of int
         The chosen blocks; the first is the one that edits and curves are about.
     undo_stack : QUndoStack
@@ -94,19 +103,51 @@ class Session:
         self.notes = BlockNotes()
         self.selected: list[int] = []
         self.undo_stack = QUndoStack()
-        self._results: dict[int, BlockResult] = {}
+        self.results = Results()
+        self.dense = False
+        """Whether what is still missing after a run is to be guessed."""
+        self.again: Replay | None = None
+        """The record that the session was opened from."""
         self._counts: dict[int, BlockCounts] | None = None
         self._valid: dict[int, BlockResult] | None = None
+        self._completion: Completion | None = None
         self._edits = 0
-        self._runs = 0
-        self._saved_runs = 0
         self.undo_stack.indexChanged.connect(self._note_edit)
 
-    def take_blocks(self, labels: NDArray[np.int32], extraction: BlockParameters | None, edited: bool = False) -> None:
-        """The blocks to begin with; `edited` if they are not what the extraction gives."""
-        self.set_labels(labels)
-        self.notes.extraction = extraction
-        self.notes.extracted = None if edited or extraction is None else self.labels.copy()
+    @classmethod
+    def of(cls, run: Run, origin: object, key: str) -> Self:
+        """A session whose frame and blocks are those of a run; its parameters are taken up by the workspace."""
+        session = cls(run.frame, origin, key)
+        session.set_labels(run.blocks)
+        session.dense = run.dense
+        session.notes.extraction, session.notes.network = run.extraction, run.network
+        session.notes.extracted = None if run.edited else session.labels.copy()
+        return session
+
+    def run(self, common: Parameters, only: Iterable[int] | None = None, dense: bool = False) -> Run:
+        """What a run of the frame as it is now is made of.
+
+        Parameters
+        ----------
+        common : Parameters
+            Of all blocks that have none of their own.
+        only : iterable of int, optional
+            Run just these blocks.
+        dense : bool
+            Whether the rest is guessed.
+        """
+        notes = self.notes
+        return Run(
+            self.frame,
+            self.labels,
+            common,
+            {label: own for label, own in notes.parameters.items() if label in self.counts()},
+            None if only is None else frozenset(only),
+            dense=dense,
+            extraction=notes.extraction,
+            edited=self.edited,
+            network=notes.network,
+        )
 
     @property
     def name(self) -> str:
@@ -127,15 +168,16 @@ class Session:
     @property
     def unsaved(self) -> bool:
         """Whether there are edits or results that have not been exported."""
-        return not self.undo_stack.isClean() or self._runs != self._saved_runs
+        return not self.undo_stack.isClean() or self.results.unsaved
 
     def saving(self) -> tuple[int, int]:
         """Where edits and results stand, to be given to `note_saved` when they have been exported."""
-        return self._edits, self._runs
+        return self._edits, self.results.changes
 
     def note_saved(self, state: tuple[int, int]) -> None:
         """What there was at `state` has been exported; what came later has not."""
-        edits, self._saved_runs = state
+        edits, results = state
+        self.results.note_saved(results)
         if edits == self._edits:
             self.undo_stack.setClean()
         else:
@@ -163,9 +205,15 @@ class Session:
         """The block's info; a new block gets its name and colour by number."""
         return self.infos.setdefault(label, BlockInfo(f"Block {label}", block_colour(label)))
 
-    def change_info(self, label: int, **changes: object) -> None:
+    def change_info(self, label: int, **changes: Any) -> None:
         """Set name, colour, visible or locked of a block."""
         self.infos[label] = replace(self.info(label), **changes)
+
+    def label_at(self, x: float, y: float) -> int:
+        """Block under image coordinates; 0 for none or off the frame."""
+        row, column = int(y // 1), int(x // 1)
+        height, width = self.labels.shape
+        return int(self.labels[row, column]) if 0 <= row < height and 0 <= column < width else 0
 
     def set_labels(self, labels: NDArray[np.int32]) -> None:
         """Take over another label map."""
@@ -177,17 +225,19 @@ class Session:
         (patch.apply if forward else patch.revert)(self.labels)
         self._forget()
 
-    def add_results(self, results: list[BlockResult]) -> None:
+    def add_guess(self, base: Completion, guess: Completion) -> None:
+        """Keep the guess of what a completion leaves missing; it holds as long as that is the present one."""
+        self.results.note_guess(base, guess)
+
+    def add_results(self, results: Sequence[BlockResult]) -> None:
         """Keep blocks' results; they are not exported yet."""
-        self._results.update({result.block.label: result for result in results})
-        self._runs += 1
-        self._valid = None
+        self.results.add(results)
+        self._forget_results()
 
     def clear_results(self) -> None:
         """Forget all results."""
-        self._results.clear()
-        self._saved_runs = self._runs
-        self._valid = None
+        self.results.clear()
+        self._forget_results()
 
     def counts(self) -> dict[int, BlockCounts]:
         """Block label -> counts, in rising order of labels."""
@@ -210,24 +260,57 @@ class Session:
         return self.notes.parameters.get(label, common)
 
     def valid_results(self) -> dict[int, BlockResult]:
-        """Results whose block still has the very pixels that were run, in rising order of labels.
-
-        The others are kept, because undo may bring their blocks back.
-        """
+        """Results whose block still has the very pixels that were run, in rising order of labels."""
         if self._valid is None:
-            self._valid = {label: self._results[label] for label in sorted(self._results) if self._fits(label)}
+            kept = self.results.kept
+            self._valid = {label: kept[label] for label in sorted(kept) if self._fits(kept[label])}
         return self._valid
 
     def completion(self) -> Completion | None:
-        """The completed depth as far as blocks have been run; None if none has."""
-        results = self.valid_results()
-        return compose(self.frame, results) if results else None
+        """The completed depth as far as blocks have been run, and the guess of the rest if there is one.
 
-    def _fits(self, label: int) -> bool:
-        block = self._results[label].block
-        if not np.array_equal(self.labels[block.box] == label, block.mask):
+        None if no block has been run; the same object until it changes.
+        """
+        completion = self._blocks_completion()
+        return self.results.guess_of(completion) or completion
+
+    @property
+    def guessed(self) -> bool:
+        """Whether the rest of the present completion has been guessed."""
+        return self.results.guess_of(self._blocks_completion()) is not None
+
+    def _blocks_completion(self) -> Completion | None:
+        if self._completion is None and self.valid_results():
+            self._completion = compose(self.frame, self.valid_results())
+        return self._completion
+
+    def expected_error(self) -> NDArray[np.float32] | None:
+        """The expected error [m] of the present completion, if it has been worked out."""
+        return self.results.error_of(self.completion())
+
+    def present_depth(self) -> NDArray[np.float32] | None:
+        """What is completed, and over it the last that is known of the blocks that run; None if there is neither."""
+        completion, previews = self.completion(), self.results.previews
+        depth = None if completion is None else completion.depth
+        if previews:
+            depth = (self.frame.depth if depth is None else depth).copy()
+            for block, preview in previews.values():
+                depth[block.box][block.mask] = preview
+        return depth
+
+    def records_of(self, label: int) -> Sequence[IterationRecord]:
+        """Records of the block while it runs, else those of its result."""
+        live = self.results.live.get(label)
+        if live is not None:
+            return live
+        result = self.valid_results().get(label)
+        return () if result is None else result.history
+
+    def _fits(self, result: BlockResult) -> bool:
+        block = result.block
+        if not np.array_equal(self.labels[block.box] == block.label, block.mask):
             return False
-        count = self.counts().get(label)
+        count = self.counts().get(block.label)
         return count is not None and count.pixels == np.count_nonzero(block.mask)
 
     def _note_edit(self) -> None:
@@ -236,4 +319,8 @@ class Session:
     def _forget(self) -> None:
         """What was worked out from the labels no longer holds."""
         self._counts = None
+        self._forget_results()
+
+    def _forget_results(self) -> None:
         self._valid = None
+        self._completion = None

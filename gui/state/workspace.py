@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtGui import QUndoGroup
+from PySide6.QtGui import QUndoGroup, QUndoStack
 
 from gui.state.commands import EditInfo, EditLabels
+from gui.state.results import Preview
 from gui.state.session import BlockNotes, Session
-from ilf.completion import BlockResult
+from ilf.completion import BlockResult, Completion
+from ilf.ebs import Extraction
 from ilf.ebs.edit import LabelPatch, patch_between
 from ilf.ebs.reextraction import flow_around, keep_under
+from ilf.filter.convergence import IterationRecord
 from ilf.parameters import DEFAULT_PRESET, BlockParameters, Parameters, preset
+from ilf.run import Run
 
 
 class Kept(NamedTuple):
@@ -27,9 +32,10 @@ class Kept(NamedTuple):
 
 
 class Workspace(QObject):
-    """The single place where the state of the window changes.
+    """The single place where the state of the window changes: every change is a method, and sends its signal.
 
-    Signals carry no data that could go stale: who listens reads the workspace.
+    Signals carry no data that could go stale: who listens reads the workspace. Those of a session are sent for the
+    present one only; of the others, `sessions_changed` tells.
     """
 
     about_to_change = Signal()
@@ -38,11 +44,25 @@ class Workspace(QObject):
     """Frames were opened or closed, or what the list says of them has changed."""
     session_changed = Signal()
     labels_changed = Signal(object)
-    """The box (rows, columns) of the label map that changed, or None for all of it."""
+    """The box (rows, columns) of the label map that changed."""
+    stroke_changed = Signal(object)
+    """The same, by a stroke that is under way and may yet be given up."""
     infos_changed = Signal()
     results_changed = Signal()
+    """Other results, or none, or a run has ended."""
+    results_added = Signal()
+    """Some of a run under way have come: several times a second, it may be."""
+    records_added = Signal()
+    """Blocks that run have new records."""
+    previews_changed = Signal()
+    """Blocks that run have other depth."""
+    error_changed = Signal()
+    """The expected error of the results has been worked out."""
     selection_changed = Signal()
     parameters_changed = Signal()
+    """Of the filter."""
+    extraction_changed = Signal()
+    """Parameters of the extraction, or which blocks it keeps."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -53,6 +73,10 @@ class Workspace(QObject):
         self.keeps_handmade = True
         """Whether blocks that were made by hand stay when blocks are extracted again, as locked ones do."""
         self._session: Session | None = None
+        self._nothing = QUndoStack(self)
+        self._before_stroke: NDArray[np.int32] | None = None
+
+    # frames
 
     @property
     def session(self) -> Session:
@@ -66,24 +90,51 @@ class Workspace(QObject):
         """Whether a frame is open."""
         return self._session is not None
 
+    def is_present(self, session: Session) -> bool:
+        """Whether this is the present frame's session."""
+        return session is self._session
+
+    @property
+    def chosen(self) -> int:
+        """The block that edits and curves are about; 0 for none."""
+        return self._session.selected[0] if self._session is not None and self._session.selected else 0
+
     def session_of(self, key: str) -> Session | None:
         """The open session of a file or folder, if there is one."""
         return next((session for session in self.sessions if session.key == key), None)
 
-    def add_session(self, session: Session) -> None:
-        """Open a frame and make it the present one."""
+    def add_session(self, session: Session, recorded: Run | None = None) -> None:
+        """Open a frame and make it the present one.
+
+        With `recorded`, it comes from that run, whose common parameters become those of all blocks if no other frame
+        is open, else of its own blocks alone; what it was extracted with goes for the next extraction, and the blocks
+        that were run are chosen if they are not all.
+        """
+        if recorded is not None:
+            self._take_recorded(session, recorded)
         self.sessions.append(session)
         self.undo_group.addStack(session.undo_stack)
         self.sessions_changed.emit()
         self.show_session(session)
 
+    def _take_recorded(self, session: Session, recorded: Run) -> None:
+        if not self.sessions:
+            self.set_parameters(recorded.parameters)
+        if recorded.extraction is not None:
+            self.set_extraction_parameters(recorded.extraction)
+        labels = set(session.counts()) if recorded.only is None else set(recorded.only)
+        own = {label: recorded.parameters_of(label) for label in labels}
+        session.notes.parameters.update({label: one for label, one in own.items() if one != self.parameters})
+        if labels != set(session.counts()):
+            session.selected = sorted(labels)
+
     def show_session(self, session: Session | None) -> None:
         """Make a frame the present one."""
         if session is self._session:
             return
-        self.about_to_change.emit()
+        self._end_strokes()
         self._session = session
-        self.undo_group.setActiveStack(session.undo_stack if session else None)
+        self.undo_group.setActiveStack(session.undo_stack if session else self._nothing)
         self.session_changed.emit()
 
     def close_session(self, session: Session) -> None:
@@ -96,14 +147,22 @@ class Workspace(QObject):
         session.undo_stack.clear()  # commands and session hold each other, and would never be freed
         self.sessions_changed.emit()
 
-    def set_extracted(self, session: Session, labels: NDArray[np.int32], used: BlockParameters) -> Kept:
+    def note_saved(self, session: Session, state: tuple[int, int]) -> None:
+        """What there was at `state`, as `Session.saving` gave it, has been exported."""
+        session.note_saved(state)
+
+    # blocks
+
+    def set_extracted(self, session: Session, extraction: Extraction, used: BlockParameters) -> Kept:
         """Take the blocks of another extraction as one undoable step, around the blocks that stay as they are."""
         self.prepare_change(session)
         locked, by_hand = self.staying(session)
         kept, handmade = locked | by_hand, session.handmade()
+        labels = extraction.blocks
         around = flow_around(session.labels, kept, labels, used.min_size / 100 * labels.size)
         # a block that only was locked is not made by hand: it goes when it is unlocked
-        self._replace(session, around, "Extract blocks", BlockNotes({}, {}, used, around.copy(), kept, handmade & kept))
+        notes = BlockNotes({}, {}, used, extraction.network, around.copy(), kept, handmade & kept)
+        self._replace(session, around, "Extract blocks", notes)
         return Kept(len(locked), len(by_hand), kept == set(session.counts()))
 
     def staying(self, session: Session) -> tuple[frozenset[int], frozenset[int]]:
@@ -128,16 +187,60 @@ class Workspace(QObject):
         notes.parameters = {label: own for label, own in old.parameters.items() if label in notes.kept}
         session.undo_stack.push(EditLabels(self, session, patch, text, notes=notes))
 
-    def edit_labels(self, patch: LabelPatch | None, text: str, done: bool = False) -> bool:
+    def edit_labels(self, patch: LabelPatch | None, text: str) -> bool:
         """Change the label map as one undoable step; False if there is nothing to change."""
         if patch is None:
             return False
-        self.session.undo_stack.push(EditLabels(self, self.session, patch, text, done))
+        self.session.undo_stack.push(EditLabels(self, self.session, patch, text))
         return True
 
-    def edit_info(self, label: int, text: str, **changes: object) -> None:
+    def stroke(self, patch: LabelPatch | None) -> None:
+        """Change the label map as part of a stroke, which `end_stroke` makes a step and `drop_stroke` gives up."""
+        if patch is None:
+            return
+        if self._before_stroke is None:
+            self._before_stroke = self.session.labels.copy()
+        self.session.apply(patch)
+        self.stroke_changed.emit(patch.box)
+
+    def end_stroke(self, text: str) -> bool:
+        """Make the stroke one undoable step; False if it has changed nothing."""
+        before, self._before_stroke = self._before_stroke, None
+        patch = None if before is None else patch_between(before, self.session.labels)
+        if patch is None:
+            return False
+        self.session.undo_stack.push(EditLabels(self, self.session, patch, text, done=True))
+        return True
+
+    def drop_stroke(self) -> bool:
+        """Put the pixels of the stroke back; False if none was under way."""
+        before, self._before_stroke = self._before_stroke, None
+        patch = None if before is None else patch_between(before, self.session.labels)
+        if patch is None:
+            return False
+        self.session.apply(patch, forward=False)
+        self.stroke_changed.emit(patch.box)
+        return True
+
+    def _end_strokes(self) -> None:
+        self.about_to_change.emit()
+        self.drop_stroke()
+
+    def start_block(self) -> int:
+        """Choose a number that no block has, to be painted; returned."""
+        label = self.session.next_label()
+        self.session.info(label)
+        self.select([label])
+        return label
+
+    def edit_info(self, label: int, text: str, **changes: Any) -> None:
         """Rename, recolour or lock a block as one undoable step."""
         self.session.undo_stack.push(EditInfo(self, self.session, label, text, **changes))
+
+    def set_lock(self, label: int, locked: bool) -> None:
+        """Lock or unlock a block as one undoable step."""
+        name = self.session.info(label).name
+        self.edit_info(label, f"{'Lock' if locked else 'Unlock'} {name}", locked=locked)
 
     def set_visible(self, label: int, visible: bool) -> None:
         """Show or hide a block in the overlay. A matter of view, so not undoable."""
@@ -150,18 +253,48 @@ class Workspace(QObject):
             self.session.selected = labels
             self.selection_changed.emit()
 
-    def store_results(self, session: Session, results: list[BlockResult]) -> None:
+    # runs and results
+
+    def add_records(self, session: Session, label: int, records: Sequence[IterationRecord]) -> None:
+        """A block that runs has gone on."""
+        session.results.add_records(label, records)
+        if session is self._session:
+            self.records_added.emit()
+
+    def add_previews(self, session: Session, previews: Sequence[Preview]) -> None:
+        """Blocks that run have other depth."""
+        session.results.add_previews(previews)
+        if session is self._session:
+            self.previews_changed.emit()
+
+    def store_results(self, session: Session, results: Sequence[BlockResult]) -> None:
         """Keep blocks' results."""
         session.add_results(results)
-        if session is self._session:
-            self.results_changed.emit()
-        else:
-            self.sessions_changed.emit()
+        (self.results_added if session is self._session else self.sessions_changed).emit()
+
+    def store_guess(self, session: Session, base: Completion, guess: Completion) -> None:
+        """Keep the guess of what a completion leaves missing."""
+        session.add_guess(base, guess)
+        (self.results_changed if session is self._session else self.sessions_changed).emit()
+
+    def end_run(self, session: Session, previews_stay: bool = False) -> None:
+        """Nothing of the frame runs any more; with `previews_stay`, it will again at once."""
+        session.results.end_run(previews_stay)
+        (self.results_changed if session is self._session else self.sessions_changed).emit()
 
     def clear_results(self) -> None:
         """Forget all results of the present frame."""
         self.session.clear_results()
         self.results_changed.emit()
+
+    def store_error(self, session: Session, completion: Completion, error: NDArray[np.float32]) -> None:
+        """Keep the expected error [m], float32 (H, W), of a completion; overtaken ones are dropped."""
+        if completion is session.completion():
+            session.results.note_error(completion, error)
+            if session is self._session:
+                self.error_changed.emit()
+
+    # parameters
 
     def set_parameters(self, parameters: Parameters, label: int | None = None) -> None:
         """Parameters of all blocks, or of one; a block whose own equal the common ones has none of its own."""
@@ -173,10 +306,22 @@ class Workspace(QObject):
             self.session.notes.parameters[label] = parameters
         self.parameters_changed.emit()
 
+    def set_extraction_parameters(self, parameters: BlockParameters) -> None:
+        """What blocks are extracted with the next time."""
+        self.extraction_parameters = parameters
+        self.extraction_changed.emit()
+
+    def set_keeps_handmade(self, on: bool) -> None:
+        """Whether blocks made by hand stay at the next extraction."""
+        self.keeps_handmade = on
+        self.extraction_changed.emit()
+
+    # what commands say
+
     def prepare_change(self, session: Session) -> None:
         """Called before the label map of a session changes."""
         if session is self._session:
-            self.about_to_change.emit()
+            self._end_strokes()
 
     def note_labels_changed(self, session: Session, patch: LabelPatch) -> None:
         """Called by commands after the label map has changed."""

@@ -8,8 +8,7 @@ from typing import Protocol
 from PySide6.QtGui import QPainterPath
 
 from gui.state.session import Session
-from gui.tools.pointer import PointerEvent
-from ilf.blocks import Box
+from gui.views.pointer import PointerEvent
 from ilf.ebs.edit import LabelPatch
 
 
@@ -27,12 +26,20 @@ class Host(Protocol):
         """Choose blocks."""
         ...
 
-    def commit(self, patch: LabelPatch | None, text: str, done: bool = False) -> bool:
+    def commit(self, patch: LabelPatch | None, text: str) -> bool:
         """Make a change of the label map one undoable step; False if there was nothing to change."""
         ...
 
-    def show_labels(self, box: Box) -> None:
-        """Repaint the label map while a stroke is under way."""
+    def stroke(self, patch: LabelPatch | None) -> None:
+        """Change the label map as part of a stroke."""
+        ...
+
+    def end_stroke(self, text: str) -> bool:
+        """Make the stroke one undoable step; False if it has changed nothing."""
+        ...
+
+    def drop_stroke(self) -> bool:
+        """Give the stroke up; False if there was none."""
         ...
 
     def show_preview(self, path: QPainterPath | None) -> None:
@@ -56,13 +63,6 @@ class Tool(Protocol):
     def cancel(self, host: Host) -> bool:
         """Give up what is under way, as if it had not begun; False if nothing was."""
         ...
-
-
-def label_at(session: Session, x: float, y: float) -> int:
-    """Block under image coordinates; 0 for none or off the frame."""
-    row, column = int(y // 1), int(x // 1)
-    height, width = session.labels.shape
-    return int(session.labels[row, column]) if 0 <= row < height and 0 <= column < width else 0
 
 
 def line_path(points: Sequence[tuple[float, float]]) -> QPainterPath:

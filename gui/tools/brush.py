@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QPointF
 from PySide6.QtGui import QPainterPath
 
-from gui.tools.base import Host, label_at
-from gui.tools.pointer import PointerEvent, PointerKind
-from ilf.ebs.edit import brush_stroke, erase, paint, patch_between
+from gui.tools.base import Host
+from gui.views.pointer import PointerEvent, PointerKind
+from ilf.ebs.edit import brush_stroke, erase, paint
 
 
 class BrushTool:
@@ -24,7 +22,7 @@ class BrushTool:
         other = "add" if erases else "erase"
         self.hint = f"Drag: {act} | Alt+drag: {other} | [ and ]: brush size | Esc: give the stroke up"
         self._erases = erases
-        self._before: NDArray[np.int32] | None = None
+        self._strokes = False
         self._last = (0.0, 0.0)
         self._label = 0
         self._erasing = erases
@@ -35,7 +33,7 @@ class BrushTool:
         if event.kind is PointerKind.PRESS:
             self._begin(event, host)
             return True
-        if self._before is not None and event.kind is PointerKind.MOVE:
+        if self._strokes and event.kind is PointerKind.MOVE:
             self._sweep((event.x, event.y), host)
         elif event.kind is PointerKind.RELEASE:
             self._end(host)
@@ -43,17 +41,14 @@ class BrushTool:
 
     def cancel(self, host: Host) -> bool:
         """Put the stroke's pixels back."""
-        if self._before is None:
-            return False
-        host.session.set_labels(self._before)
-        self._before = None
-        host.show_labels(_everything(host.session.labels))
-        return True
+        under_way, self._strokes = self._strokes, False
+        host.drop_stroke()
+        return under_way
 
     def _begin(self, event: PointerEvent, host: Host) -> None:
         session = host.session
         chosen = session.selected
-        self._label = chosen[0] if chosen else label_at(session, event.x, event.y)
+        self._label = chosen[0] if chosen else session.label_at(event.x, event.y)
         self._erasing = self._erases != event.alt
         if self._label == 0:
             host.say("Choose a block first, or start a new one with Blocks > New block.")
@@ -63,7 +58,7 @@ class BrushTool:
             return
         if chosen != [self._label]:
             host.select([self._label])
-        self._before = session.labels.copy()
+        self._strokes = True
         self._last = (event.x, event.y)
         self._sweep(self._last, host)
 
@@ -74,25 +69,17 @@ class BrushTool:
         if stroke is None:
             return
         change = erase if self._erasing else paint
-        patch = change(session.labels, stroke, self._label, session.locked)
-        if patch is not None:
-            session.apply(patch)
-            host.show_labels(patch.box)
+        host.stroke(change(session.labels, stroke, self._label, session.locked))
 
     def _end(self, host: Host) -> None:
-        before, self._before = self._before, None
-        if before is None:
+        if not self._strokes:
             return
+        self._strokes = False
         name = host.session.info(self._label).name
-        text = f"Erase from {name}" if self._erasing else f"Paint {name}"
-        host.commit(patch_between(before, host.session.labels), text, done=True)
+        host.end_stroke(f"Erase from {name}" if self._erasing else f"Paint {name}")
 
     def _outline(self, event: PointerEvent, host: Host) -> QPainterPath:
         path = QPainterPath()
         radius = max(host.brush_radius, 0.5)
         path.addEllipse(QPointF(event.x, event.y), radius, radius)
         return path
-
-
-def _everything(labels: NDArray[np.int32]) -> tuple[slice, slice]:
-    return slice(0, labels.shape[0]), slice(0, labels.shape[1])

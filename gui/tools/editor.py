@@ -9,11 +9,10 @@ from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.tools.base import Tool
 from gui.tools.brush import BrushTool
-from gui.tools.pointer import PointerEvent
 from gui.tools.select import SelectTool
 from gui.tools.split import SplitTool
 from gui.views.linked_views import LinkedViews
-from ilf.blocks import Box
+from gui.views.pointer import PointerEvent
 from ilf.ebs.edit import LabelPatch, delete, merge
 
 BRUSH_RADII = (1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0, 40.0, 60.0)
@@ -22,8 +21,8 @@ BRUSH_RADII = (1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0, 40.0, 60.0)
 class Editor(QObject):
     """Host of the tools: brings pointer events to the active one and its changes to the workspace."""
 
-    tool_changed = Signal(str)
-    brush_changed = Signal(float)
+    tool_changed = Signal()
+    brush_changed = Signal()
     message = Signal(str)
 
     def __init__(self, workspace: Workspace, views: LinkedViews, parent: QObject | None = None) -> None:
@@ -38,7 +37,6 @@ class Editor(QObject):
         }
         self._active = "select"
         self.brush_radius = 8.0
-        views.set_pointer_handler(self._pointer)
         workspace.about_to_change.connect(self.cancel)
 
     # the tools
@@ -48,12 +46,17 @@ class Editor(QObject):
         """The active tool."""
         return self.tools[self._active]
 
+    @property
+    def tool_name(self) -> str:
+        """What the active tool is called."""
+        return self._active
+
     def set_tool(self, name: str) -> None:
         """Make another tool the active one."""
         self.cancel()
         self._active = name
         self._views.set_preview(None)
-        self.tool_changed.emit(name)
+        self.tool_changed.emit()
 
     def cancel(self) -> None:
         """Give up what the tool has under way."""
@@ -63,10 +66,15 @@ class Editor(QObject):
     def change_brush(self, steps: int) -> None:
         """A larger or smaller brush."""
         nearest = min(range(len(BRUSH_RADII)), key=lambda k: abs(BRUSH_RADII[k] - self.brush_radius))
-        self.brush_radius = BRUSH_RADII[min(max(nearest + steps, 0), len(BRUSH_RADII) - 1)]
-        self.brush_changed.emit(self.brush_radius)
+        self.set_brush(BRUSH_RADII[min(max(nearest + steps, 0), len(BRUSH_RADII) - 1)])
 
-    def _pointer(self, event: PointerEvent) -> bool:
+    def set_brush(self, radius: float) -> None:
+        """A brush of just this radius, in pixels."""
+        self.brush_radius = radius
+        self.brush_changed.emit()
+
+    def pointer(self, event: PointerEvent) -> bool:
+        """Bring an event to the active tool; False for a press that is not its."""
         return self._workspace.has_session and self.tool.pointer(event, self)
 
     # what tools ask of their host
@@ -80,13 +88,21 @@ class Editor(QObject):
         """Choose blocks."""
         self._workspace.select(labels)
 
-    def commit(self, patch: LabelPatch | None, text: str, done: bool = False) -> bool:
+    def commit(self, patch: LabelPatch | None, text: str) -> bool:
         """Make a change of the label map one undoable step."""
-        return self._workspace.edit_labels(patch, text, done)
+        return self._workspace.edit_labels(patch, text)
 
-    def show_labels(self, box: Box) -> None:
-        """Repaint the label map while a stroke is under way."""
-        self._views.update_blocks_region(*box, self.session.labels[box])
+    def stroke(self, patch: LabelPatch | None) -> None:
+        """Change the label map as part of a stroke."""
+        self._workspace.stroke(patch)
+
+    def end_stroke(self, text: str) -> bool:
+        """Make the stroke one undoable step."""
+        return self._workspace.end_stroke(text)
+
+    def drop_stroke(self) -> bool:
+        """Give the stroke up."""
+        return self._workspace.drop_stroke()
 
     def show_preview(self, path: QPainterPath | None) -> None:
         """Draw a tool's preview over the views."""
@@ -126,12 +142,7 @@ class Editor(QObject):
         lock = not all(session.info(label).locked for label in session.selected)
         for label in list(session.selected):
             if session.info(label).locked != lock:
-                self.set_lock(label, lock)
-
-    def set_lock(self, label: int, locked: bool) -> None:
-        """Lock or unlock a block, undoably."""
-        name = self.session.info(label).name
-        self._workspace.edit_info(label, f"{'Lock' if locked else 'Unlock'} {name}", locked=locked)
+                self._workspace.set_lock(label, lock)
 
     def select_all(self) -> None:
         """Choose every block."""
@@ -139,9 +150,7 @@ class Editor(QObject):
 
     def new_block(self) -> None:
         """Choose a number that no block has yet, and the brush to paint it."""
-        label = self.session.next_label()
-        self.session.info(label)
-        self.select([label])
+        label = self._workspace.start_block()
         self.set_tool("paint")
         self.say(f"Paint the pixels of {self.session.info(label).name}.")
 

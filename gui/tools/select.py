@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from gui.tools.base import Host, label_at
-from gui.tools.pointer import PointerEvent, PointerKind
+from gui.tools.base import Host
+from gui.views.pointer import PointerEvent, PointerKind
 
 
 class SelectTool:
@@ -14,7 +14,7 @@ class SelectTool:
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Choose on press, and leave the drag to the view."""
         if event.kind is PointerKind.PRESS:
-            label = label_at(host.session, event.x, event.y)
+            label = host.session.label_at(event.x, event.y)
             chosen = list(host.session.selected)
             if not event.ctrl:
                 host.select([label] if label else [])

@@ -9,7 +9,7 @@ import numpy as np
 
 from gui.state.session import Session
 from gui.tools.base import Host, line_path
-from gui.tools.pointer import PointerEvent, PointerKind
+from gui.views.pointer import PointerEvent, PointerKind
 from ilf.ebs.edit import split
 
 

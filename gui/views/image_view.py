@@ -53,17 +53,25 @@ class ImageView(pg.GraphicsView):
         self._message = ""
         self._muted = QColor()
         self.image = self.add_layer(0)
-        self.hatch = Hatch()
+        self._hatches: list[Hatch] = []
+        self.hatch = self.add_hatch(-1)
         self.outline = HaloPath(2, _WHITE, 190, 5)
         self.preview = HaloPath(1.5, _WHITE, 150, 6)
         # two items, so that a moving cursor repaints two thin strips instead of the view
         self._cross = tuple(HaloPath(1, QColor(255, 255, 255, 190), 70, 7) for _ in range(2))
-        for item in (self.hatch, self.outline, self.preview, *self._cross):
+        for item in (self.outline, self.preview, *self._cross):
             self.addItem(item)
 
     def add_layer(self, z: float) -> pg.ImageItem:
         """New image item at a height: 0 is the picture's, the outline's is 5."""
         return self.place(pg.ImageItem(axisOrder="row-major"), z)
+
+    def add_hatch(self, z: float) -> Hatch:
+        """New stripes over all of the frame, at a height."""
+        hatch = Hatch(z)
+        self.addItem(hatch)
+        self._hatches.append(hatch)
+        return hatch
 
     def place(self, item: pg.ImageItem, z: float) -> pg.ImageItem:
         """Take an image item into the scene at a height."""
@@ -74,7 +82,8 @@ class ImageView(pg.GraphicsView):
     def set_frame_size(self, width: int, height: int) -> None:
         """Extent of the frame in image pixels."""
         self._frame = QRectF(0, 0, width, height)
-        self.hatch.set_rect(self._frame)
+        for hatch in self._hatches:
+            hatch.set_rect(self._frame)
 
     def set_picture(self, pixels: NDArray[np.uint8] | None, table: NDArray[np.uint8] | None = None) -> None:
         """Show RGB pixels (H, W, 3), or indices (H, W) through a table (256, 4); None shows the message."""
@@ -104,10 +113,10 @@ class ImageView(pg.GraphicsView):
         # whole device pixels: at 1:1 every image pixel then covers exactly one
         dx = round((size.width() / 2 - transform.x * scale) * ratio) / ratio
         dy = round((size.height() / 2 - transform.y * scale) * ratio) / ratio
-        transform = QTransform(scale, 0, 0, scale, dx, dy)
-        self.setTransform(transform)
+        drawn = QTransform(scale, 0, 0, scale, dx, dy)
+        self.setTransform(drawn)
         # the visible part as scene rectangle leaves nothing to scroll
-        self.setSceneRect(transform.inverted()[0].mapRect(QRectF(QRect(0, 0, size.width(), size.height()))))
+        self.setSceneRect(drawn.inverted()[0].mapRect(QRectF(QRect(0, 0, size.width(), size.height()))))
         self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, scale * ratio < 1)
         for item in (self.outline, self.preview, *self._cross):
             item.set_pixel_size(1 / scale)

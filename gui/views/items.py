@@ -53,11 +53,11 @@ class HaloPath(QGraphicsItem):
 class Hatch(QGraphicsItem):
     """Rectangle of diagonal stripes of fixed size on the screen: what shows through where depth is missing."""
 
-    def __init__(self) -> None:
+    def __init__(self, z: float) -> None:
         super().__init__()
         self._rect = QRectF()
         self._brush = QBrush()
-        self.setZValue(-1)
+        self.setZValue(z)
 
     def set_rect(self, rect: QRectF) -> None:
         self.prepareGeometryChange()
@@ -79,7 +79,7 @@ class Hatch(QGraphicsItem):
 
 
 def hatch_brush(ground: QColor, stripe: QColor) -> QBrush:
-    """Seamless diagonal stripes."""
+    """Seamless diagonal stripes; the ground may be transparent."""
     tile = QPixmap(_TILE, _TILE)
     tile.fill(ground)
     painter = QPainter(tile)

@@ -7,39 +7,22 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPoint, QSize, Qt, Signal
-from PySide6.QtGui import QBrush, QColor, QPainterPath
+from PySide6.QtGui import QPainterPath
 from PySide6.QtWidgets import QGridLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from gui import theme
-from gui.extraction.stage_cell import StageCell
-from gui.tools.pointer import PointerHandler
-from ilf.drawing.levels import robust_depth_levels, robust_difference_level, robust_error_levels, to_indices
+from gui.views.stage_cell import StageCell
+from ilf.drawing.levels import robust_depth_levels
 
-from .colour_maps import depth_table, difference_table, error_table
+from .colour_maps import depth_table
 from .empty_hint import EmptyHint
-from .items import hatch_brush
+from .layouts import CELLS, GRIDS, LAYOUTS
 from .navigation import Navigation
 from .overlay import BlockOverlay, block_outline
+from .pointer import PointerHandler
+from .result_cells import DepthCell, DifferenceCell, ErrorCell, missing_brush
 from .view_cell import ViewCell
 from .view_transform import ViewTransform
-
-_CELLS = {
-    "colour": ("Colour + blocks", ""),
-    "depth-in": ("Depth in", "m"),
-    "depth-out": ("Depth out", "m"),
-    "difference": ("Difference", "mm"),
-    "expected-error": ("Expected error", "mm"),
-}
-_SQUARE, _LINE = ((0, 0), (0, 1), (1, 0), (1, 1)), ((0, 0), (0, 1), (0, 2), (0, 3))
-_FIRST_THREE = ("colour", "depth-in", "depth-out")
-_GRIDS = {
-    "grid": dict(zip((*_FIRST_THREE, "expected-error"), _SQUARE, strict=True)),
-    "grid-difference": dict(zip((*_FIRST_THREE, "difference"), _SQUARE, strict=True)),
-    "grid-extraction": dict(zip(("colour", "depth-in", "extraction", "depth-out"), _SQUARE, strict=True)),
-    "row": dict(zip((*_FIRST_THREE, "expected-error"), _LINE, strict=True)),
-}
-LAYOUTS = (*_GRIDS, *_CELLS, "extraction")
-"""Names that `LinkedViews.set_layout` takes."""
 
 _NO_RESULT = "No result yet"
 
@@ -70,20 +53,23 @@ class LinkedViews(QWidget):
         self._navigation = Navigation(self._transform, self)
         self._depth_in: NDArray[np.float32] | None = None
         self._depth_out: NDArray[np.float32] | None = None
-        self._difference: NDArray[np.float32] | None = None
-        self._error: NDArray[np.float32] | None = None
+        self._guessed: NDArray[np.bool_] | None = None
         self._depth_map = "turbo"
         self._levels = (0.0, 1.0)
         self._selected: tuple[int, ...] = ()
         self._layout_name = self._layout_before = "grid"
 
-        self.cells = {name: ViewCell(title, unit, self._navigation.handle) for name, (title, unit) in _CELLS.items()}
-        self.extraction = self.cells["extraction"] = StageCell(self._navigation.handle)
+        handle = self._navigation.handle
+        colour = ViewCell(*CELLS["colour"], handle)
+        self._depths = DepthCell(*CELLS["depth-in"], handle), DepthCell(*CELLS["depth-out"], handle)
+        self._difference = DifferenceCell(*CELLS["difference"], handle)
+        self._error = ErrorCell(*CELLS["expected-error"], handle)
+        self.extraction = StageCell(handle)
+        cells = (colour, *self._depths, self._difference, self._error, self.extraction)
+        self.cells: dict[str, ViewCell] = dict(zip((*CELLS, "extraction"), cells, strict=True))
         self._views = [cell.view for cell in self.cells.values()]
         self._overlay = BlockOverlay()
         self.cells["colour"].view.place(self._overlay.item, 1)
-        self._filled = self.cells["difference"].view.add_layer(-0.5)
-        self._measured = self.cells["expected-error"].view.add_layer(-0.5)
 
         self._hint = EmptyHint()
         self._sheet = QWidget()
@@ -158,8 +144,10 @@ class LinkedViews(QWidget):
         self.set_expected_error(None)
         self.extraction.show_message("")
 
-    def set_result(self, depth_out: NDArray[np.float32] | None) -> None:
+    def set_result(self, depth_out: NDArray[np.float32] | None, guessed: NDArray[np.bool_] | None = None) -> None:
         """Show completed depth [m], float32 (H, W), NaN where not recovered, and its difference; None for none.
+
+        With `guessed`, bool (H, W), part of it is a guess, which is marked.
 
         Raises
         ------
@@ -168,10 +156,9 @@ class LinkedViews(QWidget):
         """
         if depth_out is not None and (self._depth_in is None or depth_out.shape != self._depth_in.shape):
             raise ValueError(f"a result of shape {depth_out.shape} does not belong to the frame shown")
-        self._depth_out = depth_out
-        self._difference = None if depth_out is None else (depth_out - self._depth_in) * np.float32(1000)
-        self._draw_depth("depth-out", depth_out)
-        self._draw_difference()
+        self._depth_out, self._guessed = depth_out, guessed
+        self._draw_depths()
+        self._difference.show_difference(self._depth_in, depth_out)
 
     def set_expected_error(self, error: NDArray[np.float32] | None) -> None:
         """Show the expected error [m] of filled pixels, float32 (H, W), NaN elsewhere; None for none.
@@ -183,8 +170,7 @@ class LinkedViews(QWidget):
         """
         if error is not None and (self._depth_in is None or error.shape != self._depth_in.shape):
             raise ValueError(f"an expected error of shape {error.shape} does not belong to the frame shown")
-        self._error = None if error is None else error * np.float32(1000)
-        self._draw_error()
+        self._error.show_error(self._depth_in, error)
 
     @property
     def shows_expected_error(self) -> bool:
@@ -253,8 +239,7 @@ class LinkedViews(QWidget):
         if not low < high:
             raise ValueError(f"the lower level must be below the upper one, not {low:g} and {high:g} m")
         self._levels = (float(low), float(high))
-        self._draw_depth("depth-in", self._depth_in)
-        self._draw_depth("depth-out", self._depth_out)
+        self._draw_depths()
 
     def auto_levels(self) -> None:
         """Set the depth levels from the 1st and 99th percentile of the incoming depth."""
@@ -265,8 +250,7 @@ class LinkedViews(QWidget):
         """Choose the depth colours by a name of `colour_maps.DEPTH_MAPS`."""
         self._depth_table = depth_table(name)
         self._depth_map = name
-        self._draw_depth("depth-in", self._depth_in)
-        self._draw_depth("depth-out", self._depth_out)
+        self._draw_depths()
 
     # transform and layout
 
@@ -291,7 +275,7 @@ class LinkedViews(QWidget):
             raise ValueError(f"layout must be one of {', '.join(LAYOUTS)}, not {name!r}")
         if name == self._layout_name:
             return
-        if self._layout_name in _GRIDS:
+        if self._layout_name in GRIDS:
             self._layout_before = self._layout_name
         self._layout_name = name
         self._arrange()
@@ -301,11 +285,11 @@ class LinkedViews(QWidget):
         self.set_layout(self._layout_before if self._layout_name == name else name)
 
     def _shown(self) -> list[ViewCell]:
-        return [self.cells[name] for name in _GRIDS.get(self._layout_name, (self._layout_name,))]
+        return [self.cells[name] for name in GRIDS.get(self._layout_name, (self._layout_name,))]
 
     def _arrange(self) -> None:
         shown = self._shown()
-        places = tuple(_GRIDS.get(self._layout_name, {self._layout_name: (0, 0)}).values())
+        places = tuple(GRIDS.get(self._layout_name, {self._layout_name: (0, 0)}).values())
         for cell in self.cells.values():
             self._grid.removeWidget(cell)
             cell.setVisible(cell in shown)
@@ -338,86 +322,31 @@ class LinkedViews(QWidget):
 
     # drawing
 
-    def _draw_depth(self, name: str, depth: NDArray[np.float32] | None) -> None:
-        cell = self.cells[name]
-        cell.bar.set_table(self._depth_table)
-        cell.bar.set_levels(None if depth is None else self._levels)
-        if depth is None:
-            cell.view.set_picture(None)
-        else:
-            cell.view.set_picture(to_indices(depth, *self._levels), self._depth_table)
-
-    def _draw_difference(self) -> None:
-        cell = self.cells["difference"]
-        if self._difference is None:
-            self._filled.clear()
-            cell.view.set_picture(None)
-            cell.bar.set_levels(None)
-            return
-        level = robust_difference_level(self._difference)
-        filled = np.isnan(self._depth_in) & ~np.isnan(self._depth_out)
-        self._filled.setImage(filled.view(np.uint8), autoLevels=False, lut=self._filled_table)
-        cell.view.set_picture(to_indices(self._difference, -level, level), self._difference_table)
-        cell.bar.set_levels((-level, level))
-
-    def _draw_error(self) -> None:
-        cell = self.cells["expected-error"]
-        if self._error is None:
-            self._measured.clear()
-            cell.view.set_picture(None)
-            cell.bar.set_levels(None)
-            return
-        low, high = robust_error_levels(self._error)
-        measured = np.isfinite(self._depth_in)
-        self._measured.setImage(measured.view(np.uint8), autoLevels=False, lut=self._measured_table)
-        cell.view.set_picture(to_indices(np.log(self._error), np.log(low), np.log(high)), self._error_table)
-        cell.bar.set_levels((low, high), logarithmic=True)
+    def _draw_depths(self) -> None:
+        depth_in, depth_out = self._depths
+        depth_in.show_depth(self._depth_in, self._levels, self._depth_table)
+        depth_out.show_depth(self._depth_out, self._levels, self._depth_table, self._guessed)
 
     def _draw_outline(self) -> None:
         labels = self._overlay.labels
         path = QPainterPath()
-        for label in self._selected if labels is not None else ():
-            path.addPath(block_outline(labels, label))
+        if labels is not None:
+            for label in self._selected:
+                path.addPath(block_outline(labels, label))
         for view in self._views:
             view.outline.set_path(path)
 
     def _take_theme(self) -> None:
         colours = theme.colours(self.palette())
-        dark = theme.is_dark(self.palette())
-        missing = hatch_brush(_mix(colours.background, colours.text, 0.12), _mix(colours.background, colours.text, 0.3))
-        filled = _mix(colours.background, colours.good, 0.55)
-        measured = _mix(colours.background, colours.text, 0.2 if dark else 0.14)
-        self._filled_table, self._measured_table = (_mark_table(colour) for colour in (filled, measured))
-        self._error_table = error_table()
-        self._difference_table = difference_table(dark)
+        missing = missing_brush(colours)
         self._hint.set_colours(colours)
         for cell in self.cells.values():
             cell.set_colours(colours, missing)
-        for name in ("depth-in", "depth-out"):
-            self.cells[name].strip.set_legend([(missing, "missing")])
-        self.cells["difference"].strip.set_legend([(QBrush(filled), "filled"), (missing, "missing")])
-        self.cells["expected-error"].strip.set_legend([(QBrush(measured), "measured"), (missing, "missing")])
-        self.cells["difference"].bar.set_table(self._difference_table)
-        self.cells["expected-error"].bar.set_table(self._error_table)
         # a style sheet, because the application's replaces palettes of single widgets
         self._sheet.setStyleSheet(f"#sheet {{ background: {colours.grid.name()}; }}")
         self.set_depth_map(self._depth_map)
-        self._draw_difference()
-        self._draw_error()
 
     def changeEvent(self, event: QEvent) -> None:
         if event.type() == QEvent.Type.PaletteChange:
             self._take_theme()
         super().changeEvent(event)
-
-
-def _mark_table(colour: QColor) -> NDArray[np.uint8]:
-    """Table that shows 1 in a colour and 0 not at all."""
-    table = np.zeros((256, 4), np.uint8)
-    table[1] = colour.getRgb()
-    return table
-
-
-def _mix(first: QColor, second: QColor, share: float) -> QColor:
-    pairs = zip(first.getRgbF()[:3], second.getRgbF()[:3], strict=True)
-    return QColor.fromRgbF(*(a + (b - a) * share for a, b in pairs))

@@ -8,7 +8,7 @@ from enum import Enum, auto
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, Qt, Signal
 from PySide6.QtGui import QContextMenuEvent, QKeyEvent, QMouseEvent, QWheelEvent
 
-from gui.tools.pointer import PointerEvent, PointerHandler, PointerKind
+from gui.views.pointer import PointerEvent, PointerHandler, PointerKind
 
 from .image_view import ImageView
 from .view_transform import ViewTransform
@@ -18,13 +18,17 @@ ZOOM_STEP = 1.25
 PAN_STEP = 60
 """Screen pixels per press of an arrow key."""
 
-_ARROWS = {
+_ARROWS: dict[int, tuple[int, int]] = {
     Qt.Key.Key_Left: (PAN_STEP, 0),
     Qt.Key.Key_Right: (-PAN_STEP, 0),
     Qt.Key.Key_Up: (0, PAN_STEP),
     Qt.Key.Key_Down: (0, -PAN_STEP),
 }
-_ZOOM_KEYS = {Qt.Key.Key_Plus: ZOOM_STEP, Qt.Key.Key_Equal: ZOOM_STEP, Qt.Key.Key_Minus: 1 / ZOOM_STEP}
+_ZOOM_KEYS: dict[int, float] = {
+    Qt.Key.Key_Plus: ZOOM_STEP,
+    Qt.Key.Key_Equal: ZOOM_STEP,
+    Qt.Key.Key_Minus: 1 / ZOOM_STEP,
+}
 _Button = Qt.MouseButton
 _Shape = Qt.CursorShape
 
@@ -198,6 +202,8 @@ class Navigation(QObject):
         )
 
     def _pixel_at(self, point: QPointF) -> tuple[int, int] | None:
+        if self._frame is None:
+            return None
         width, height = self._frame
         x, y = math.floor(point.x()), math.floor(point.y())
         return (x, y) if 0 <= x < width and 0 <= y < height else None

@@ -40,13 +40,13 @@ class BlockOverlay:
         self.labels = np.array(labels, np.int32)
         self._colours = np.array(colour_table, np.uint8)
         self._pixels = np.zeros(labels.shape, np.uint32)
-        self._rebuild()
+        self._rebuild(self.labels)
 
     def set_opacity(self, opacity: float) -> None:
         """Opacity of the fills, 0-1; outlines stay clearer than fills."""
         self._opacity = min(max(opacity, 0.0), 1.0)
         if self.labels is not None:
-            self._rebuild()
+            self._rebuild(self.labels)
 
     def update_region(self, rows: slice, columns: slice, labels: NDArray[np.int32]) -> None:
         """Replace the labels of a box, given as slices with non-negative bounds, by an array of its shape."""
@@ -54,14 +54,14 @@ class BlockOverlay:
             raise ValueError("there are no blocks to update: call set_blocks first")
         self._check_range(labels, len(self._colours))
         self.labels[rows, columns] = labels
-        self._draw(_grown(rows, self.labels.shape[0]), _grown(columns, self.labels.shape[1]))
+        self._draw(self.labels, _grown(rows, self.labels.shape[0]), _grown(columns, self.labels.shape[1]))
 
     def clear(self) -> None:
         """Draw nothing."""
         self.labels = None
         self.item.clear()
 
-    def _rebuild(self) -> None:
+    def _rebuild(self, labels: NDArray[np.int32]) -> None:
         fills = self._colours.astype(np.float32)
         fills[0] = 0
         outlines = fills.copy()
@@ -70,17 +70,17 @@ class BlockOverlay:
         outlines[:, 3] *= min(self._opacity * _OUTLINE_OPACITY_GAIN, 1.0)
         table = np.concatenate((fills, outlines)).round().astype(np.uint8)
         self._table = table.view(np.uint32).ravel()
-        self._draw(slice(0, self.labels.shape[0]), slice(0, self.labels.shape[1]))
+        self._draw(labels, slice(0, labels.shape[0]), slice(0, labels.shape[1]))
 
-    def _draw(self, rows: slice, columns: slice) -> None:
-        height, width = self.labels.shape
+    def _draw(self, labels: NDArray[np.int32], rows: slice, columns: slice) -> None:
+        height, width = labels.shape
         around_rows, around_columns = _grown(rows, height), _grown(columns, width)
-        edges = _edges(self.labels[around_rows, around_columns])
+        edges = _edges(labels[around_rows, around_columns])
         inner = edges[
             rows.start - around_rows.start : rows.stop - around_rows.start,
             columns.start - around_columns.start : columns.stop - around_columns.start,
         ]
-        entries = self.labels[rows, columns] + inner * np.int32(len(self._colours))
+        entries = labels[rows, columns] + inner * np.int32(len(self._colours))
         self._pixels[rows, columns] = self._table[entries]
         self.item.setImage(self._pixels.view(np.uint8).reshape(height, width, 4), autoLevels=False)
 

@@ -13,6 +13,8 @@ from gui.theme import Colours
 from .colour_bar import ColourBar
 from .image_view import ImageView
 
+EventHandler = Callable[[ImageView, QEvent], bool]
+
 _PAD = 8
 _SWATCH = 11
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
@@ -91,7 +93,7 @@ class ViewCell(QWidget):
     A view whose colours have no unit keeps an empty bar, so that the pictures of all cells line up.
     """
 
-    def __init__(self, title: str, unit: str, on_event: Callable[[ImageView, QEvent], bool]) -> None:
+    def __init__(self, title: str, unit: str, on_event: EventHandler) -> None:
         super().__init__()
         self.strip = TitleStrip(title)
         self.view = ImageView(on_event)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from PySide6.QtCore import QEvent, QLocale, QObject, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtWidgets import (
@@ -112,7 +113,11 @@ class ParameterForm(QScrollArea):
         column = QVBoxLayout(section)
         column.setContentsMargins(0, 0, 0, 6)
         column.setSpacing(2)
-        header = QToolButton(text=group, checkable=True, checked=True, autoRaise=True)
+        header = QToolButton()
+        header.setText(group)
+        header.setCheckable(True)
+        header.setChecked(True)
+        header.setAutoRaise(True)
         header.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         header.setArrowType(Qt.ArrowType.DownArrow)
         header.setStyleSheet("QToolButton { border: none; padding: 3px 0; }")
@@ -241,7 +246,7 @@ class _WheelGuard(QObject):
     """Leaves the wheel to the scroll area unless the editor under it has the focus."""
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        if event.type() == QEvent.Type.Wheel and not watched.hasFocus():
+        if event.type() == QEvent.Type.Wheel and isinstance(watched, QWidget) and not watched.hasFocus():
             event.ignore()
             return True
         return False
@@ -336,7 +341,7 @@ def _editor(declaration: Declaration, edited: Callable[[Value], None]) -> tuple[
     return spin, _silently(spin, spin.setValue)
 
 
-def _silently(widget: QWidget, setter: Callable[[Value], None]) -> Callable[[Value], None]:
+def _silently(widget: QWidget, setter: Callable[[Any], None]) -> Callable[[Value], None]:
     def show(value: Value) -> None:
         with QSignalBlocker(widget):
             setter(value)

@@ -35,6 +35,8 @@ class ValueScale:
 
     def __init__(self, declaration: Declaration) -> None:
         self._kind = declaration.kind
+        if declaration.minimum is None or declaration.maximum is None:
+            raise ValueError(f"{declaration.name} has no bounds, which a slider needs")
         self._low, self._high = float(declaration.minimum), float(declaration.maximum)
         self._step = declaration.step
         self._log = declaration.scale == "log"
@@ -64,11 +66,12 @@ class ValueScale:
 
     def position(self, value: Value) -> int:
         """The position nearest to a value."""
+        number = float(value)
         if not self._log:
-            return round((value - self._low) / self._step)
-        if value < self._first:
+            return round((number - self._low) / self._step)
+        if number < self._first:
             return 0
-        return self._apart + round(_LOG_STEPS * math.log10(value / self._first) / self._decades)
+        return self._apart + round(_LOG_STEPS * math.log10(number / self._first) / self._decades)
 
 
 class ValueSlider(QSlider):

@@ -7,32 +7,29 @@ import time
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from enum import Enum
-from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from gui.state.results import Preview
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.worker import Worker
-from ilf.blocks import Block
-from ilf.completion import BlockResult, CompletionRun, Progress
+from ilf.completion import Completion, Progress
+from ilf.dense import guess_steps
 from ilf.filter.convergence import IterationRecord
+from ilf.run import GUESS, RunSteps
 from ilf.threads import available_cores
 
-Previews = list[tuple[Block, NDArray[np.float32]]]
+Step = tuple[Progress, list[Preview] | None]
 
 _PATIENCE_MS = 150
 """A re-solve whose values have changed meanwhile may end if it takes no longer: during a drag, slightly old results
 show more than none."""
 
-_INTERVAL_S = 0.15
-"""Least interval between previews, and between looks at what is done."""
-
-_COSTS = 6.0
-"""The same, in times that drawing takes, so that the window has most of its time for the user."""
+_PREVIEWS_S = 0.15
+"""Least interval between previews of the blocks that run."""
 
 _FIRST_PREVIEW_S = 0.1
 """Age at which a re-solve may take the place of the block's former result before it has ended."""
@@ -45,6 +42,8 @@ class RunState(Enum):
     RUNNING = "running"
     PAUSED = "paused"
     STOPPING = "stopping"
+    GUESSING = "guessing the rest"
+    """What no block vouches for, after a run."""
     RESOLVING = "solving anew"
     """One block, because its values have changed: it gives way to a run."""
 
@@ -59,32 +58,29 @@ class _FollowUp:
 
 
 class RunController(QObject):
-    """Starts, pauses, steps and cancels; brings records and results to the workspace.
+    """Starts, pauses, steps and cancels; brings records, previews and results to the workspace as they come.
 
     Signals
     -------
     state_changed()
-        `state`, or how far the blocks are, has changed.
+        `state` has changed, or which blocks are queued.
     records(int, list)
         New records of a block, in batches.
-    block_started(int)
-        A block's first records are about to come.
-    previewed(list)
-        Blocks that run, and their depth [m] as it stands: worth drawing.
     ended(str)
         The run is over; a sentence that says how.
     resolved(str)
         A block has been solved anew; a sentence that says how fast.
+    finished(object)
+        A run has gone to its end, the guess of the rest included if there is one; its session.
     failed(object)
         The run broke on an exception.
     """
 
     state_changed = Signal()
     records = Signal(int, list)
-    block_started = Signal(int)
-    previewed = Signal(list)
     ended = Signal(str)
     resolved = Signal(str)
+    finished = Signal(object)
     failed = Signal(object)
 
     def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
@@ -92,14 +88,14 @@ class RunController(QObject):
         self._workspace = workspace
         self._worker = Worker(self)
         self._worker.progressed.connect(self._take)
-        self._worker.finished.connect(lambda _: self._end("finished"))
+        self._worker.finished.connect(lambda guess: self._end("finished", guess))
         self._worker.cancelled.connect(lambda: self._end("cancelled"))
         self._worker.failed.connect(self._fail)
         self._worker.paused.connect(self.state_changed)
-        self._run: CompletionRun | None = None
+        self._run: RunSteps | None = None
+        self._guessing: Completion | None = None
         self._started = 0.0
         self._preview_time = 0.0
-        self._report_time = 0.0
         self._stopping = False
         self._abandoned = False
         self._resolving = 0
@@ -107,10 +103,9 @@ class RunController(QObject):
         self._patience = QTimer(self, singleShot=True)
         self._patience.timeout.connect(self._worker.cancel)
         self.session: Session | None = None
-        self.live: dict[int, list[IterationRecord]] = {}
-        """Records of the run so far, by block, in the order in which the blocks began."""
+        """The frame that runs."""
+        self._begun: set[int] = set()
         self._done: set[int] = set()
-        self._unreported: list[BlockResult] = []
 
     @property
     def state(self) -> RunState:
@@ -121,7 +116,9 @@ class RunController(QObject):
             return RunState.IDLE
         if self._stopping:
             return RunState.STOPPING
-        return RunState.PAUSED if self._worker.is_paused else RunState.RUNNING
+        if self._worker.is_paused:
+            return RunState.PAUSED
+        return RunState.RUNNING if self._guessing is None else RunState.GUESSING
 
     @property
     def free(self) -> bool:
@@ -134,16 +131,11 @@ class RunController(QObject):
         return self._resolving
 
     @property
-    def running(self) -> list[int]:
-        """Blocks that have records but no result in the workspace yet, the one that began last at the end."""
-        return [label for label in self.live if label not in self._done]
-
-    @property
     def queued(self) -> set[int]:
         """Blocks of the run that have not been reached yet."""
         if self._run is None or self._resolving:
             return set()
-        return set(self._run.blocks) - set(self.live) - self._done
+        return set(self._run.blocks) - self._begun - self._done
 
     @property
     def share_done(self) -> float:
@@ -159,6 +151,14 @@ class RunController(QObject):
         else:
             # one core stays the window's
             self._begin(only, threads=1 if stepwise else max(available_cores() - 1, 1), paused=stepwise)
+
+    def start_chosen(self) -> None:
+        """Run the chosen blocks of the present frame."""
+        self.start(self._chosen())
+
+    def _chosen(self) -> set[int]:
+        session = self._workspace.session
+        return set(session.selected) & set(session.counts())
 
     def resolve(self, label: int) -> None:
         """Solve a block of the present frame anew, with the values it has now; nothing happens during a run.
@@ -183,10 +183,7 @@ class RunController(QObject):
 
     def _begin(self, only: set[int] | None, threads: int, paused: bool = False, resolving: int = 0) -> None:
         session = self._workspace.session
-        choice = {label: session.parameters_of(label, self._workspace.parameters) for label in session.counts()}
-        run = CompletionRun(
-            session.frame, session.labels.copy(), choice, only, threads, extraction=session.notes.extraction
-        )
+        run = session.run(self._workspace.parameters, only).steps(threads)
         self._run = run
         self.session = session
         self._started = time.perf_counter()
@@ -194,7 +191,7 @@ class RunController(QObject):
         if resolving:
             self._preview_time = max(self._preview_time, self._started + _FIRST_PREVIEW_S)
 
-        def job() -> Generator[tuple[Progress, Previews | None], None, None]:
+        def job() -> Generator[Step, None, None]:
             with run:
                 for progress in run:
                     yield progress, self._due_previews(run)
@@ -202,8 +199,32 @@ class RunController(QObject):
         self._worker.start(job, paused)
         self.state_changed.emit()
 
-    def _due_previews(self, run: CompletionRun) -> Previews | None:
-        """Called off the GUI's thread, which says when it has drawn the last."""
+    def guess(self) -> None:
+        """Guess what the present frame's blocks leave missing."""
+        completion = self._workspace.session.completion()
+        if self._resolving:
+            self._follow_up(self.guess, 0, is_run=True)
+        elif self.free and completion is not None and not self._workspace.session.guessed:
+            self._begin_guess(self._workspace.session, completion)
+
+    def _begin_guess(self, session: Session, completion: Completion) -> None:
+        self.session = session
+        self._guessing = completion
+        self._started = time.perf_counter()
+
+        def job() -> Generator[Step, None, Completion]:
+            steps = guess_steps(session.frame, completion)
+            while True:
+                try:
+                    yield Progress(GUESS, record=next(steps)), None
+                except StopIteration as end:
+                    return end.value
+
+        self._worker.start(job)
+        self.state_changed.emit()
+
+    def _due_previews(self, run: RunSteps) -> list[Preview] | None:
+        """Called off the GUI's thread, which says when it has taken the last."""
         if time.perf_counter() < self._preview_time:
             return None
         self._preview_time = math.inf
@@ -219,10 +240,17 @@ class RunController(QObject):
         self._worker.resume()
         self.state_changed.emit()
 
+    def toggle_pause(self) -> None:
+        """Hold the run, or let it go on."""
+        (self.resume if self.state is RunState.PAUSED else self.pause)()
+
     def step(self) -> None:
-        """One iteration more, then hold."""
-        self._worker.step()
-        self.state_changed.emit()
+        """One iteration, then hold: of the run under way, or of a new one over the chosen blocks, or all."""
+        if self.free:
+            self.start(self._chosen() or None, stepwise=True)
+        else:
+            self._worker.step()
+            self.state_changed.emit()
 
     def cancel(self) -> None:
         """Stop after the present iteration; blocks that are done keep their results."""
@@ -244,78 +272,92 @@ class RunController(QObject):
         self._patience.stop()
         return self._worker.shutdown()
 
-    def _take(self, batch: list[tuple[Progress, Previews | None]]) -> None:
-        if self._abandoned:
+    def _take(self, batch: list[Step]) -> None:
+        session = self.session
+        if self._abandoned or session is None:
             return
         fresh: dict[int, list[IterationRecord]] = {}
+        results = [progress.result for progress, _ in batch if progress.result is not None]
         for progress, _ in batch:
-            if progress.record is not None:
+            if progress.record is not None and progress.label != GUESS:
                 fresh.setdefault(progress.label, []).append(progress.record)
-            if progress.result is not None:
-                self._unreported.append(progress.result)
+        self._begun.update(fresh)
         for label, records in fresh.items():
-            if label not in self.live:
-                self.live[label] = []
-                self.block_started.emit(label)
-            self.live[label] += records
+            self._workspace.add_records(session, label, records)
             self.records.emit(label, records)
-        if not self._resolving and time.perf_counter() >= self._report_time:
-            self._report_time = _next_time(self._report)
         for _, previews in batch:
             if previews is not None:
-                self._preview_time = _next_time(partial(self.previewed.emit, previews))
-
-    def _report(self) -> None:
-        """Bring the results that have come to the workspace, and say how far the run is."""
-        results, self._unreported = self._unreported, []
-        if results and self.session is not None:
+                self._workspace.add_previews(session, previews)
+                self._preview_time = time.perf_counter() + _PREVIEWS_S
+        if results:
             self._done.update(result.block.label for result in results)
-            self._workspace.store_results(self.session, results)
-        self.state_changed.emit()
+            self._workspace.store_results(session, results)
 
-    def _end(self, how: str) -> None:
-        if self._abandoned:
-            self._unreported.clear()
-        self._report()
+    def _end(self, how: str, guess: Completion | None = None) -> None:
+        if self._guessing is not None:
+            self._end_guess(how, guess)
+            return
         run, self._run = self._run, None
         session, self.session = self.session, None
-        done, self._done = self._done, set()
+        done, self._done, self._begun = self._done, set(), set()
         resolved, self._resolving = self._resolving, 0
         following, self._next = self._next, None
         seconds = time.perf_counter() - self._started
         self._patience.stop()
-        self._preview_time = self._report_time = 0.0
+        self._preview_time = 0.0
         self._stopping = self._abandoned = False
-        self.live = {}
-        if following is not None and self._workspace.has_session and following.session is self._workspace.session:
+        if run is None or session is None:
+            return
+        if following is not None and not self._workspace.is_present(following.session):
+            following = None
+        # another re-solve of what is shown takes its place: what it shows may stay until then
+        self._workspace.end_run(session, previews_stay=following is not None and not following.is_run)
+        if following is not None:
             following.action()
         else:
             self.state_changed.emit()
-        if run is None or session is None:
-            return
         if resolved:
             if resolved in done:
                 outcome = run.results[resolved].outcome
                 name = session.info(resolved).name
                 self.resolved.emit(f"{name}: {outcome.iterations} iterations in {1000 * seconds:.0f} ms")
-            elif following is None:
-                self.previewed.emit([])
             return
-        self.previewed.emit([])
         text = f"{session.name}: run {how}, {len(done)} block{'s' * (len(done) != 1)} in {seconds:.1f} s."
         lost = len(done - set(session.valid_results()))
         if lost:
             text += f" {lost} had been edited meanwhile: run them again."
         self.ended.emit(text)
+        if how == "finished":
+            self._go_on(session)
+
+    def _go_on(self, session: Session) -> None:
+        """A run has gone to its end: guess the rest if that belongs to it."""
+        completion = session.completion()
+        if session.dense and completion is not None and self.state is RunState.IDLE:
+            self._begin_guess(session, completion)
+        else:
+            self.finished.emit(session)
+
+    def _end_guess(self, how: str, guess: Completion | None) -> None:
+        session, self.session = self.session, None
+        base, self._guessing = self._guessing, None
+        self._stopping = False
+        if session is None or base is None:
+            return
+        text = f"{session.name}: guess of the rest {how}."
+        if guess is not None:
+            self._workspace.store_guess(session, base, guess)
+            seconds = time.perf_counter() - self._started
+            count = np.count_nonzero(guess.guessed)
+            text = f"{session.name}: {count} pixels guessed in {seconds:.1f} s; no block vouches for them."
+            if not session.guessed:
+                text = f"{session.name}: the guess is of blocks that have been edited meanwhile: guess again."
+        self.state_changed.emit()
+        self.ended.emit(text)
+        if guess is not None and session.guessed:
+            self.finished.emit(session)
 
     def _fail(self, error: Any) -> None:
         self._next = None
         self._end("failed")
         self.failed.emit(error)
-
-
-def _next_time(draw: Callable[[], None]) -> float:
-    """Draw, and say when to do it again."""
-    begun = time.perf_counter()
-    draw()
-    return begun + max(_INTERVAL_S, _COSTS * (time.perf_counter() - begun))

@@ -66,6 +66,7 @@ def run_all(qtbot: QtBot) -> Callable[[MainWindow], None]:
         with qtbot.waitSignal(window.runs.ended, timeout=WAIT_MS):
             window.actions_["run"].trigger()
         assert window.runs.state is RunState.IDLE
+        window.refresh.now()
 
     return run
 
@@ -74,3 +75,4 @@ def open_frame(window: MainWindow, qtbot: QtBot, source: FrameSource) -> None:
     """Open a frame and wait until its blocks are there."""
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         window.loader.open(source)
+    window.refresh.now()

@@ -59,6 +59,7 @@ def test_clicking_chooses_and_control_adds(editing: MainWindow) -> None:
     assert session.selected == [int(session.labels[24, 50])]
     _click(editing, (5, 24), Qt.KeyboardModifier.ControlModifier)
     assert len(session.selected) == 2
+    editing.refresh.now()
     assert sorted(editing.blocks.selected()) == sorted(session.selected)
     _click(editing, (5, 24), Qt.KeyboardModifier.ControlModifier)
     assert session.selected == [int(session.labels[24, 50])]
@@ -149,7 +150,7 @@ def test_locked_blocks_cannot_be_painted_over_deleted_or_split(editing: MainWind
     session = editing.workspace.session
     before = session.labels.copy()
     left, right = int(before[24, 5]), int(before[24, 50])
-    editing.editor.set_lock(left, True)
+    editing.workspace.set_lock(left, True)
     steps = session.undo_stack.count()
     editing.workspace.select([right])
     editing.actions_["tool_paint"].trigger()
@@ -192,10 +193,10 @@ def test_extracting_again_keeps_locked_blocks_and_is_undoable(editing: MainWindo
     _drag(editing, [(48, -1), (48, 49)])
     new = int(session.labels[10, 60])
     workspace.edit_info(new, "Rename block", name="Mine")
-    editing.editor.set_lock(new, True)
+    editing.workspace.set_lock(new, True)
     mask = session.labels == new
     edited = session.labels.copy()
-    editing.workspace.extraction_parameters = BlockParameters(min_size=1.0)
+    editing.workspace.set_extraction_parameters(BlockParameters(min_size=1.0))
     with qtbot.waitSignal(editing.loader.idle, timeout=20_000):
         editing.actions_["extract"].trigger()
     assert np.array_equal(session.labels == new, mask)
@@ -214,14 +215,14 @@ def test_hidden_blocks_are_transparent_but_still_there(editing: MainWindow) -> N
 
 
 def test_readout_tells_block_and_depths(editing: MainWindow) -> None:
-    editing.presenter.show_readout((50, 5))
-    text = editing.readout.text()
+    editing.readout.point_at((50, 5))
+    text = editing.status.readout.text()
     assert "x 50, y 5" in text
     assert "in 2.650 m" in text
-    editing.presenter.show_readout((45, 35))
-    assert "in missing" in editing.readout.text()
-    editing.presenter.show_readout(None)
-    assert editing.readout.text() == ""
+    editing.readout.point_at((45, 35))
+    assert "in missing" in editing.status.readout.text()
+    editing.readout.point_at(None)
+    assert editing.status.readout.text() == ""
 
 
 def test_two_quick_dabs_are_two_undoable_steps(editing: MainWindow) -> None:
@@ -276,7 +277,7 @@ def test_undoing_an_extraction_brings_names_parameters_and_origin_back(editing: 
     workspace.edit_info(1, "Rename block", name="Wall")
     workspace.set_parameters(preset(max_iterations=3), 1)
     used = session.notes.extraction
-    workspace.extraction_parameters = BlockParameters(min_size=48.0)
+    workspace.set_extraction_parameters(BlockParameters(min_size=48.0))
     with qtbot.waitSignal(editing.loader.idle, timeout=20_000):
         editing.actions_["extract"].trigger()
     assert len(session.counts()) == 1
@@ -306,10 +307,11 @@ def test_commands_are_enabled_by_what_is_chosen(editing: MainWindow) -> None:
     assert [actions[name].isEnabled() for name in names] == [True, False, True, True]
     workspace.select([1, 2])
     assert [actions[name].isEnabled() for name in names] == [True, True, True, True]
-    editing.editor.set_lock(1, True)
+    editing.workspace.set_lock(1, True)
     assert [actions[name].isEnabled() for name in names] == [True, False, True, True]
     actions["new_block"].trigger()
     assert [actions[name].isEnabled() for name in names] == [False, False, False, False]
+    editing.refresh.now()
     assert editing.blocks.selected() == workspace.session.selected, "a block to be painted has a row"
 
 
@@ -326,5 +328,6 @@ def test_closed_sessions_are_freed(editing: MainWindow) -> None:
     watch = weakref.ref(session)
     del session
     editing.actions_["close_frame"].trigger()
+    editing.refresh.now()
     gc.collect()
     assert watch() is None

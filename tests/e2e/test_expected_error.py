@@ -6,13 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
 from gui.main_window import MainWindow
-from gui.work.expected_errors import ExpectedErrors
-from ilf.completion import compose
 from ilf.confidence import expected_error
-from ilf.frame import RGBDFrame
 
 from .conftest import WAIT_MS
 
@@ -34,20 +32,21 @@ def test_it_comes_after_a_run_and_goes_with_the_results(opened: MainWindow, qtbo
     np.testing.assert_array_equal(_picture(opened) > 0, completion.filled)
 
     row, column = (int(places[0]) for places in np.nonzero(completion.filled))
-    opened.presenter.show_readout((column, row))
-    text = opened.readout.text()
+    opened.readout.point_at((column, row))
+    text = opened.status.readout.text()
     assert "\u00b1" in text
     shown, unit = text.rpartition("\u00b1 ")[2].split()
     metres = float(shown) * {"mm": 0.001, "m": 1.0}[unit]
     assert metres == pytest.approx(float(expected[row, column]), rel=0.06)
     known_row, known_column = (int(places[0]) for places in np.nonzero(session.frame.known))
-    opened.presenter.show_readout((known_column, known_row))
-    assert "\u00b1" not in opened.readout.text()
+    opened.readout.point_at((known_column, known_row))
+    assert "\u00b1" not in opened.status.readout.text()
 
     opened.actions_["clear_results"].trigger()
+    opened.refresh.now()
     assert _picture(opened) is None
-    opened.presenter.show_readout((column, row))
-    assert "\u00b1" not in opened.readout.text()
+    opened.readout.point_at((column, row))
+    assert "\u00b1" not in opened.status.readout.text()
 
 
 def test_a_view_that_is_not_shown_costs_nothing_until_it_is(opened: MainWindow, qtbot: QtBot, run_all: Run) -> None:
@@ -63,16 +62,21 @@ def test_a_view_that_is_not_shown_costs_nothing_until_it_is(opened: MainWindow, 
 
 
 def test_what_cannot_be_found_is_said_once(
-    qtbot: QtBot, small_frame: RGBDFrame, monkeypatch: pytest.MonkeyPatch
+    opened: MainWindow, qtbot: QtBot, run_all: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_: object) -> None:
         raise MemoryError("no room")
 
-    monkeypatch.setattr("gui.work.expected_errors.expected_error", fail)
-    errors, completion = ExpectedErrors(), compose(small_frame, {})
-    with qtbot.waitSignal(errors.failed, timeout=WAIT_MS):
-        errors.ask(small_frame, completion)
-    errors.ask(small_frame, completion)
-    assert not errors.busy
-    with qtbot.waitSignal(errors.failed, timeout=WAIT_MS):
-        errors.ask(small_frame, compose(small_frame, {}))
+    said: list[str] = []
+    monkeypatch.setattr("gui.views.errors.expected_error", fail)
+    monkeypatch.setattr(QMessageBox, "open", lambda box: said.append(box.text()))
+    run_all(opened)
+    qtbot.waitUntil(lambda: not opened.errors.busy, timeout=WAIT_MS)
+    assert said == ["MemoryError: no room"]
+    opened.views.set_layout("grid-difference")
+    opened.views.set_layout("expected-error")
+    opened.refresh.now()
+    assert not opened.errors.busy
+    run_all(opened)
+    qtbot.waitUntil(lambda: not opened.errors.busy, timeout=WAIT_MS)
+    assert len(said) == 2, "other results, another try"

@@ -33,7 +33,9 @@ def staged(opened: MainWindow, qtbot: QtBot) -> MainWindow:
 
 
 def _settle(window: MainWindow, qtbot: QtBot) -> None:
+    window.refresh.now()
     qtbot.waitUntil(lambda: not window.stages.busy and not window.loader.busy, timeout=WAIT_MS)
+    window.refresh.now()
 
 
 def _picture(window: MainWindow) -> NDArray[np.uint8] | None:
@@ -56,6 +58,7 @@ def _pictures_given(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> list
 
 def _slide(window: MainWindow, name: str, value: int) -> None:
     window.extraction_panel.form.findChild(QSlider, f"slider_{name}").setValue(value)
+    window.refresh.now()
 
 
 def _click(window: MainWindow, text: str) -> None:
@@ -70,6 +73,7 @@ def _said(window: MainWindow) -> list[str]:
 
 
 def _summary(window: MainWindow) -> str:
+    window.refresh.now()
     return window.extraction_panel.findChild(QLabel, "summary").text()
 
 
@@ -233,7 +237,7 @@ def test_values_whose_picture_is_not_to_be_seen_lead_to_it(opened: MainWindow, q
     _slide(opened, "dilation", 4)
     label.linkActivated.emit("view")
     _settle(opened, qtbot)
-    assert opened.layouts.currentData() == "grid-extraction"
+    assert opened.tool_bar.layouts.currentData() == "grid-extraction"
     assert "Preview: " in _summary(opened)
     opened.views.set_layout("grid")
     _slide(opened, "dilation", 3)
@@ -246,9 +250,9 @@ def test_the_summary_says_around_which_blocks_the_new_ones_would_lie(staged: Mai
     assert "around" not in _summary(staged)
     mine = _cut_off_by_hand(staged)
     assert "around 1 block made by hand" in _summary(staged)
-    staged.editor.set_lock(mine, True)
+    staged.workspace.set_lock(mine, True)
     assert "around 1 block locked" in _summary(staged)
-    staged.editor.set_lock(mine, False)
+    staged.workspace.set_lock(mine, False)
     _click(staged, "Keep blocks made by hand")
     assert "around" not in _summary(staged)
 
@@ -258,7 +262,7 @@ def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened: MainWindo
     mine = _cut_off_by_hand(opened)
     (locked,) = set(session.counts()) - session.handmade() - {session.labels[0, -1]}
     for label in (locked, mine):
-        opened.editor.set_lock(label, True)
+        opened.workspace.set_lock(label, True)
     for smallest in (48.0, 47.0):
         opened.extraction_panel.edited.emit(BlockParameters(min_size=smallest))
         opened.actions_["extract"].trigger()
@@ -266,7 +270,7 @@ def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened: MainWindo
         assert "Kept: 2 locked." in said[-1]
         assert session.edited, "a locked block is not what these values give"
     for label in (locked, mine):
-        opened.editor.set_lock(label, False)
+        opened.workspace.set_lock(label, False)
     opened.extraction_panel.edited.emit(BlockParameters(min_size=46.0))
     opened.actions_["extract"].trigger()
     _settle(opened, qtbot)
@@ -294,9 +298,9 @@ def test_a_stroke_under_way_ends_before_the_blocks_are_replaced(staged: MainWind
 
 
 def test_stages_want_a_frame(window: MainWindow) -> None:
-    layout = window.layouts.currentData()
+    layout = window.tool_bar.layouts.currentData()
     QTest.keyClick(window, Qt.Key.Key_1, Qt.KeyboardModifier.AltModifier)
-    assert window.layouts.currentData() == layout
+    assert window.tool_bar.layouts.currentData() == layout
 
 
 def test_nothing_is_extracted_for_a_view_that_is_not_to_be_seen(opened: MainWindow, qtbot: QtBot) -> None:
@@ -306,7 +310,7 @@ def test_nothing_is_extracted_for_a_view_that_is_not_to_be_seen(opened: MainWind
     assert opened.views.shows_extraction
     _settle(opened, qtbot)
     assert _picture(opened).ndim == 2
-    assert opened.layouts.currentData() == "grid-extraction"
+    assert opened.tool_bar.layouts.currentData() == "grid-extraction"
 
 
 @pytest.fixture
@@ -342,6 +346,7 @@ def test_frames_change_and_close_while_a_preview_is_under_way(
     _slide(staged, "dilation", 4)
     staged.workspace.undo_group.undo()
     staged.actions_["close_frame"].trigger()
+    staged.refresh.now()
     gate.set()
     _settle(staged, qtbot)
     assert second not in staged.workspace.sessions

@@ -8,7 +8,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from ilf.run.export import ExportOptions
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDropEvent
 from PySide6.QtWidgets import QMessageBox
@@ -16,6 +15,7 @@ from pytestqt.qtbot import QtBot
 
 from gui.frames.frame_source import FrameSource
 from gui.main_window import MainWindow
+from ilf.run import ExportOptions
 
 from .conftest import WAIT_MS
 

@@ -155,8 +155,7 @@ def test_what_is_asked_of_another_frame_during_a_re_solve_is_done(
     workspace.select(list(workspace.session.counts())[:1])
     opened.filter_panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
     first = workspace.session
-    second = Session(small_frame, None, "second")
-    second.take_blocks(first.labels, None)
+    second = Session.of(ilf.Run(small_frame, first.labels), None, "second")
     workspace.add_session(second)
     chosen = next(iter(second.counts()))
     workspace.select([chosen])
@@ -218,8 +217,9 @@ def test_blocks_that_run_at_once_give_what_they_give_alone(
     labels = list(workspace.session.counts())
     together: list[list[int]] = []
     previews: list[int] = []
-    opened.runs.records.connect(lambda *_: together.append(opened.runs.running))
-    opened.runs.previewed.connect(lambda found: previews.append(len(found)))
+    opened.runs.records.connect(lambda *_: together.append(opened.workspace.session.results.running))
+    results = workspace.session.results
+    workspace.previews_changed.connect(lambda: previews.append(len(results.previews)))
     with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
         opened.actions_["run"].trigger()
     assert max(map(len, together)) == len(labels)

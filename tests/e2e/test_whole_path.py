@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from ilf.run.export import ExportOptions
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtWidgets import QDockWidget, QMessageBox
 from pytestqt.qtbot import QtBot
 
 import ilf
@@ -19,6 +18,7 @@ from gui.main_window import MainWindow
 from gui.work.runs import RunState
 from ilf.cli import main as command_line
 from ilf.completion import Status
+from ilf.run import ExportOptions
 
 from .conftest import WAIT_MS, open_frame
 
@@ -37,7 +37,7 @@ def test_window_and_command_line_give_the_same_files_bit_for_bit(
     _export(opened, qtbot, tmp_path / "window")
     assert command_line(["complete", str(frame_folder), "--out", str(tmp_path / "cli"), "--quiet"]) == 0
     names = sorted(path.name for path in (tmp_path / "cli").iterdir())
-    assert names == sorted(ExportOptions().filenames())
+    assert names == sorted((*ExportOptions().filenames(), "meta.json"))
     for name in names:
         assert (tmp_path / "window" / name).read_bytes() == (tmp_path / "cli" / name).read_bytes(), name
 
@@ -163,7 +163,7 @@ def test_editing_a_block_takes_back_its_result_and_undo_brings_it_back(opened: M
 def test_closing_the_window_in_the_middle_of_a_run_ends_its_thread(opened: MainWindow, qtbot: QtBot) -> None:
     opened.workspace.set_parameters(ilf.preset("released-code", max_iterations=100_000))
     opened.actions_["run"].trigger()
-    qtbot.waitUntil(lambda: bool(opened.runs.live), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bool(opened.workspace.session.results.live), timeout=WAIT_MS)
     opened.close()
     assert opened.runs.state is RunState.IDLE
 
@@ -200,6 +200,7 @@ def test_several_frames_keep_their_own_state(opened: MainWindow, qtbot: QtBot, r
     opened.actions_["previous_frame"].trigger()
     assert opened.workspace.session is first
     assert first.completion() is not None
+    opened.refresh.now()
     assert opened.windowTitle().startswith("two-planes")
     opened.centre.setCurrentWidget(opened.cloud)
     opened.actions_["next_frame"].trigger()
@@ -226,8 +227,10 @@ def test_brush_size_by_keyboard(opened: MainWindow, qtbot: QtBot) -> None:
 def test_preset_box_tells_what_was_changed_and_brings_it_back(opened: MainWindow) -> None:
     presets = opened.filter_panel.presets
     opened.workspace.set_parameters(ilf.preset("released-code"))
+    opened.refresh.now()
     assert presets.currentText() == "released-code"
     opened.workspace.set_parameters(ilf.preset("released-code", mode="fill+denoise"))
+    opened.refresh.now()
     assert presets.currentText() == "released-code (changed)"
     presets.activated.emit(presets.currentIndex())
     assert opened.workspace.parameters == ilf.preset("released-code")
@@ -240,7 +243,12 @@ def test_curves_follow_the_running_block_until_the_chosen_one_has_its_own(
     first, second = list(workspace.session.counts())[:2]
     workspace.select([second])
     shown: list[tuple[int, int]] = []
-    opened.runs.records.connect(lambda label, _: shown.append((label, len(opened.curves.records))))
+
+    def note(label: int) -> None:
+        opened.refresh.now()
+        shown.append((label, len(opened.curves.records)))
+
+    opened.runs.records.connect(lambda label, _: note(label))
     run_all(opened)
     assert all(count > 0 for _, count in shown)
     assert len(opened.curves.records) == workspace.session.valid_results()[second].outcome.iterations
@@ -254,7 +262,7 @@ def test_cancelling_keeps_the_blocks_that_are_done(opened: MainWindow, qtbot: Qt
     done: list[str] = []
     opened.runs.ended.connect(done.append)
     opened.actions_["run"].trigger()
-    qtbot.waitUntil(lambda: second in opened.runs.live, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: second in opened.workspace.session.results.live, timeout=WAIT_MS)
     opened.actions_["cancel"].trigger()
     qtbot.waitUntil(lambda: bool(done), timeout=WAIT_MS)
     assert set(session.valid_results()) == {first}
@@ -328,7 +336,7 @@ def test_a_partial_run_comes_back_as_it_was(opened: MainWindow, qtbot: QtBot, tm
 
 
 def test_nothing_runs_while_blocks_are_extracted(opened: MainWindow, qtbot: QtBot) -> None:
-    opened.workspace.extraction_parameters = ilf.BlockParameters(min_size=1.0)
+    opened.workspace.set_extraction_parameters(ilf.BlockParameters(min_size=1.0))
     with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
         opened.actions_["extract"].trigger()
         assert not opened.actions_["run"].isEnabled()
@@ -348,7 +356,8 @@ def test_the_other_way_round_nothing_is_extracted_during_a_run(opened: MainWindo
 
 def test_docks_keep_their_sizes_when_the_window_is_hidden_and_shown(window: MainWindow, qtbot: QtBot) -> None:
     left = window.blocks.width()
-    window.resizeDocks(window._sized_docks[:1], [left - 60], Qt.Orientation.Horizontal)
+    frames = window.findChild(QDockWidget, "Frames")
+    window.resizeDocks([frames], [left - 60], Qt.Orientation.Horizontal)
     qtbot.waitUntil(lambda: window.blocks.width() < left - 30)
     narrow = window.blocks.width()
     window.hide()
@@ -359,10 +368,13 @@ def test_docks_keep_their_sizes_when_the_window_is_hidden_and_shown(window: Main
 def test_preset_box_keeps_the_two_scopes_apart(opened: MainWindow) -> None:
     workspace, panel = opened.workspace, opened.filter_panel
     workspace.set_parameters(ilf.preset("paper"))
+    opened.refresh.now()
     workspace.set_parameters(ilf.preset("paper", centred=True))
     workspace.select([1])
     workspace.set_parameters(ilf.preset("released-code"), 1)
     panel.set_scope(chosen_block=True)
+    opened.refresh.now()
     assert panel.presets.currentText() == "released-code"
     panel.set_scope(chosen_block=False)
+    opened.refresh.now()
     assert panel.presets.currentText() == "paper (changed)"

@@ -7,7 +7,7 @@ from PySide6.QtGui import QImage, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication
 
 from gui import theme
-from gui.cloud import cloud_view
+from gui.cloud import canvas as cloud_canvas
 from gui.cloud.cloud_view import CloudView, ColourBy
 
 
@@ -138,11 +138,11 @@ def test_a_message_takes_the_place_of_the_cloud(view):
 
 
 def test_large_clouds_are_thin_while_moving_and_whole_at_rest(qtbot, view, cloud, monkeypatch):
-    monkeypatch.setattr(cloud_view, "MOVING_POINTS", 500)
+    monkeypatch.setattr(cloud_canvas, "MOVING_POINTS", 500)
     drawn = []
-    real = cloud_view.splat
+    real = cloud_canvas.splat
     monkeypatch.setattr(
-        cloud_view, "splat", lambda points, *rest, **named: drawn.append(len(points)) or real(points, *rest, **named)
+        cloud_canvas, "splat", lambda points, *rest, **named: drawn.append(len(points)) or real(points, *rest, **named)
     )
     view.set_cloud(*cloud)
     view.canvas.grab()
@@ -159,7 +159,7 @@ def test_large_clouds_are_thin_while_moving_and_whole_at_rest(qtbot, view, cloud
 
 
 def test_closing_stops_the_timer(qtbot, view, cloud, monkeypatch):
-    monkeypatch.setattr(cloud_view, "MOVING_POINTS", 500)
+    monkeypatch.setattr(cloud_canvas, "MOVING_POINTS", 500)
     view.set_cloud(*cloud)
     qtbot.keyClick(view.canvas, Qt.Key.Key_Left)
     assert view.canvas.rest_timer.isActive()

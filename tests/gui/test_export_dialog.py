@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QSettings
 
 from gui.dialogs.export import ExportDialog
 from ilf.errors import ParameterError
-from ilf.run.export import ExportOptions
+from ilf.run import ExportOptions, Run
 
 
 @pytest.fixture
-def make(qtbot, tmp_path):
-    def make(has_intrinsics: bool = True, has_result: bool = True) -> ExportDialog:
-        dialog = ExportDialog("desk", has_intrinsics, has_result, str(tmp_path))
+def make(qtbot, tmp_path, small_frame, small_labels):
+    def make(has_intrinsics: bool = True, has_result: bool = True, dense: bool = False) -> ExportDialog:
+        frame = small_frame if has_intrinsics else replace(small_frame, intrinsics=None)
+        dialog = ExportDialog(Run(frame, small_labels, dense=dense), has_result, str(tmp_path))
         qtbot.addWidget(dialog)
         return dialog
 

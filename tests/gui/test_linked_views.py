@@ -12,11 +12,11 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from gui import theme
-from gui.tools.pointer import PointerEvent, PointerKind
 from gui.views.colour_bar import log_ticks, round_ticks, tick_text
 from gui.views.colour_maps import depth_table, error_table
 from gui.views.linked_views import LinkedViews
 from gui.views.overlay import BlockOverlay, block_outline
+from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.view_transform import ViewTransform
 from ilf.drawing.levels import robust_difference_level, robust_error_levels, to_indices
 

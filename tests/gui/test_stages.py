@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QComboBox, QToolButton
 
 from gui.extraction.found_blocks import find
 from gui.extraction.preview import ExtractionPreview, Question
-from gui.extraction.stage_cell import StageCell
+from gui.views.stage_cell import StageCell
 from ilf import BlockParameters
 from ilf.drawing.stages import STAGES, stage_count, stage_legend, stage_picture
 from ilf.ebs import Extraction, extract

@@ -84,6 +84,19 @@ def test_folders_of_processes_that_live_or_are_elsewhere_are_left_alone(tmp_path
         assert named.is_dir()
 
 
+@pytest.mark.parametrize(("host", "named"), [("lab-pc_1.local", "lab_pc_1.local"), ("", "host")])
+def test_a_temporary_folder_names_computer_and_process(tmp_path, monkeypatch, host, named):
+    monkeypatch.setattr("socket.gethostname", lambda: host)
+    with staging(tmp_path) as folder:
+        assert folder.name.startswith(f".ilf-export-{named}-{os.getpid()}-")
+        dead = tmp_path / f".ilf-export-{named}-{2**22 + 1}-0123abcd"
+        dead.mkdir()
+        assert interrupted(tmp_path) == [dead]
+        (tmp_path / f".ilf-export-{named}-{2**22 + 2}-0123abcd").write_text("a file, not a folder")
+        assert interrupted(tmp_path) == [dead]
+    assert not folder.exists()
+
+
 def test_a_folder_that_was_made_for_nothing_is_unmade(tmp_path):
     with pytest.raises(KeyError), staging(tmp_path / "new" / "deep"):
         raise KeyError

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from PySide6.QtCore import QObject, QTimer, Signal
 
-from PySide6.QtCore import QObject, QTimer
-
-from gui.extraction.found_blocks import Found
+from gui.extraction.extraction_panel import ExtractionPanel
+from gui.extraction.found_blocks import Found, describe_blocks
 from gui.extraction.preview import Answer, ExtractionPreview, Question
-from gui.frames.documents import error_text
-from gui.frames.loader import describe_blocks
+from gui.state.workspace import Workspace
+from gui.views.layouts import LAYOUT_TEXTS
+from gui.views.linked_views import LinkedViews
+from gui.widgets.notes import Notes, error_text
 from ilf.frame import RGBDFrame
 from ilf.parameters import BlockParameters
-
-if TYPE_CHECKING:
-    from gui.main_window import MainWindow
 
 LAYOUT = "grid-extraction"
 """Layout that is chosen when stages are asked for and their view is not to be seen."""
@@ -30,12 +28,31 @@ class StagePresenter(QObject):
 
     While that view is to be seen and the preview is on, it follows the panel's parameters; with the preview off it
     keeps to the last extraction of the frame. The frame's blocks change by `extract` alone.
+
+    Signals
+    -------
+    changed()
+        `show` would show something else: another stage, or the preview was switched.
+    described()
+        `describe` would say something else.
+    extraction_wished(object, object)
+        The blocks of a session are to be extracted; what has been Found already by these parameters, or None.
+    view_wished()
+        The linked views are to be brought to the front.
     """
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
-        self._window = window
-        self._workspace = window.workspace
+    changed = Signal()
+    described = Signal()
+    extraction_wished = Signal(object, object)
+    view_wished = Signal()
+
+    def __init__(self, workspace: Workspace, views: LinkedViews, panel: ExtractionPanel, notes: Notes) -> None:
+        super().__init__(panel)
+        self._workspace = workspace
+        self._views = views
+        self._panel = panel
+        self._notes = notes
+        self._cell = views.extraction
         self._preview = ExtractionPreview(self)
         self._preview.found.connect(self._take)
         self._preview.failed.connect(self._fail)
@@ -44,27 +61,33 @@ class StagePresenter(QObject):
         self._failure = ""
         self._slow = QTimer(self, singleShot=True, interval=_SLOW_MS)
         self._slow.timeout.connect(lambda: self._cell.strip.set_text("Extracting…"))
-        self._cell = window.views.extraction
+        self._cell.stageChanged.connect(self.changed)
+        views.layoutChanged.connect(self.changed)
+        panel.edited.connect(workspace.set_extraction_parameters)
+        panel.keeping_switched.connect(workspace.set_keeps_handmade)
+        panel.preview_switched.connect(self._switch)
+        panel.view_wished.connect(self.show_view)
 
     @property
     def busy(self) -> bool:
         """Whether a picture is to come."""
         return self._preview.busy
 
-    def refresh(self) -> None:
-        """Show what is to be seen now; called when frame, parameters, stage, layout or the preview's switch change."""
+    def show(self) -> None:
+        """What is to be seen now of frame, parameters and stage, with what the panel says of it."""
+        self._panel.form.set_parameters(self._workspace.extraction_parameters)
         frame = self._workspace.session.frame if self._workspace.has_session else None
         if frame is not self._frame:
             self._frame = frame
             self._preview.turn_to(frame)
             self._slow.stop()
             self._found, self._failure = None, ""
-        if frame is not None and self._window.views.shows_extraction:
+        if frame is not None and self._views.shows_extraction:
             self._ask(frame)
         self.describe()
 
     def _ask(self, frame: RGBDFrame) -> None:
-        if self._window.extraction_panel.previews:
+        if self._panel.previews:
             parameters: BlockParameters | None = self._workspace.extraction_parameters
         else:
             parameters = self._preview.held_parameters(frame) or self._workspace.session.notes.extraction
@@ -75,11 +98,12 @@ class StagePresenter(QObject):
         self._watch()
 
     def describe(self) -> None:
-        """Say in the panel what its values give; called when blocks or locks change, too."""
-        panel, shown = self._window.extraction_panel, self._window.views.shows_extraction
-        if self._frame is not None and not shown and self._has_new_values() and panel.previews:
-            layouts = self._window.layouts
-            panel.offer_view(layouts.itemText(layouts.findData(LAYOUT)))
+        """Say in the panel what its values give, around which blocks."""
+        panel, shown = self._panel, self._views.shows_extraction
+        if self._frame is None or not self._workspace.has_session:
+            panel.show_summary("")
+        elif not shown and self._has_new_values() and panel.previews:
+            panel.offer_view(LAYOUT_TEXTS[LAYOUT])
         elif self._failure and shown:
             panel.show_summary("", self._failure)
         elif self._found is not None and shown:
@@ -92,7 +116,7 @@ class StagePresenter(QObject):
         return self._workspace.session.notes.extraction != self._workspace.extraction_parameters
 
     def _summary(self, found: Found) -> str:
-        if self._window.extraction_panel.previews:
+        if self._panel.previews:
             title = "Preview"
         else:
             fits = found.parameters == self._workspace.extraction_parameters
@@ -109,38 +133,25 @@ class StagePresenter(QObject):
 
     def show_view(self) -> None:
         """Bring the view of the extraction up if it is not to be seen."""
-        window = self._window
-        window.centre.setCurrentWidget(window.views)
-        if not window.views.shows_extraction:
-            window.views.set_layout(LAYOUT)
+        self.view_wished.emit()
+        if not self._views.shows_extraction:
+            self._views.set_layout(LAYOUT)
 
-    def take_parameters(self, parameters: BlockParameters) -> None:
-        """The user set other parameters of EBS; the blocks take them at the next extraction."""
-        self._workspace.extraction_parameters = parameters
-        self.refresh()
-
-    def take_keeping(self, on: bool) -> None:
-        """The user wants blocks made by hand to stay at the next extraction, or not."""
-        self._workspace.keeps_handmade = on
-        self.describe()
-
-    def switch(self, on: bool) -> None:
-        """The preview was switched on or off."""
+    def _switch(self, on: bool) -> None:
         if on:
             self.show_view()
-        self.refresh()
+        self.changed.emit()
 
     def extract(self) -> None:
         """Extract the blocks again with the panel's parameters; at once where that is what the preview has found."""
         session = self._workspace.session
         found = self._preview.held(session.frame, self._workspace.extraction_parameters)
-        self._window.loader.extract(session, found)
+        self.extraction_wished.emit(session, found)
 
     def hold(self, found: Found) -> None:
         """An extraction has been made for the blocks of a frame; it need not be made again for the view."""
         self._preview.hold(found)
-        if found.frame is self._frame:
-            self.refresh()
+        self.changed.emit()
 
     def shutdown(self) -> None:
         """Stop before the window closes."""
@@ -157,18 +168,20 @@ class StagePresenter(QObject):
     def _take(self, answer: Answer) -> None:
         self._slow.stop()
         self._watch()
+        if answer.question.frame is not self._frame:
+            return
         self._found, self._failure = answer.found, ""
         if answer.question.stage == self._cell.stage:
             self._cell.show_picture(answer.question.stage, answer.picture, answer.found.extraction)
-        self.describe()
+        self.described.emit()
 
     def _fail(self, error: Exception) -> None:
         self._slow.stop()
         self._watch()
         self._failure = f"The extraction failed: {error_text(error)}"
         self._cell.show_message("The extraction failed")
-        self.describe()
-        self._window.documents.tell(self._failure)
+        self.described.emit()
+        self._notes.tell(self._failure)
 
 
 def _describe_around(locked: int, by_hand: int) -> str:

@@ -3,34 +3,27 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from ilf.run.export import ExportOptions, ExportReport, export, output_folder_name
 from PySide6.QtCore import QObject, QSettings, Qt, Signal
-from PySide6.QtGui import QActionGroup
-from PySide6.QtWidgets import QApplication, QFileDialog, QMenu, QMessageBox
+from PySide6.QtGui import QPixmap
+from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
-import ilf
-from gui import theme
 from gui.dialogs.export import ExportDialog
 from gui.dialogs.open_frame import OpenFrameDialog
 from gui.frames.frame_source import FrameSource, sorted_out
 from gui.frames.loader import FrameLoader
 from gui.state.session import Session
 from gui.state.workspace import Workspace
-from gui.widgets.messages import warn
+from gui.widgets.notes import Notes
 from gui.work.runs import RunController
 from gui.work.worker import Worker
 from ilf.assets import asset_path
 from ilf.completion import compose
 from ilf.errors import IlfError
 from ilf.io import read_labels
-from ilf.run.record import make_run_record
-
-if TYPE_CHECKING:
-    from gui.main_window import MainWindow
+from ilf.run import ExportOptions, Written, output_folder_name, write
 
 _IMAGES = "PNG image (*.png)"
 
@@ -38,39 +31,43 @@ _IMAGES = "PNG image (*.png)"
 class Documents(QObject):
     """What comes from files and goes to files.
 
+    Parameters
+    ----------
+    window : QWidget
+        In front of which dialogs open.
+    take_picture : callable
+        Gives what the window shows.
+
     Signals
     -------
     exported(object)
-        The ExportReport of an export that has been written.
+        What has been Written by an export.
     """
 
     exported = Signal(object)
 
-    def __init__(self, window: MainWindow, workspace: Workspace, loader: FrameLoader, runs: RunController) -> None:
+    def __init__(
+        self,
+        window: QWidget,
+        take_picture: Callable[[], QPixmap],
+        workspace: Workspace,
+        loader: FrameLoader,
+        runs: RunController,
+        notes: Notes,
+    ) -> None:
         super().__init__(window)
         self._window = window
+        self._take_picture = take_picture
         self._workspace = workspace
         self._loader = loader
         self._runs = runs
+        self._notes = notes
         self._exporter = Worker(self)
         self._exporter.finished.connect(self._note_exported)
-        self._exporter.failed.connect(lambda error: self.report("Export failed", error))
+        self._exporter.failed.connect(lambda error: notes.report("Export failed", error))
         self._saving: tuple[Session, tuple[int, int]] | None = None
         self.discard_silently = False
         """Close without asking; for pictures and checks made without a user."""
-
-    # messages
-
-    def tell(self, message: str) -> None:
-        """Show a message in the status bar, and keep it in the log."""
-        self._window.statusBar().showMessage(message, 6000)
-        self._window.log.add(message)
-
-    def report(self, what: str, error: Exception) -> None:
-        """Say plainly what went wrong."""
-        text = error_text(error)
-        self._window.log.add(f"{what}: {text}")
-        warn(self._window, what, text)
 
     # opening
 
@@ -83,7 +80,7 @@ class Documents(QObject):
         try:
             self.open_source(FrameSource(str(asset_path("samples/room"))))
         except IlfError as error:
-            self.report("Open sample", error)
+            self._notes.report("Open sample", error)
 
     def open_paths(self, paths: list[Path]) -> None:
         """Open what was dropped or named: frame folders at once, single files by the dialog, run.json as a run."""
@@ -126,24 +123,11 @@ class Documents(QObject):
         try:
             labels = read_labels(path, self._workspace.session.frame.shape)
         except IlfError as error:
-            self.report("Load blocks", error)
+            self._notes.report("Load blocks", error)
         else:
             self._workspace.replace_labels(labels, "Load blocks")
 
-    # frames
-
-    def show_frame(self, key: str) -> None:
-        """Make a frame of the list the present one."""
-        for session in self._workspace.sessions:
-            if session.key == key:
-                self._workspace.show_session(session)
-
-    def turn(self, steps: int) -> None:
-        """Next or previous frame of the list."""
-        sessions = self._workspace.sessions
-        if len(sessions) > 1:
-            position = sessions.index(self._workspace.session)
-            self._workspace.show_session(sessions[(position + steps) % len(sessions)])
+    # closing
 
     def close_frame(self) -> None:
         """Close the present frame."""
@@ -151,32 +135,27 @@ class Documents(QObject):
 
     def remove_frame(self, key: str) -> None:
         """Close a frame, after asking about what is not exported."""
-        for session in [session for session in self._workspace.sessions if session.key == key]:
-            if self._may_discard([session]):
-                if self._runs.session is session:
-                    self._runs.cancel()
-                self._workspace.close_session(session)
+        session = self._workspace.session_of(key)
+        if session is not None and self._may_discard([session]):
+            if self._runs.session is session:
+                self._runs.cancel()
+            self._workspace.close_session(session)
 
     def may_close(self) -> bool:
-        """Whether the window may close; asks about what is not exported, and about experiments that run."""
-        return self._may_discard(self._workspace.sessions) and self._may_stop_experiments()
-
-    def _may_stop_experiments(self) -> bool:
-        return not self._window.experiments.busy or self._may_lose(
-            "Experiments are running",
-            "What the experiment under way has found so far would be lost. Go on all the same?",
-        )
+        """Whether all frames may be closed; asks about what is not exported."""
+        return self._may_discard(self._workspace.sessions)
 
     def _may_discard(self, sessions: list[Session]) -> bool:
         running = None if self._runs.resolving else self._runs.session
         unsaved = [session.name for session in sessions if session.unsaved or session is running]
-        return not unsaved or self._may_lose(
+        return not unsaved or self.may_lose(
             "Not exported",
             f"Results or edits of {', '.join(unsaved)} have not been exported, or a run is under way; they would be "
             "lost. Go on all the same?",
         )
 
-    def _may_lose(self, what: str, text: str) -> bool:
+    def may_lose(self, what: str, text: str) -> bool:
+        """Ask about work that would be lost."""
         if self.discard_silently:
             return True
         buttons = QMessageBox.StandardButton.Discard | QMessageBox.StandardButton.Cancel
@@ -189,13 +168,8 @@ class Documents(QObject):
         """Export by the dialog."""
         session = self._workspace.session
         completion = session.completion()
-        dialog = ExportDialog(
-            session.name,
-            session.frame.intrinsics is not None,
-            completion is not None,
-            str(_export_folder(session)),
-            self._window,
-        )
+        run = session.run(self._workspace.parameters, dense=session.guessed)
+        dialog = ExportDialog(run, completion is not None, str(_export_folder(session)), self._window)
         dialog.set_depth(completion.depth if completion is not None else session.frame.depth)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.accepted.connect(lambda: self.export(Path(dialog.folder()), dialog.options()))
@@ -204,35 +178,30 @@ class Documents(QObject):
     def export(self, folder: Path, options: ExportOptions) -> None:
         """Write the present frame's results, off the GUI's thread."""
         if self._exporter.busy:
-            self.tell("An export is under way already.")
+            self._notes.tell("An export is under way already.")
             return
         session = self._workspace.session
         completion = session.completion() or compose(session.frame, {})
-        labels = session.labels.copy()
-        extraction, edited = session.notes.extraction, session.edited
+        run = session.run(self._workspace.parameters, dense=session.guessed)
         # only with blocks and record can the work be had again; the rest is something to take away
         self._saving = (session, session.saving()) if options.labels and options.run_record else None
         QSettings().setValue("export/folder", str(folder.absolute().parent))
 
-        def job() -> Generator[None, None, ExportReport]:
+        def job() -> Generator[None, None, Written]:
             yield None
-            record = None
-            if options.run_record:
-                record = make_run_record(session.frame, labels, extraction, edited, completion, options)
-            return export(folder, session.frame, labels, completion, options, run_record=record)
+            return write(folder, run, completion, options)
 
         self._exporter.start(job)
-        self.tell(f"Exporting to {folder}…")
+        self._notes.tell(f"Exporting to {folder}…")
 
-    def _note_exported(self, report: ExportReport) -> None:
+    def _note_exported(self, written: Written) -> None:
         if self._saving is not None:
             session, state = self._saving
-            session.note_saved(state)
-        folder = report.files[0].parent if report.files else ""
-        self.tell(f"Exported {len(report.files)} files to {folder}")
-        if report.warnings:
-            warn(self._window, "Exported, with warnings", "\n\n".join(report.warnings))
-        self.exported.emit(report)
+            self._workspace.note_saved(session, state)
+        folder = written.files[0].parent if written.files else ""
+        self._notes.tell(f"Exported {len(written.files)} files to {folder}")
+        self._notes.warn("Exported, with warnings", written.notes)
+        self.exported.emit(written)
 
     def ask_save_picture(self) -> None:
         """Save what the window shows."""
@@ -242,51 +211,16 @@ class Documents(QObject):
 
     def save_picture(self, path: str) -> bool:
         """Save what the window shows as PNG; False, with a message, if the file cannot be written."""
-        saved = self._window.grab().save(path, "PNG")
+        saved = self._take_picture().save(path, "PNG")
         if saved:
-            self.tell(f"Saved {path}")
+            self._notes.tell(f"Saved {path}")
         else:
-            self.report("Save picture", IlfError(f"{path} could not be written. Choose another folder."))
+            self._notes.report("Save picture", IlfError(f"{path} could not be written. Choose another folder."))
         return saved
-
-    # the rest
-
-    def theme_menu(self) -> QMenu:
-        """Menu of the themes; the choice is remembered."""
-        menu = QMenu("&Theme", self._window)
-        group = QActionGroup(menu)
-        present = str(QSettings().value("theme", "system"))
-        for name in theme.THEMES:
-            action = menu.addAction(name.capitalize())
-            action.setCheckable(True)
-            action.setChecked(name == present)
-            group.addAction(action)
-            action.triggered.connect(lambda _=False, name=name: self._set_theme(name))
-        return menu
-
-    def _set_theme(self, name: str) -> None:
-        QSettings().setValue("theme", name)
-        theme.apply_theme(QApplication.instance(), name)
-
-    def about(self) -> None:
-        """What this program is."""
-        QMessageBox.about(
-            self._window,
-            "About ILF Studio",
-            f"<b>ILF Studio {ilf.__version__}</b><p>Completes the missing depth in RGB-D frames by iterative low-pass "
-            "filtering.</p><p>After Wang, Yu, Yang, Huang, Zhu, Lau, Sun: <i>Depth Image Completion through "
-            "Iterative Low-Pass Filtering</i>, Appl. Sci. 2024, 14(2), 696, doi:10.3390/app14020696.</p>"
-            "<p>MIT licence.</p>",
-        )
 
     def shutdown(self) -> None:
         """Wait for an export that is under way, before the window closes."""
         self._exporter.shutdown()
-
-
-def error_text(error: Exception) -> str:
-    """What to tell of an error. What IlfError and the operating system say is meant for people."""
-    return str(error) if isinstance(error, (IlfError, OSError)) else f"{type(error).__name__}: {error}"
 
 
 def _export_folder(session: Session) -> Path:

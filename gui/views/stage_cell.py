@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QResizeEvent
 from PySide6.QtWidgets import QButtonGroup, QComboBox, QHBoxLayout, QToolButton, QWidget
 
 from gui.views.colour_maps import strength_table
-from gui.views.image_view import ImageView
-from gui.views.view_cell import ViewCell
+from gui.views.view_cell import EventHandler, ViewCell
 from ilf.drawing.stages import STAGES, stage_count, stage_legend
 from ilf.ebs import Extraction
 
@@ -40,7 +39,10 @@ class StagePicker(QWidget):
         group = QButtonGroup(self)
         self._box = QComboBox()
         for name, text in STAGES.items():
-            button = QToolButton(text=text, checkable=True, autoRaise=True)
+            button = QToolButton()
+            button.setText(text)
+            button.setCheckable(True)
+            button.setAutoRaise(True)
             button.clicked.connect(lambda _=False, name=name: self.chosen.emit(name))
             group.addButton(button)
             layout.addWidget(button)
@@ -82,7 +84,7 @@ class StageCell(ViewCell):
 
     stageChanged = Signal(str)
 
-    def __init__(self, on_event: Callable[[ImageView, QEvent], bool]) -> None:
+    def __init__(self, on_event: EventHandler) -> None:
         super().__init__("Extraction", "", on_event)
         self._picker = StagePicker()
         self._picker.chosen.connect(self.set_stage)

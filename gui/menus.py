@@ -1,0 +1,153 @@
+"""Menus and tool bar: which command stands where."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from PySide6.QtCore import QSettings, Qt
+from PySide6.QtGui import QAction, QActionGroup
+from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QMenu, QMenuBar, QMessageBox, QSlider, QToolBar, QWidget
+
+import ilf
+from gui import theme
+from gui.actions import Actions
+from gui.views.colour_maps import DEPTH_MAPS
+from gui.views.layouts import CELLS, LAYOUT_TEXTS, LAYOUTS
+from gui.views.linked_views import LinkedViews
+from ilf.drawing.stages import STAGES
+
+BLOCK_MENU = "run_selected zoom_block | merge_blocks delete_blocks lock_blocks | new_block fit"
+_MENUS = {
+    "&File": "open open_sample open_run | load_blocks export save_picture | close_frame quit",
+    "&Edit": "undo redo | select_all delete_blocks merge_blocks lock_blocks new_block | tool_select "
+    "tool_paint tool_erase tool_split | brush_smaller brush_larger give_up",
+    "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks | zoom_block select_all",
+    "&Run": "run run_selected | pause step cancel | live | guess clear_results",
+}
+_OPACITY = 45
+
+
+class ToolBar(QToolBar):
+    """The commands that are needed all the time, with brush, opacity and layout."""
+
+    def __init__(self, actions: Mapping[str, QAction] | Actions, views: LinkedViews, window: QWidget) -> None:
+        super().__init__("Tools", window)
+        self.setObjectName("Tools")
+        self.setMovable(False)
+        _fill(self, entries(actions, "open export | undo redo | tool_select tool_paint tool_erase tool_split"))
+        self.brush_size = QLabel()
+        self.brush = QSlider(Qt.Orientation.Horizontal)
+        self.brush.setRange(1, 60)
+        self.brush.setFixedWidth(80)
+        self.addWidget(self.brush_size)
+        self.addWidget(self.brush)
+        _fill(self, entries(actions, "| new_block merge_blocks delete_blocks |"))
+        self.addWidget(QLabel(" Blocks "))
+        self.opacity = QSlider(Qt.Orientation.Horizontal)
+        self.opacity.setRange(0, 100)
+        self.opacity.setFixedWidth(80)
+        self.opacity.setToolTip("Opacity of the blocks over the colour image")
+        self.opacity.valueChanged.connect(lambda value: views.set_overlay_opacity(value / 100))
+        self.opacity.setValue(_OPACITY)
+        self.addWidget(self.opacity)
+        self.layouts = QComboBox()
+        for name, text in LAYOUT_TEXTS.items():
+            self.layouts.addItem(text, name)
+        self.layouts.setToolTip("Which views are shown; a double-click on a title shows one alone")
+        self.layouts.activated.connect(lambda _: views.set_layout(self.layouts.currentData()))
+        views.layoutChanged.connect(lambda name: self.layouts.setCurrentIndex(LAYOUTS.index(name)))
+        self.addSeparator()
+        self.addWidget(self.layouts)
+        _fill(self, entries(actions, "fit"))
+
+
+def fill_menu_bar(
+    bar: QMenuBar, actions: Actions, views: LinkedViews, toggles: Iterable[QAction], experiments: QMenu
+) -> None:
+    """Make all menus; `toggles` show and hide the docks."""
+    for title, names in _MENUS.items():
+        _fill(bar.addMenu(title), entries(actions, names))
+    view = bar.addMenu("&View")
+    _fill(view, entries(actions, "fit one_to_one zoom_block | next_frame previous_frame | full_screen"))
+    view.addSeparator()
+    view.addActions(list(toggles))
+    view.addSeparator()
+    view.addMenu(_layout_menu(views, view))
+    stages = view.addMenu("&Stage of the extraction")
+    _fill(stages, entries(actions, " ".join(f"stage_{name}" for name in STAGES)))
+    view.addMenu(_depth_map_menu(views, view))
+    view.addMenu(_theme_menu(view))
+    bar.addMenu(experiments)
+    _fill(bar.addMenu("&Help"), entries(actions, "about"))
+
+
+def entries(actions: Mapping[str, QAction] | Actions, names: str) -> list[QAction | None]:
+    """Actions by their names, None where "|" separates them."""
+    return [None if name == "|" else actions[name] for name in names.split()]
+
+
+def show_about(window: QWidget) -> None:
+    """Say what this program is."""
+    QMessageBox.about(
+        window,
+        "About ILF Studio",
+        f"<b>ILF Studio {ilf.__version__}</b><p>Completes the missing depth in RGB-D frames by iterative low-pass "
+        "filtering.</p><p>After Wang, Yu, Yang, Huang, Zhu, Lau, Sun: <i>Depth Image Completion through "
+        "Iterative Low-Pass Filtering</i>, Appl. Sci. 2024, 14(2), 696, doi:10.3390/app14020696.</p>"
+        "<p>MIT licence.</p>",
+    )
+
+
+def _fill(menu: QMenu | QToolBar, actions: Iterable[QAction | None]) -> None:
+    for action in actions:
+        if action is None:
+            menu.addSeparator()
+        else:
+            menu.addAction(action)
+
+
+def _choices(menu: QMenu, texts: Mapping[str, str], chosen: str) -> dict[str, QAction]:
+    """Checkable entries by name, one at a time."""
+    group = QActionGroup(menu)
+    actions = {}
+    for name, text in texts.items():
+        action = menu.addAction(text)
+        action.setCheckable(True)
+        action.setChecked(name == chosen)
+        group.addAction(action)
+        actions[name] = action
+    return actions
+
+
+def _layout_menu(views: LinkedViews, parent: QMenu) -> QMenu:
+    menu = QMenu("&Layout", parent)
+    actions = _choices(menu, LAYOUT_TEXTS, LAYOUTS[0])
+    menu.insertSeparator(actions[next(iter(CELLS))])
+    for name, action in actions.items():
+        action.triggered.connect(lambda _=False, name=name: views.set_layout(name))
+    views.layoutChanged.connect(lambda name: actions[name].setChecked(True))
+    return menu
+
+
+def _depth_map_menu(views: LinkedViews, parent: QMenu) -> QMenu:
+    menu = QMenu("Depth &colours", parent)
+    texts = {name: name.capitalize() for name in DEPTH_MAPS}
+    for name, action in _choices(menu, texts, next(iter(DEPTH_MAPS))).items():
+        action.triggered.connect(lambda _=False, name=name: views.set_depth_map(name))
+    return menu
+
+
+def _theme_menu(parent: QMenu) -> QMenu:
+    """The themes; the choice is remembered."""
+    menu = QMenu("&Theme", parent)
+    texts = {name: name.capitalize() for name in theme.THEMES}
+    for name, action in _choices(menu, texts, str(QSettings().value("theme", "system"))).items():
+        action.triggered.connect(lambda _=False, name=name: _set_theme(name))
+    return menu
+
+
+def _set_theme(name: str) -> None:
+    QSettings().setValue("theme", name)
+    app = QApplication.instance()
+    if isinstance(app, QApplication):
+        theme.apply_theme(app, name)

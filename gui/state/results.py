@@ -1,0 +1,103 @@
+"""What runs have given for one frame, and how the run under way stands: the one place that holds it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ilf.blocks import Block
+from ilf.completion import BlockResult, Completion
+from ilf.filter.convergence import IterationRecord
+
+Preview = tuple[Block, NDArray[np.float32]]
+"""A block that runs, and the depth [m] at its pixels as it stands."""
+
+
+class Results:
+    """Results, live records and previews of a frame's blocks. The workspace alone changes them.
+
+    Attributes
+    ----------
+    kept : dict
+        Block label -> BlockResult, also where the block has other pixels since: undo may bring them back.
+    live : dict
+        Label -> records so far of the blocks that run, the one that began last at the end.
+    previews : dict
+        Label -> Preview of blocks that run.
+    """
+
+    def __init__(self) -> None:
+        self.kept: dict[int, BlockResult] = {}
+        self.live: dict[int, list[IterationRecord]] = {}
+        self.previews: dict[int, Preview] = {}
+        self._error: tuple[Completion, NDArray[np.float32]] | None = None
+        self._guess: tuple[Completion, Completion] | None = None
+        self._changes = 0
+        self._saved = 0
+
+    @property
+    def running(self) -> list[int]:
+        """Blocks that have records but no result of the run under way, the one that began last at the end."""
+        return list(self.live)
+
+    def error_of(self, completion: Completion | None) -> NDArray[np.float32] | None:
+        """The expected error [m] of that very completion, if it has been worked out."""
+        return self._error[1] if self._error is not None and self._error[0] is completion else None
+
+    def note_error(self, completion: Completion, error: NDArray[np.float32]) -> None:
+        """Keep the expected error of a completion in place of any other."""
+        self._error = completion, error
+
+    def guess_of(self, completion: Completion | None) -> Completion | None:
+        """That very completion with the rest guessed, if it has been."""
+        return self._guess[1] if self._guess is not None and self._guess[0] is completion else None
+
+    def note_guess(self, completion: Completion, guess: Completion) -> None:
+        """Keep the guess of what a completion leaves missing; it is not exported yet."""
+        self._guess = completion, guess
+        self._changes += 1
+
+    def add_records(self, label: int, records: Iterable[IterationRecord]) -> None:
+        """A block that runs has gone on."""
+        self.live.setdefault(label, []).extend(records)
+
+    def add_previews(self, previews: Iterable[Preview]) -> None:
+        """Where blocks stand now; those that have ended meanwhile are left out."""
+        self.previews |= {block.label: (block, depth) for block, depth in previews if block.label in self.live}
+
+    def add(self, results: Iterable[BlockResult]) -> None:
+        """Blocks have ended; what they gave is not exported yet."""
+        for result in results:
+            label = result.block.label
+            self.kept[label] = result
+            self.live.pop(label, None)
+            self.previews.pop(label, None)
+        self._changes += 1
+
+    def end_run(self, previews_stay: bool = False) -> None:
+        """Nothing runs any more; with `previews_stay`, another run of the same is about to begin."""
+        self.live.clear()
+        if not previews_stay:
+            self.previews.clear()
+
+    def clear(self) -> None:
+        """Forget all results; of what is forgotten, nothing is left to be exported."""
+        self.kept.clear()
+        self._error = self._guess = None
+        self._saved = self._changes
+
+    @property
+    def unsaved(self) -> bool:
+        """Whether there are results that have not been exported."""
+        return self._changes != self._saved
+
+    @property
+    def changes(self) -> int:
+        """How often results have come, to be given to `note_saved`."""
+        return self._changes
+
+    def note_saved(self, changes: int) -> None:
+        """What there was at `changes` has been exported."""
+        self._saved = changes

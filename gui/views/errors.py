@@ -1,0 +1,85 @@
+"""The expected error of what has been completed: worked out for those who look at it, off the GUI's thread."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Signal
+
+from gui.state.session import Session
+from gui.state.workspace import Workspace
+from gui.views.linked_views import LinkedViews
+from gui.work.latest_question import LatestQuestion
+from gui.work.runs import RunController, RunState
+from ilf.completion import Completion
+from ilf.confidence import expected_error
+
+
+class _Question(NamedTuple):
+    session: Session
+    completion: Completion
+
+
+class ErrorPresenter(QObject):
+    """The view of the expected error. Where it could not be worked out it is not tried again.
+
+    Signals
+    -------
+    failed(object)
+        The exception that kept an expected error from being found.
+    """
+
+    failed = Signal(object)
+
+    def __init__(self, workspace: Workspace, runs: RunController, views: LinkedViews) -> None:
+        super().__init__(views)
+        self._workspace = workspace
+        self._runs = runs
+        self._views = views
+        self._shown: NDArray[np.float32] | None = None
+        self._hopeless: Completion | None = None
+        self._questions = LatestQuestion[_Question, NDArray[np.float32]](_find, self)
+        self._questions.answered.connect(self._take)
+        self._questions.failed.connect(self._fail)
+
+    @property
+    def busy(self) -> bool:
+        """Whether an expected error is to come."""
+        return self._questions.busy
+
+    def show(self) -> None:
+        """The expected error of the present results, asked for if it is looked at and no run is changing them."""
+        if not self._workspace.has_session:
+            self._shown = None
+            return
+        session = self._workspace.session
+        completion, error = session.completion(), session.expected_error()
+        if error is not self._shown:
+            self._shown = error
+            self._views.set_expected_error(error)
+        if (
+            completion is not None
+            and error is None
+            and completion is not self._hopeless
+            and self._views.shows_expected_error
+            and self._runs.state in (RunState.IDLE, RunState.PAUSED)
+        ):
+            self._questions.ask(_Question(session, completion))
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the thread has ended."""
+        return self._questions.shutdown()
+
+    def _take(self, question: _Question, error: NDArray[np.float32]) -> None:
+        self._workspace.store_error(question.session, question.completion, error)
+
+    def _fail(self, question: _Question, error: Exception) -> None:
+        self._hopeless = question.completion
+        self.failed.emit(error)
+
+
+def _find(question: _Question) -> NDArray[np.float32]:
+    """Off the GUI's thread."""
+    return expected_error(question.session.frame, question.completion)

@@ -1,0 +1,61 @@
+"""The one way by which the window says something: status bar, log, and a box where it must not be missed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QStatusBar, QWidget
+
+from gui.widgets.log import LogPanel
+from gui.widgets.messages import warn
+from ilf.errors import IlfError
+
+_TOLD_MS = 6000
+_GLIMPSE_MS = 4000
+
+
+class Notes(QObject):
+    """Says things to the user, and keeps in the log what may be wanted later.
+
+    Signals
+    -------
+    reported(str)
+        Something went wrong; a sentence that says what.
+    """
+
+    reported = Signal(str)
+
+    def __init__(self, window: QWidget, status: QStatusBar, log: LogPanel) -> None:
+        super().__init__(window)
+        self._window = window
+        self._status = status
+        self._log = log
+
+    def tell(self, message: str) -> None:
+        """Something that needs no answer."""
+        self._status.showMessage(message, _TOLD_MS)
+        self._log.add(message)
+
+    def glimpse(self, message: str) -> None:
+        """Something that is of no interest any more when it has been read, as it comes at every move of a slider."""
+        self._status.showMessage(message, _GLIMPSE_MS)
+
+    def warn(self, what: str, notes: Iterable[str]) -> None:
+        """Something that was done, but not quite as asked for; nothing is shown if there are no notes."""
+        texts = list(notes)
+        for text in texts:
+            self._log.add(f"{what}: {text}")
+        if texts:
+            warn(self._window, what, "\n\n".join(texts))
+
+    def report(self, what: str, error: Exception) -> None:
+        """Something that went wrong."""
+        text = error_text(error)
+        self.warn(what, [text])
+        self.reported.emit(f"{what}: {text}")
+
+
+def error_text(error: Exception) -> str:
+    """What to tell of an error. What IlfError and the operating system say is meant for people."""
+    return str(error) if isinstance(error, (IlfError, OSError)) else f"{type(error).__name__}: {error}"
