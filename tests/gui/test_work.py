@@ -7,12 +7,12 @@ from collections.abc import Callable, Generator, Iterator
 from typing import Any
 
 import pytest
-from gui.work.latest_question import LatestQuestion
-from gui.work.refresh import Refresh
 from PySide6.QtCore import QObject, Signal
 from pytestqt.qtbot import QtBot
 
 from gui.work import refresh as refresh_module
+from gui.work.latest_question import LatestQuestion
+from gui.work.refresh import Refresh
 from gui.work.worker import Worker
 
 WAIT_MS = 10_000
