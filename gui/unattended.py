@@ -87,10 +87,19 @@ class Unattended(QObject):
                 "draw them in the window, or extract them with other parameters."
             )
         else:
-            self._runs.ended.connect(self._ran, Qt.ConnectionType.SingleShotConnection)
+            self._await_end()
             self._runs.start()
 
+    def _await_end(self) -> None:
+        # a turn of the event loop later: after a run, a guess of the rest may begin
+        self._runs.ended.connect(
+            lambda _: QTimer.singleShot(0, self, self._ran), Qt.ConnectionType.SingleShotConnection
+        )
+
     def _ran(self) -> None:
+        if not self._runs.free:
+            self._await_end()
+            return
         session = self._workspace.session
         results = session.valid_results().values()
         if results and all(result.outcome.status is Status.NOT_RECOVERABLE for result in results):

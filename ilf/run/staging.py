@@ -20,8 +20,8 @@ from ..errors import ExportError
 
 _PREFIX = ".ilf-export-"
 _LEFT = re.compile(rf"{re.escape(_PREFIX)}(?P<host>.+)-(?P<process>\d+)-[0-9a-f]{{8}}")
-_BEFORE = "before"
-"""Folder in the temporary one with the files that were replaced."""
+_BEFORE, _SEAL = "before", ".seal"
+"""In the temporary folder: a folder with the files that were replaced, and a file with the name of the set's seal."""
 
 
 @contextmanager
@@ -42,8 +42,11 @@ def staging(target: Path) -> Iterator[Path]:
         try:
             with _naming(folder, target):
                 yield folder
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
+        except BaseException:
+            if not _old_files(folder):  # which could not be put back: they stay, for `clear_interrupted`
+                shutil.rmtree(folder, ignore_errors=True)
+            raise
+        shutil.rmtree(folder, ignore_errors=True)
     except BaseException as error:
         for path in missing:
             if path.is_dir() and not any(path.iterdir()):
@@ -61,6 +64,7 @@ def move_in(folder: Path, target: Path, names: Sequence[str]) -> None:
     before = folder / _BEFORE
     before.mkdir()
     *others, seal = names
+    (folder / _SEAL).write_text(seal, encoding="utf-8")
     try:
         for name in (seal, *others):
             if (target / name).exists():
@@ -71,7 +75,7 @@ def move_in(folder: Path, target: Path, names: Sequence[str]) -> None:
         for name in names:
             if not (folder / name).exists():
                 (target / name).unlink(missing_ok=True)
-        _put_back(before, target)
+        _put_back(folder, target)
         raise
 
 
@@ -81,16 +85,29 @@ def interrupted(target: Path) -> list[Path]:
 
 
 def clear_interrupted(target: Path) -> None:
-    """Undo what dead processes have begun in a folder: the files that they had replaced come back."""
+    """Undo what dead processes have begun in a folder: the files that they had replaced come back.
+
+    Unless the seal is there: then they had moved all files, or another set has been written since.
+    """
     for folder in interrupted(target):
-        _put_back(folder / _BEFORE, target)
+        if not _is_sealed(folder, target):
+            _put_back(folder, target)
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def _put_back(before: Path, target: Path) -> None:
-    if before.is_dir():
-        for path in before.iterdir():
-            os.replace(path, target / path.name)
+def _put_back(folder: Path, target: Path) -> None:
+    for path in _old_files(folder):
+        os.replace(path, target / path.name)
+
+
+def _old_files(folder: Path) -> list[Path]:
+    """The replaced files that still wait in a temporary folder."""
+    return sorted((folder / _BEFORE).glob("*"))
+
+
+def _is_sealed(folder: Path, target: Path) -> bool:
+    named = folder / _SEAL
+    return named.is_file() and (target / named.read_text(encoding="utf-8")).exists()
 
 
 def _is_left(folder: Path) -> bool:

@@ -17,6 +17,7 @@ from pytestqt.qtbot import QtBot
 
 from gui import app, theme
 from gui.main_window import MainWindow
+from gui.unattended import Unattended
 from gui.work.runs import RunController
 from ilf import RGBDFrame
 from ilf.cli import main as command_line
@@ -70,6 +71,25 @@ def refused(outcome: tuple[int, str], picture: Path, *words: str) -> None:
 def test_a_run_gives_a_picture_and_status_0(start: Start, frame_folder: Path, picture: Path) -> None:
     assert start(frame_folder, "--run", "--size", "900x700") == (0, "")
     assert cv2.imread(str(picture)).shape == (700, 900, 3)
+
+
+def test_a_run_that_guesses_the_rest_has_its_picture_after_that(
+    start: Start, frame_folder: Path, tmp_path: Path, picture: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dense = ["--dense", "--blocks-existence-rate", "0.95", "--out", str(tmp_path / "done"), "--quiet"]
+    assert command_line(["complete", str(frame_folder), *dense]) == 0
+    guessed = []
+    save = Unattended._take_picture
+
+    def look(self: Unattended) -> None:
+        guessed.append(self._workspace.session.guessed)
+        save(self)
+
+    monkeypatch.setattr(Unattended, "_take_picture", look)
+    status, said = start(tmp_path / "done" / "run.json", "--run")
+    assert status == 0
+    assert "error" not in said
+    assert guessed == [True]
 
 
 def test_a_picture_without_a_run(start: Start, frame_folder: Path, picture: Path) -> None:

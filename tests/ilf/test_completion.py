@@ -10,10 +10,11 @@ import pytest
 
 import ilf
 from ilf.blocks import Block
-from ilf.completion import CompletionRun, Progress, Status, complete, compose
+from ilf.completion import CompletionRun, complete, known_needed
 from ilf.errors import Cancelled, InputError
 from ilf.filter.pass_band.iteration import PassBandIteration
 from ilf.frame import RGBDFrame
+from ilf.outcomes import Progress, Status, compose
 
 
 def test_fill_mode_leaves_every_known_pixel_untouched(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
@@ -70,7 +71,12 @@ def test_blocks_without_enough_depth_are_reported_and_stay_missing(small_frame: 
     result = ilf.complete(RGBDFrame(small_frame.rgb, depth), labels)
     outcome = result.outcomes[7]
     assert outcome.status is Status.NOT_RECOVERABLE
-    assert "1 of 1632 pixels have depth" in outcome.message
+    assert outcome.message == (
+        "1 of 1632 pixels have depth (0.1%); at least 33 are needed. Merge it with a neighbour on the same surface, or "
+        "lower the limits under Data."
+    )
+    assert (outcome.pixels, outcome.known, outcome.recovered) == (1632, 1, 0)
+    assert outcome.defect_rate == 1631 / 1632
     assert outcome.iterations == 0
     assert np.count_nonzero(np.isfinite(result.depth[labels == 7])) == 1
     assert not result.filled[labels == 7].any()
@@ -86,6 +92,28 @@ def test_limits_of_known_depth_are_parameters(small_frame: RGBDFrame) -> None:
     loose = ilf.preset(min_known_pixels=5, min_known_share=0.0)
     assert ilf.complete(frame, labels, loose).outcomes[2].status is Status.COMPLETED
     assert ilf.complete(frame, labels).outcomes[2].status is Status.NOT_RECOVERABLE
+
+
+@pytest.mark.parametrize(
+    ("pixels", "share", "least", "needed"),
+    [(1000, 0.02, 30, 30), (1000, 0.0301, 30, 31), (1000, 0.5, 30, 500), (20, 0.02, 30, 20), (30, 1.0, 31, 30)],
+)
+def test_known_pixels_that_a_block_needs(pixels: int, share: float, least: int, needed: int) -> None:
+    parameters = ilf.preset(min_known_share=share, min_known_pixels=least)
+    assert known_needed(pixels, parameters) == needed
+    assert known_needed([pixels, 10_000], parameters).tolist() == [needed, max(10_000 * share, least)]
+
+
+def test_a_block_with_just_enough_known_depth_is_completed(small_frame: RGBDFrame) -> None:
+    labels = np.zeros(small_frame.shape, np.int32)
+    labels[:20, :10] = 1
+    for known, status in ((29, Status.NOT_RECOVERABLE), (30, Status.COMPLETED)):
+        depth = small_frame.depth.copy()
+        places = np.argwhere(labels == 1)[known:]
+        depth[:20, :10] = 1.5
+        depth[tuple(places.T)] = np.nan
+        outcome = ilf.complete(RGBDFrame(small_frame.rgb, depth), labels).outcomes[1]
+        assert (outcome.status, outcome.known) == (status, known)
 
 
 def test_complete_blocks_are_left_alone_in_fill_mode(small_frame: RGBDFrame) -> None:
@@ -206,6 +234,24 @@ def test_one_thread_steps_through_the_blocks_in_order_and_no_faster_than_asked(
     assert steps == [(1, 1), (1, 2), (1, None), (2, 1), (2, 2), (2, None)]
 
 
+def test_the_largest_blocks_begin_first(small_frame: RGBDFrame) -> None:
+    """So that no large one is left to a single core at the end."""
+    labels = np.zeros((48, 64), np.int32)
+    labels[:3, :20], labels[10:22, 8:20], labels[24:, :30], labels[:, 30:] = 1, 2, 3, 4
+    begun: list[int] = []
+    depth = small_frame.depth.copy()
+    depth[1, 5:9] = depth[26, 5:9] = depth[12:20, 9:19] = np.nan
+    depth[10, 8:20] = depth[21, 8:20] = depth[10:22, 8] = 1.55
+    frame = RGBDFrame(small_frame.rgb, depth)
+    with CompletionRun(frame, labels, ilf.preset("released-code", max_iterations=400), threads=2) as run:
+        for progress in run:
+            if progress.label not in begun:
+                begun.append(progress.label)
+            if len(begun) == 2:
+                break
+    assert set(begun) == {3, 4}
+
+
 def test_a_run_that_is_closed_or_left_has_no_threads(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
     def own() -> list[str]:
         return [thread.name for thread in threading.enumerate() if thread.name.startswith("ilf")]
@@ -268,5 +314,15 @@ def test_label_maps_that_do_not_fit_are_refused(small_frame: RGBDFrame, labels: 
 
 
 def test_unknown_block_is_refused(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
-    with pytest.raises(InputError, match="There is no block 9"):
+    with pytest.raises(InputError) as refused:
         ilf.iterate(small_frame, small_labels, 9)
+    assert str(refused.value) == "There is no block 9. Blocks: 1, 2."
+    with pytest.raises(InputError, match=r"There is no block 9\. Blocks: none\."):
+        ilf.iterate(small_frame, np.zeros_like(small_labels), 9)
+
+
+def test_a_block_without_depth_cannot_be_iterated_on(small_frame: RGBDFrame) -> None:
+    labels = np.zeros(small_frame.shape, np.int32)
+    labels[12:20, 10:18] = 4
+    with pytest.raises(InputError, match="Block 4 has no known depth"):
+        ilf.iterate(small_frame, labels, 4)

@@ -126,6 +126,78 @@ def test_tiny_brush_still_paints_the_pixel_under_the_pointer() -> None:
     assert np.argwhere(mask).tolist() == [[6, 3]]
 
 
+@pytest.mark.parametrize("corner", [(0.02, 0.02), (9.98, 0.02), (0.02, 7.98), (9.98, 7.98)])
+def test_tiny_brush_paints_the_corners_and_nothing_off_the_frame(corner: tuple[float, float]) -> None:
+    stroke = brush_stroke((8, 10), [corner], 0.1)
+    assert stroke is not None
+    mask = np.zeros((8, 10), bool)
+    mask[stroke.box] = stroke.mask
+    assert np.argwhere(mask).tolist() == [[int(corner[1]), int(corner[0])]]
+    assert brush_stroke((8, 10), [(corner[0] - 10 if corner[0] < 5 else corner[0] + 10, corner[1])], 0.1) is None
+    assert brush_stroke((8, 10), [(corner[0], corner[1] - 0.5 if corner[1] < 5 else corner[1] + 0.5)], 0.1) is None
+
+
+@given(strokes)
+def test_a_stroke_is_all_that_lies_near_the_line_or_under_its_points(
+    stroke: tuple[list[tuple[float, float]], float],
+) -> None:
+    """Against the distance of every pixel of the frame from every segment, but for those on the very rim."""
+    points, radius = stroke
+    centres = np.moveaxis(np.mgrid[: SHAPE[0], : SHAPE[1]][::-1] + 0.5, 0, -1)
+    distance = np.full(SHAPE, np.inf)
+    for start, end in zip(points, points[1:] or points, strict=False):
+        along = np.subtract(end, start)
+        share = np.clip((centres - start) @ along / max(along @ along, 1e-300), 0, 1)
+        nearest = start + share[..., None] * along
+        distance = np.minimum(distance, np.linalg.norm(centres - nearest, axis=-1))
+    wanted = distance <= radius
+    for x, y in points:
+        if 0 <= x < SHAPE[1] and 0 <= y < SHAPE[0]:
+            wanted[int(y), int(x)] = True
+    swept = np.zeros(SHAPE, bool)
+    if (found := brush_stroke(SHAPE, points, radius)) is not None:
+        swept[found.box] = found.mask
+        assert found.mask.any()
+    sure = np.abs(distance - radius) > 1e-6
+    assert np.array_equal(swept[sure], wanted[sure])
+
+
+def test_the_largest_part_keeps_the_label_and_others_get_new_ones_by_size() -> None:
+    labels = np.zeros((9, 20), np.int32)
+    labels[1:8, 1:19] = 4
+    labels[0] = 6
+    cut = [(5.5, -1.0), (5.5, 9.0), (5.5, 3.5), (20.0, 3.5)]  # left; and right, above and below the line
+    patch = split(labels, 4, cut)
+    assert patch is not None
+    after = _applied(labels, patch)
+    assert set(np.unique(after)) == {0, 4, 6, 7, 8}
+    # 52, 28 and 26 pixels without the line's own
+    assert (after[6, 10], after[4, 2], after[1, 10]) == (4, 7, 8)
+    assert np.isin(after[1:8, 1:19], (4, 7, 8)).all()
+    assert (after[0] == 6).all()
+    numbered = _applied(labels, split(labels, 4, cut, first_new=30))
+    assert np.array_equal(np.where(numbered >= 30, numbered - 23, numbered), after)
+
+
+def test_the_pixels_of_the_line_go_to_the_nearest_part() -> None:
+    labels = np.ones((6, 9), np.int32)
+    after = _applied(labels, split(labels, 1, [(5.5, 0.0), (5.5, 6.0)]))
+    assert (after[:, :5] == 1).all()
+    assert (after[:, 6:] == 2).all()
+    assert set(np.unique(after[:, 5])) <= {1, 2}
+
+
+def test_only_the_piece_that_the_line_crosses_is_cut() -> None:
+    labels = np.zeros((8, 20), np.int32)
+    labels[:, :8] = labels[:, 12:] = 3
+    after = _applied(labels, split(labels, 3, [(4.0, -1.0), (4.0, 9.0)]))
+    assert (after[:, 12:] == 3).all()
+    assert set(np.unique(after[:, :8])) == {3, 4}
+    assert split(labels, 3, [(4.0, -1.0), (4.0, 9.0)], locked={3}) is None
+    assert split(labels, 0, [(10.0, -1.0), (10.0, 9.0)]) is None
+    assert split(labels, 9, [(4.0, -1.0), (4.0, 9.0)]) is None
+
+
 def test_strokes_off_the_frame_are_nothing() -> None:
     assert brush_stroke((10, 10), [(-50.0, -50.0), (-40.0, -60.0)], 4.0) is None
 

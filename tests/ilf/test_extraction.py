@@ -190,6 +190,25 @@ def test_white_border_is_found_and_bright_walls_are_not_one(frame: RGBDFrame) ->
     assert find_margins(ceiling) == (0, 0, 0, 0)
 
 
+@pytest.mark.parametrize(("level", "dark", "expected"), [(240, 4, 3), (240, 5, 0), (239, 0, 0)])
+def test_a_border_is_white_to_nine_tenths(level: int, dark: int, expected: int) -> None:
+    """Lines of 40 pixels, of which 4 may be dark, and white from 240 on in all channels."""
+    rgb = np.full((40, 40, 3), 100, np.uint8)
+    for side in (rgb, rgb[::-1], rgb.swapaxes(0, 1), rgb[:, ::-1].swapaxes(0, 1)):
+        side[:3] = 255
+        side[:3, :, 1] = level
+    for side in (rgb, rgb[::-1], rgb.swapaxes(0, 1), rgb[:, ::-1].swapaxes(0, 1)):
+        side[:3, 18 : 18 + dark] = 0
+    assert find_margins(rgb) == (expected,) * 4
+
+
+@pytest.mark.parametrize(("width", "expected"), [(5, 5), (6, 0)])
+def test_a_border_is_an_eighth_of_the_shorter_side_at_most(width: int, expected: int) -> None:
+    rgb = np.full((40, 60, 3), 255, np.uint8)
+    rgb[width:-width, width:-width] = 100
+    assert find_margins(rgb) == (expected,) * 4
+
+
 def test_a_frame_without_any_edge_is_one_block() -> None:
     frame = RGBDFrame(np.full((40, 50, 3), 90, np.uint8), np.full((40, 50), 1.2))
     assert (ilf.extract_blocks(frame) == 1).all()

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import importlib.metadata
 import json
 import math
+import platform
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +16,7 @@ import ilf
 from ilf.assets import asset_path
 from ilf.errors import FormatError
 from ilf.run import make_record, read_record
+from ilf.run.machine import library_versions
 from ilf.run.record import SCHEMA, array_sha256, outcome_to_dict, to_json
 
 from .small_frames import QUICK
@@ -206,3 +209,17 @@ def test_a_record_from_before_there_was_a_choice_of_filters_is_of_the_papers(tmp
 def test_a_record_may_hold_values_without_effect(tmp_path):
     path = changed(written(small_run(tmp_path), tmp_path / "out"), "parameters", "padding", 3.0)
     assert {own.padding for own in read_record(path).parameters.values()} == {3.0}
+
+
+def test_versions_are_those_of_the_distribution_that_is_there(monkeypatch):
+    found = {"numpy": "2.1", "opencv-contrib-python": "4.9"}
+
+    def version(name):
+        if name not in found:
+            raise importlib.metadata.PackageNotFoundError(name)
+        return found[name]
+
+    monkeypatch.setattr(importlib.metadata, "version", version)
+    versions = library_versions()
+    assert versions.pop("python") == platform.python_version()
+    assert versions == {"numpy": "2.1", "scipy": None, "opencv": "4.9", "scikit-image": None}

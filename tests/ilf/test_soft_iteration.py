@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 import ilf
 from ilf.completion import CompletionRun
 from ilf.filter.convergence import IterationRecord
+from ilf.filter.edge_aware.flying import flying_pixels
 from ilf.frame import RGBDFrame
 from ilf.outcomes import History, Status
 from ilf.parameters import Parameters
@@ -318,3 +319,16 @@ def test_a_flying_pixel_outside_the_window_leaves_the_l1_norm_a_number() -> None
     steps = ilf.iterate(frame, np.ones((100, 200), np.int32), 1)
     *_, last = steps
     assert last.l1 == pytest.approx(np.abs(steps.surface).sum(), rel=1e-4)
+
+
+def test_flying_pixels_are_those_that_hardly_any_known_neighbour_is_like_found_once_per_frame() -> None:
+    depth = np.full((20, 30), 2.0)
+    depth[5, 7] = 2.5
+    depth[15] = 1.5  # a line is no flying pixel
+    depth[10:, 20:] = np.nan
+    depth[16, 26] = 3.0  # with no known neighbour it is all there is
+    frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
+    flying = flying_pixels(frame)
+    assert np.argwhere(flying).tolist() == [[5, 7]]
+    assert flying_pixels(frame) is flying
+    assert not flying.flags.writeable

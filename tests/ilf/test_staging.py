@@ -23,8 +23,8 @@ def write_set(target, text):
         move_in(folder, target, NAMES)
 
 
-def die_in_the_middle(target, moves):
-    """Write a set in another process, which is killed after so many moves."""
+def die_in_the_middle(target, moves, after_them=False):
+    """Write a set in another process, which is killed after so many moves: before the next, or as the last ends."""
     program = f"""
 import os, signal
 from pathlib import Path
@@ -36,6 +36,8 @@ def replace(*paths):
         os.kill(os.getpid(), signal.SIGKILL)
     done.append(paths)
     real(*paths)
+    if {after_them} and len(done) == {moves}:
+        os.kill(os.getpid(), signal.SIGKILL)
 os.replace = replace
 write_set(Path({str(target)!r}), "new ")
 """
@@ -64,6 +66,15 @@ def test_what_a_killed_process_has_begun_is_undone_by_the_next(tmp_path, moves):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="kills a process by a signal")
+def test_a_set_that_was_moved_whole_before_its_process_died_stays(tmp_path):
+    write_set(tmp_path, "old ")
+    assert die_in_the_middle(tmp_path, 6, after_them=True) < 0
+    assert len(interrupted(tmp_path)) == 1
+    clear_interrupted(tmp_path)
+    assert contents(tmp_path) == {name: f"new {name}".encode() for name in NAMES}
+
+
+@pytest.mark.skipif(os.name != "posix", reason="kills a process by a signal")
 def test_the_next_set_clears_up_before_it_is_written(tmp_path):
     write_set(tmp_path, "old ")
     die_in_the_middle(tmp_path, 4)
@@ -82,6 +93,42 @@ def test_folders_of_processes_that_live_or_are_elsewhere_are_left_alone(tmp_path
         assert folder.is_dir()
         assert elsewhere.is_dir()
         assert named.is_dir()
+
+
+@pytest.mark.parametrize(("host", "named"), [("lab-pc_1.local", "lab_pc_1.local"), ("", "host")])
+def test_a_temporary_folder_names_computer_and_process(tmp_path, monkeypatch, host, named):
+    monkeypatch.setattr("socket.gethostname", lambda: host)
+    with staging(tmp_path) as folder:
+        assert folder.name.startswith(f".ilf-export-{named}-{os.getpid()}-")
+        dead = tmp_path / f".ilf-export-{named}-{2**22 + 1}-0123abcd"
+        dead.mkdir()
+        assert interrupted(tmp_path) == [dead]
+        (tmp_path / f".ilf-export-{named}-{2**22 + 2}-0123abcd").write_text("a file, not a folder")
+        assert interrupted(tmp_path) == [dead]
+    assert not folder.exists()
+
+
+def test_old_files_that_cannot_be_put_back_are_kept(tmp_path, monkeypatch):
+    write_set(tmp_path, "old ")
+    real, moves = os.replace, []
+
+    def fails_from_the_third_on(*paths):
+        moves.append(paths)
+        if len(moves) > 2:
+            raise PermissionError(13, "in use by another program")
+        real(*paths)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "replace", fails_from_the_third_on)
+        with pytest.raises(ExportError, match="in use"):
+            write_set(tmp_path, "new ")
+    (folder,) = tmp_path.glob(".ilf-export-*")
+    assert contents(folder / "before") == {"a": b"old a", "seal": b"old seal"}
+    assert not (tmp_path / "seal").exists()
+    # as if the process had ended since
+    folder.rename(tmp_path / folder.name.replace(f"-{os.getpid()}-", "-999999999-"))
+    clear_interrupted(tmp_path)
+    assert contents(tmp_path) == {name: f"old {name}".encode() for name in NAMES}
 
 
 def test_a_folder_that_was_made_for_nothing_is_unmade(tmp_path):

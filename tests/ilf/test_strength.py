@@ -18,7 +18,7 @@ from ilf.edges import find_edges
 from ilf.edges.network import EdgeNetwork
 from ilf.edges.relief import find_relief
 from ilf.edges.strength import DETECTORS
-from ilf.errors import InputError
+from ilf.errors import FormatError, InputError
 from ilf.filter.stepper import edges_for
 from ilf.frame import RGBDFrame
 from ilf.parameters import BlockParameters
@@ -261,3 +261,27 @@ def test_colour_alone_serves_the_network_and_canny() -> None:
 def test_three_scales_differ_from_one() -> None:
     frame = _frame()
     assert not np.array_equal(ilf.edge_strength(frame, "hed", multiscale=True), ilf.edge_strength(frame, "hed"))
+
+
+@pytest.mark.parametrize("multiscale", [False, True])
+def test_blocks_and_filter_see_as_many_scales_as_they_ask_for(multiscale: bool) -> None:
+    frame = _frame()
+    expected = ilf.edge_strength(frame, "hed", multiscale=multiscale)
+    assert np.array_equal(find_edges(frame, BlockParameters(multiscale=multiscale)).colour, expected)
+    assert np.array_equal(edges_for(frame, ilf.preset(multiscale=multiscale)).colour, expected)
+    combined = ilf.edge_strength(frame, "combined", multiscale=multiscale)
+    assert np.array_equal(combined, np.where(find_edges(frame, CANNY).relief.edges, 1, expected))
+
+
+def test_canny_stands_in_for_a_network_that_fails_on_the_image_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_: object) -> None:
+        raise FormatError("own.onnx is no edge network: it does not take the image.")
+
+    monkeypatch.setattr(EdgeNetwork, "strength", fails)
+    frame = _frame()
+    found = find_edges(frame, NETWORK)
+    assert found.notes == (
+        "Canny's edges stand in for the network's: own.onnx is no edge network: it does not take the image.",
+    )
+    assert found.network is None
+    assert np.array_equal(found.colour, find_edges(frame, CANNY).colour)

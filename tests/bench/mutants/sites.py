@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import islice, zip_longest
 from pathlib import Path
+from typing import Any
 
 from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
@@ -19,6 +20,7 @@ TARGETS = (
     "ilf/filter",
     "ilf/ebs",
     "ilf/completion.py",
+    "ilf/outcomes.py",
     "ilf/run",
     "gui/state",
     "gui/work",
@@ -114,14 +116,14 @@ def target_files(tree: Path, targets: Iterable[str] = TARGETS) -> list[str]:
 
 
 def mutants_of(tree: Path, path: str) -> list[Mutant]:
-    """All faults that can be made in a file, outside annotations, which nobody runs."""
+    """All faults that can be made in a file, outside annotations and the like, which nobody runs."""
     source = (tree / path).read_text(encoding="utf-8")
-    annotations = list(_annotations(source))
+    left_out = [*_annotations(source), *_keyword_markers(source)]
     return [
         Mutant(path, line, operator, occurrence)
         for operator in OPERATORS
         for occurrence, (line, column) in enumerate(_places(source, operator))
-        if not any(start <= (line, column) < end for start, end in annotations)
+        if not any(start <= (line, column) < end for start, end in left_out)
     ]
 
 
@@ -158,7 +160,7 @@ def _shares(lines: dict[str, int], size: int) -> dict[str, int]:
 
 
 @cache
-def _tree(source: str) -> object:
+def _tree(source: str) -> Any:
     return get_ast(source)
 
 
@@ -176,6 +178,13 @@ def _annotations(source: str) -> Iterator[tuple[tuple[int, int], tuple[int, int]
             part = getattr(node, name, None)
             if part is not None:
                 yield (part.lineno, part.col_offset), (part.end_lineno, part.end_col_offset)
+
+
+def _keyword_markers(source: str) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
+    """The bare stars of parameter lists, which multiply nothing."""
+    for node in ast_nodes(_tree(source)):
+        if node.type == "operator" and node.value == "*" and node.parent.type in ("parameters", "lambdef"):
+            yield node.start_pos, node.end_pos
 
 
 def _is_other(mutant: Mutant, source: str) -> bool:

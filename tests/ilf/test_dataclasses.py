@@ -1,0 +1,38 @@
+"""What is passed around in the library cannot be changed by who gets it, and can be compared without surprises."""
+
+import dataclasses
+import importlib
+import pkgutil
+import types
+
+import pytest
+
+import ilf
+
+BUILT_UP = {"ilf.bench.runner._Part", "ilf.experiments.real._Part"}
+"""Those that are filled step by step, and seen by nobody else meanwhile."""
+
+
+def library_modules() -> list[types.ModuleType]:
+    names = (module.name for module in pkgutil.walk_packages(ilf.__path__, "ilf."))
+    return [importlib.import_module(name) for name in names if "__main__" not in name and ".training" not in name]
+
+
+CLASSES = {
+    f"{module.__name__}.{name}": item
+    for module in library_modules()
+    for name, item in vars(module).items()
+    if isinstance(item, type) and dataclasses.is_dataclass(item) and item.__module__ == module.__name__
+}
+
+
+@pytest.mark.parametrize("name", sorted(CLASSES.keys() - BUILT_UP))
+def test_it_cannot_be_changed(name):
+    assert CLASSES[name].__dataclass_params__.frozen
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_what_holds_arrays_has_no_comparison_that_asks_them_for_one_truth(name):
+    kinds = [str(field.type) for field in dataclasses.fields(CLASSES[name])]
+    if any("NDArray" in kind and "Callable" not in kind for kind in kinds):
+        assert not CLASSES[name].__dataclass_params__.eq
