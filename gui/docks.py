@@ -78,7 +78,7 @@ class Docks:
         left_width, right_width = min(430, round(0.3 * width)), min(310, round(0.24 * width))
         self._window.resizeDocks([frames, right], [left_width, right_width], Qt.Orientation.Horizontal)
         self._window.resizeDocks([frames, blocks], [170, 600], Qt.Orientation.Vertical)
-        self._window.resizeDocks([curves], [min(230, round(0.25 * height))], Qt.Orientation.Vertical)
+        self._window.resizeDocks([curves], [min(230, round(0.3 * height))], Qt.Orientation.Vertical)
 
 
 def available_geometry(window: QWidget) -> QRect:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, Qt
+from PySide6.QtCore import QEvent, QSignalBlocker, Qt
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QPixmap, QShowEvent
 from PySide6.QtWidgets import QMainWindow, QTabWidget
 
@@ -265,10 +265,15 @@ class MainWindow(QMainWindow):
             self.documents.open_paths([Path(path) for path in paths])
 
     def changeEvent(self, event: QEvent) -> None:
-        """Redraw icons for another theme."""
+        """Redraw icons for another theme; know of it when the system makes the window as large as the screen."""
         super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "actions_"):
+        if not hasattr(self, "actions_"):  # before all is made
+            return
+        if event.type() == QEvent.Type.PaletteChange:
             self.actions_.draw_icons()
+        elif event.type() == QEvent.Type.WindowStateChange:
+            with QSignalBlocker(self.actions_["full_screen"]):
+                self.actions_["full_screen"].setChecked(self.isFullScreen())
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Ask about what would be lost, stop the threads, remember the layout."""

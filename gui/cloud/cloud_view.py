@@ -191,7 +191,8 @@ class _ChoiceButton(QToolButton, Generic[Choice]):
             self._choices[choice] = action
             self.show_choice(choice)
             widths.append(self.sizeHint().width())
-        self.setMinimumWidth(max(widths))  # the bar keeps still when the choice changes
+        # the bar keeps still when the choice changes; the icon comes with the theme
+        self.setMinimumWidth(max(widths) + self.iconSize().width())
         self.show_choice(next(iter(texts)))
 
     def show_choice(self, choice: Choice) -> None:

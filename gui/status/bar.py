@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtWidgets import QLabel, QProgressBar, QSizePolicy, QStatusBar, QWidget
+from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QWidget
 
 
 class StatusBar(QStatusBar):
@@ -15,7 +15,7 @@ class StatusBar(QStatusBar):
         self.progress = QProgressBar()
         # neither may keep the window from being made narrower than what they say
         for label in (self.hint, self.readout):
-            label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+            label.setMinimumWidth(1)
         self.progress.setFixedWidth(160)
         self.progress.setTextVisible(True)
         self.progress.hide()

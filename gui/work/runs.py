@@ -350,7 +350,9 @@ class RunController(QObject):
             seconds = time.perf_counter() - self._started
             count = np.count_nonzero(guess.guessed)
             text = f"{session.name}: {count} pixels guessed in {seconds:.1f} s; no block vouches for them."
-            if not session.guessed:
+            if count == 0:
+                text = f"{session.name}: nothing is missing, so there is nothing to guess."
+            elif not session.guessed:
                 text = f"{session.name}: the guess is of blocks that have been edited meanwhile: guess again."
         self.state_changed.emit()
         self.ended.emit(text)

@@ -1,0 +1,178 @@
+"""Guessing the rest, and what the window says of runs that are opened from a record."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from PySide6.QtWidgets import QMessageBox
+from pytestqt.qtbot import QtBot
+
+import ilf
+from gui.cloud.cloud_view import ColourBy
+from gui.frames.frame_source import FrameSource
+from gui.main_window import MainWindow
+from gui.work.runs import RunState
+from ilf.cli import main as command_line
+from ilf.run import ExportOptions
+
+from .conftest import WAIT_MS, open_frame, write_frame
+
+Run = Callable[[MainWindow], None]
+
+
+@pytest.fixture
+def reported(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Messages that were shown to the user."""
+    texts: list[str] = []
+    monkeypatch.setattr(QMessageBox, "open", lambda box: texts.append(box.text()))
+    return texts
+
+
+@pytest.fixture
+def margin(window: MainWindow, qtbot: QtBot, small_frame: ilf.RGBDFrame, tmp_path: Path) -> MainWindow:
+    """The small frame with a rim that belongs to no block and has no depth."""
+    depth = small_frame.depth.copy()
+    depth[:3] = np.nan
+    folder = write_frame(tmp_path / "rim", ilf.RGBDFrame(small_frame.rgb, depth, small_frame.intrinsics))
+    window.workspace.set_extraction_parameters(ilf.BlockParameters(margin=3))
+    open_frame(window, qtbot, FrameSource(str(folder)))
+    return window
+
+
+def _guess(window: MainWindow, qtbot: QtBot) -> None:
+    with qtbot.waitSignal(window.runs.ended, timeout=WAIT_MS):
+        window.actions_["guess"].trigger()
+    window.refresh.now()
+
+
+def _export(window: MainWindow, qtbot: QtBot, folder: Path) -> None:
+    with qtbot.waitSignal(window.documents.exported, timeout=WAIT_MS):
+        window.documents.export(folder, ExportOptions())
+
+
+def _open_run(window: MainWindow, qtbot: QtBot, record: Path) -> None:
+    window.actions_["close_frame"].trigger()
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        window.documents.open_paths([record])
+    window.refresh.now()
+
+
+def test_guesses_are_striped_named_and_counted(margin: MainWindow, qtbot: QtBot, run_all: Run) -> None:
+    assert not margin.actions_["guess"].isEnabled()
+    run_all(margin)
+    cell = margin.views.cells["depth-out"]
+    margin.readout.point_at((30, 1))
+    assert "out missing" in margin.status.readout.text()
+    before = margin.workspace.session.completion()
+    _guess(margin, qtbot)
+    completion = margin.workspace.session.completion()
+    assert completion.guessed[:3].all()
+    np.testing.assert_array_equal(completion.depth[~completion.guessed], before.depth[~completion.guessed])
+    assert cell._stripes.isVisible()
+    assert not margin.views.cells["depth-in"]._stripes.isVisible()
+    assert (cell.view.image.image[completion.guessed] == 0).all()
+    assert (cell._guesses.image[completion.guessed] > 0).all()
+    assert "(guessed)" in margin.status.readout.text()
+    margin.readout.point_at((30, 10))
+    assert "guessed" not in margin.status.readout.text()
+    assert not margin.actions_["guess"].isEnabled()
+    margin.cloud.set_colour_by(ColourBy.FILLED)
+    margin.centre.setCurrentWidget(margin.cloud)
+    margin.refresh.now()
+    assert f"of these {np.count_nonzero(completion.guessed)} guessed" in margin.cloud.canvas._caption
+    margin.actions_["clear_results"].trigger()
+    margin.refresh.now()
+    assert not cell._stripes.isVisible()
+    assert cell.view.image.image is None
+
+
+def test_the_progress_of_a_guess_is_shown_while_it_goes_on(margin: MainWindow, qtbot: QtBot, run_all: Run) -> None:
+    run_all(margin)
+    with qtbot.waitSignal(margin.runs.ended, timeout=WAIT_MS):
+        margin.actions_["guess"].trigger()
+        margin.refresh.now()
+        assert margin.runs.state is RunState.GUESSING
+        assert margin.status.progress.isVisible()
+        assert margin.status.progress.format() == "guessing the rest"
+        assert margin.actions_["cancel"].isEnabled()
+        assert not margin.actions_["run"].isEnabled()
+    margin.refresh.now()
+    assert not margin.status.progress.isVisible()
+
+
+def test_a_dense_export_is_that_of_the_command_line_and_comes_back_dense(
+    margin: MainWindow, qtbot: QtBot, run_all: Run, reported: list[str], tmp_path: Path
+) -> None:
+    run_all(margin)
+    _guess(margin, qtbot)
+    _export(margin, qtbot, tmp_path / "window")
+    assert "guesses" in reported[0]
+    arguments = ["complete", str(tmp_path / "rim"), "--out", str(tmp_path / "cli"), "--quiet", "--dense"]
+    assert command_line([*arguments, "--blocks-margin", "3"]) == 0
+    for path in (tmp_path / "cli").iterdir():
+        assert path.read_bytes() == (tmp_path / "window" / path.name).read_bytes(), path.name
+    _open_run(margin, qtbot, tmp_path / "window" / "run.json")
+    assert len(reported) == 1, "all is as it was recorded"
+    with qtbot.waitSignal(margin.runs.finished, timeout=WAIT_MS):
+        margin.actions_["run"].trigger()
+    assert margin.workspace.session.guessed
+    assert "the run came out as recorded" in margin.log.toPlainText()
+    assert len(reported) == 1
+
+
+def test_what_differs_from_a_record_is_said_when_it_is_opened(
+    opened: MainWindow, qtbot: QtBot, run_all: Run, reported: list[str], tmp_path: Path
+) -> None:
+    run_all(opened)
+    _export(opened, qtbot, tmp_path / "out")
+    depth = tmp_path / "out" / "depth.png"
+    cv2.imwrite(str(depth), cv2.imread(str(depth), cv2.IMREAD_UNCHANGED) + 1)
+    _open_run(opened, qtbot, tmp_path / "out" / "run.json")
+    assert len(reported) == 1
+    assert "depth.png has changed since the run was written" in reported[0]
+    assert "depth.png has changed" in opened.log.toPlainText()
+
+
+def test_an_input_that_was_replaced_is_refused(
+    opened: MainWindow, qtbot: QtBot, run_all: Run, reported: list[str], frame_folder: Path, tmp_path: Path
+) -> None:
+    run_all(opened)
+    depth = frame_folder / "depth.png"
+    cv2.imwrite(str(depth), cv2.imread(str(depth), cv2.IMREAD_UNCHANGED) + 200)
+    _export(opened, qtbot, tmp_path / "out")
+    _open_run(opened, qtbot, tmp_path / "out" / "run.json")
+    assert "is not the depth file of the recorded run" in reported[0]
+    assert not opened.workspace.has_session
+
+
+def test_a_run_that_does_not_come_out_as_recorded_says_by_how_much(
+    opened: MainWindow, qtbot: QtBot, run_all: Run, reported: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_all(opened)
+    _export(opened, qtbot, tmp_path / "out")
+    _open_run(opened, qtbot, tmp_path / "out" / "run.json")
+    from ilf import completion
+
+    honest = completion._block_depth
+    monkeypatch.setattr(completion, "_block_depth", lambda *all_of_it: honest(*all_of_it) + np.float32(0.25))
+    run_all(opened)
+    assert "differs from the recorded one by up to 2.5e-01 m" in reported[-1]
+
+
+def test_another_run_than_the_recorded_one_is_not_judged(
+    opened: MainWindow, qtbot: QtBot, run_all: Run, reported: list[str], tmp_path: Path
+) -> None:
+    run_all(opened)
+    _export(opened, qtbot, tmp_path / "out")
+    _open_run(opened, qtbot, tmp_path / "out" / "run.json")
+    opened.workspace.set_parameters(ilf.preset("paper"))
+    run_all(opened)
+    assert reported == []
+    assert "as recorded" not in opened.log.toPlainText()
+    opened.workspace.set_parameters(ilf.preset())
+    run_all(opened)
+    assert opened.log.toPlainText().count("came out as recorded") == 1

@@ -1,0 +1,100 @@
+"""The window fits the screen, at the first start and when its last place has another screen; full screen; icon."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from PySide6.QtCore import QRect, QSettings, QSize, Qt
+from PySide6.QtGui import QImage
+from pytestqt.qtbot import QtBot
+
+from gui import docks
+from gui.main_window import MainWindow
+from ilf.assets import asset_path
+
+
+@pytest.mark.parametrize(
+    ("window", "room", "expected"),
+    [
+        (QRect(100, 80, 800, 500), QRect(0, 0, 1920, 1080), QRect(100, 80, 800, 500)),
+        (QRect(0, 0, 800, 500), QRect(0, 0, 1920, 1080), QRect(0, 40, 800, 500)),
+        (QRect(100, 80, 1440, 900), QRect(0, 0, 1066, 666), QRect(0, 40, 1066, 626)),
+        (QRect(1500, 900, 800, 500), QRect(0, 0, 1920, 1080), QRect(1120, 580, 800, 500)),
+        (QRect(0, 0, 3000, 500), QRect(1920, 30, 1280, 690), QRect(1920, 70, 1280, 500)),
+    ],
+    ids=["fits", "title bar", "too large", "sticks out", "second screen"],
+)
+def test_a_window_is_moved_into_the_room_and_made_no_larger(window: QRect, room: QRect, expected: QRect) -> None:
+    assert docks.fit(window, room) == expected
+
+
+@pytest.mark.parametrize("room", [QSize(1066, 666), QSize(1100, 700), QSize(1920, 1080)])
+def test_the_first_window_fits_the_screen(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, room: QSize) -> None:
+    monkeypatch.setattr(docks, "available_geometry", lambda _: QRect(0, 0, room.width(), room.height()))
+    window = MainWindow(remembers=False)
+    qtbot.addWidget(window)
+    window.show()
+    qtbot.waitExposed(window)
+    assert window.size() == docks.DEFAULT_SIZE.boundedTo(room - QSize(0, 40))
+    assert window.geometry().bottom() < room.height()
+
+
+def test_a_restored_window_fits_a_smaller_screen(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
+    room = [QRect(0, 0, 1920, 1080)]
+    monkeypatch.setattr(docks, "available_geometry", lambda _: room[0])
+    first = MainWindow()
+    first.setGeometry(50, 60, 1300, 850)
+    qtbot.addWidget(first)
+    first.show()
+    qtbot.waitExposed(first)
+    first.close()
+    assert QSettings().value("window/geometry") is not None
+    room[0] = QRect(0, 0, 1066, 666)
+    second = MainWindow()
+    qtbot.addWidget(second)
+    assert QRect(0, 0, 1066, 666).contains(second.geometry())
+
+
+def test_the_panels_let_the_window_become_small(qtbot: QtBot) -> None:
+    window = MainWindow(remembers=False)
+    qtbot.addWidget(window)
+    window.show()
+    qtbot.waitExposed(window)
+    window.status.hint.setText("long " * 200)
+    window.status.readout.setText("long " * 200)
+    window.setWindowTitle("long " * 200)
+    window.resize(800, 560)
+    qtbot.waitUntil(lambda: window.size() == QSize(800, 560))
+
+
+def test_full_screen_by_f11_and_back_and_escape_does_not_quit(qtbot: QtBot) -> None:
+    window = MainWindow(remembers=False)
+    qtbot.addWidget(window)
+    window.show()
+    qtbot.waitExposed(window)
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    assert not window.actions_["full_screen"].isChecked()
+    qtbot.keyClick(window, Qt.Key.Key_F11)
+    assert window.isFullScreen()
+    assert window.actions_["full_screen"].isChecked()
+    qtbot.keyClick(window, Qt.Key.Key_Escape)
+    assert window.isVisible()
+    qtbot.keyClick(window, Qt.Key.Key_F11)
+    assert not window.isFullScreen()
+    window.showFullScreen()
+    qtbot.waitUntil(window.actions_["full_screen"].isChecked)
+
+
+def test_the_icon_is_what_its_script_draws() -> None:
+    path = asset_path("icons/ilf-studio.png")
+    drawn = runpy.run_path(str(Path("assets/icons/make_icon.py").resolve()))["draw_icon"]()
+    stored = cv2.cvtColor(cv2.imread(str(path), cv2.IMREAD_UNCHANGED), cv2.COLOR_BGRA2RGBA)
+    np.testing.assert_allclose(stored.astype(int), drawn.astype(int), atol=1)
+    assert not QImage(str(path)).isNull()
+    assert drawn[0, 0, 3] == 0
+    assert drawn[128, 128, 3] == 255
