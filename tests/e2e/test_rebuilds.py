@@ -1,0 +1,111 @@
+"""How often the table of blocks is rebuilt: once per click, per opening, per undo."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from gui.frames.frame_source import FrameSource
+from gui.main_window import MainWindow
+from ilf import RGBDFrame
+
+from .conftest import open_frame, write_frame
+
+
+class _Count:
+    """How often a widget's method has been called since the last look, the events that are due done first."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, owner: object, name: str) -> None:
+        self._calls = 0
+        method = getattr(owner, name)
+
+        def counted(*arguments: object) -> object:
+            self._calls += 1
+            return method(*arguments)
+
+        monkeypatch.setattr(owner, name, counted)
+
+    def taken(self) -> int:
+        for _ in range(3):
+            QApplication.processEvents()
+        calls, self._calls = self._calls, 0
+        return calls
+
+
+def _click(window: MainWindow, x: float, y: float) -> None:
+    view = window.views.cells["colour"].view
+    place = view.viewportTransform().map(QPointF(x, y)).toPoint()
+    QTest.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, pos=place)
+
+
+def test_one_click_rebuilds_the_table_once(opened: MainWindow, monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = _Count(monkeypatch, opened.blocks, "set_rows")
+    _click(opened, 50, 24)
+    assert rows.taken() == 1
+    _click(opened, 50, 24)
+    assert rows.taken() == 0, "it is chosen already"
+    _click(opened, 5, 24)
+    assert rows.taken() == 1
+    opened.blocks.view.selectRow(0)
+    assert rows.taken() == 1
+
+
+def test_an_edit_and_its_undo_rebuild_the_table_once_each(opened: MainWindow, monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = _Count(monkeypatch, opened.blocks, "set_rows")
+    depth = _Count(monkeypatch, opened.views, "set_result")
+    opened.actions_["select_all"].trigger()
+    assert (rows.taken(), depth.taken()) == (1, 0)
+    opened.actions_["merge_blocks"].trigger()
+    assert (rows.taken(), depth.taken()) == (1, 1)
+    opened.actions_["undo"].trigger()
+    assert (rows.taken(), depth.taken()) == (1, 1)
+    opened.actions_["redo"].trigger()
+    assert (rows.taken(), depth.taken()) == (1, 1)
+
+
+def test_opening_a_frame_rebuilds_the_table_once_and_turning_to_it_too(
+    opened: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frame = opened.workspace.session.frame
+    folder = write_frame(tmp_path / "other", RGBDFrame(frame.rgb[:40], frame.depth[:40]))
+    rows = _Count(monkeypatch, opened.blocks, "set_rows")
+    pictures = _Count(monkeypatch, opened.views, "set_frame")
+    open_frame(opened, qtbot, FrameSource(str(folder)))
+    assert (rows.taken(), pictures.taken()) == (1, 1)
+    opened.actions_["previous_frame"].trigger()
+    assert (rows.taken(), pictures.taken()) == (1, 1)
+
+
+def test_a_stroke_repaints_its_box_alone_until_it_ends(opened: MainWindow, monkeypatch: pytest.MonkeyPatch) -> None:
+    view = opened.views.cells["colour"].view
+    _click(opened, 50, 24)
+    opened.actions_["tool_paint"].trigger()
+    rows = _Count(monkeypatch, opened.blocks, "set_rows")
+    whole = _Count(monkeypatch, opened.views, "set_blocks")
+    rows.taken()
+    boxes: list[tuple[slice, slice]] = []
+    update = opened.views.update_blocks_region
+
+    def noted(rows: slice, columns: slice, labels: NDArray[np.int32]) -> None:
+        boxes.append((rows, columns))
+        update(rows, columns, labels)
+
+    monkeypatch.setattr(opened.views, "update_blocks_region", noted)
+    first, second = (view.viewportTransform().map(QPointF(x, 24)).toPoint() for x in (20, 14))
+    QTest.mousePress(view.viewport(), Qt.MouseButton.LeftButton, pos=first)
+    QTest.mouseMove(view.viewport(), second)
+    assert (rows.taken(), whole.taken()) == (0, 0)
+    assert boxes
+    np.testing.assert_array_equal(opened.views._overlay.labels, opened.workspace.session.labels)
+    QTest.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=second)
+    assert (rows.taken(), whole.taken()) == (1, 0)
+    opened.actions_["undo"].trigger()
+    assert rows.taken() == 1
+    np.testing.assert_array_equal(opened.views._overlay.labels, opened.workspace.session.labels)

@@ -1,0 +1,113 @@
+"""The latest question is answered, one at a time; what nobody wants any more is not told."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from gui.work.latest_question import LatestQuestion
+
+WAIT_MS = 10_000
+
+
+class _Oracle:
+    """Answers 10 times the question, when it is let; 13 is bad luck."""
+
+    def __init__(self) -> None:
+        self.gate = threading.Event()
+        self.asked: list[int] = []
+        self.told: list[tuple[int, object]] = []
+        self.questions = LatestQuestion[int, int](self._answer)
+        self.questions.answered.connect(lambda question, answer: self.told.append((question, answer)))
+        self.questions.failed.connect(lambda question, error: self.told.append((question, str(error))))
+
+    def _answer(self, question: int) -> int:
+        self.asked.append(question)
+        assert self.gate.wait(20)
+        if question == 13:
+            raise ValueError("bad luck")
+        return 10 * question
+
+
+@pytest.fixture
+def oracle(qtbot: QtBot) -> Iterator[_Oracle]:
+    oracle = _Oracle()
+    yield oracle
+    oracle.gate.set()
+    assert oracle.questions.shutdown()
+
+
+def _settle(oracle: _Oracle, qtbot: QtBot) -> None:
+    oracle.gate.set()
+    qtbot.waitUntil(lambda: not oracle.questions.busy, timeout=WAIT_MS)
+
+
+def test_the_one_under_way_and_the_latest_are_answered_and_none_between(oracle: _Oracle, qtbot: QtBot) -> None:
+    for question in (1, 2, 3, 4):
+        oracle.questions.ask(question)
+        assert oracle.questions.busy
+    _settle(oracle, qtbot)
+    assert oracle.asked == [1, 4]
+    assert oracle.told == [(1, 10), (4, 40)]
+
+
+def test_asking_the_same_again_while_it_is_answered_asks_once(oracle: _Oracle, qtbot: QtBot) -> None:
+    oracle.questions.ask(1)
+    oracle.questions.ask(2)
+    oracle.questions.ask(1)
+    _settle(oracle, qtbot)
+    assert oracle.told == [(1, 10)], "what was asked last is what is wanted"
+    oracle.questions.ask(1)
+    _settle(oracle, qtbot)
+    assert oracle.asked == [1, 1], "an answer is not kept"
+
+
+def test_a_failure_is_told_with_its_question_and_the_next_is_answered(oracle: _Oracle, qtbot: QtBot) -> None:
+    oracle.questions.ask(13)
+    oracle.questions.ask(2)
+    _settle(oracle, qtbot)
+    assert oracle.told == [(13, "bad luck"), (2, 20)]
+
+
+@pytest.mark.parametrize("question", [1, 13])
+def test_after_forget_nothing_is_heard_of_older_questions(oracle: _Oracle, qtbot: QtBot, question: int) -> None:
+    oracle.questions.ask(question)
+    oracle.questions.ask(2)
+    oracle.questions.forget()
+    assert oracle.questions.busy, "the thread goes on until it is done"
+    _settle(oracle, qtbot)
+    assert oracle.told == []
+    oracle.questions.ask(3)
+    _settle(oracle, qtbot)
+    assert oracle.told == [(3, 30)]
+
+
+def test_what_was_forgotten_can_be_asked_again_at_once(oracle: _Oracle, qtbot: QtBot) -> None:
+    oracle.questions.ask(1)
+    oracle.questions.forget()
+    oracle.questions.ask(1)
+    _settle(oracle, qtbot)
+    assert oracle.told == [(1, 10)]
+    assert oracle.asked == [1, 1]
+
+
+def test_who_hears_an_answer_may_ask_at_once(oracle: _Oracle, qtbot: QtBot) -> None:
+    oracle.questions.answered.connect(lambda question, _: oracle.questions.ask(5) if question == 1 else None)
+    oracle.questions.ask(1)
+    oracle.questions.ask(2)
+    _settle(oracle, qtbot)
+    assert oracle.told == [(1, 10), (5, 50)], "it takes the place of the one that waited"
+
+
+def test_shutdown_waits_for_the_thread_and_tells_nothing(oracle: _Oracle, qtbot: QtBot) -> None:
+    oracle.questions.ask(1)
+    oracle.questions.ask(2)
+    oracle.gate.set()
+    assert oracle.questions.shutdown()
+    assert not oracle.questions.busy
+    qtbot.wait(60)
+    assert oracle.told == []
+    assert 2 not in oracle.asked

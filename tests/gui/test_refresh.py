@@ -1,0 +1,150 @@
+"""One refresh per turn of the event loop: every part at most once, in order, and what can wait waits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from gui.work import refresh as refresh_module
+from gui.work.refresh import Refresh
+
+
+class _Source(QObject):
+    urgent = Signal()
+    urgent_with_data = Signal(object)
+    patient = Signal()
+
+
+class _Bench:
+    """A refresh of three parts that note when they are drawn."""
+
+    def __init__(self) -> None:
+        self.source = _Source()
+        self.refresh = Refresh()
+        self.drawn: list[str] = []
+        source = self.source
+        self.refresh.add("first", self._note("first"), (source.urgent, source.urgent_with_data))
+        self.refresh.add("second", self._note("second"), (source.urgent,), (source.patient,))
+        self.refresh.add("third", self._note("third"), ())
+
+    def _note(self, name: str) -> Callable[[], None]:
+        return lambda: self.drawn.append(name)
+
+
+@pytest.fixture
+def bench(qtbot: QtBot) -> _Bench:
+    return _Bench()
+
+
+def _turn() -> None:
+    QApplication.processEvents()
+
+
+def test_what_changes_often_is_drawn_once_and_in_order(bench: _Bench) -> None:
+    for _ in range(5):
+        bench.source.urgent.emit()
+        bench.source.urgent_with_data.emit((1, 2))
+    assert bench.drawn == []
+    _turn()
+    assert bench.drawn == ["first", "second"]
+    _turn()
+    assert bench.drawn == ["first", "second"], "nothing is stale any more"
+
+
+def test_now_draws_at_once_and_leaves_nothing_for_the_next_turn(bench: _Bench) -> None:
+    bench.refresh.mark("third", "first")
+    bench.refresh.now()
+    assert bench.drawn == ["first", "third"]
+    bench.refresh.now()
+    _turn()
+    assert bench.drawn == ["first", "third"]
+
+
+def test_a_part_that_makes_a_later_one_stale_has_it_drawn_in_the_same_turn(bench: _Bench) -> None:
+    bench.refresh.add("before", lambda: bench.refresh.mark("after"), ())
+    bench.refresh.add("after", lambda: bench.drawn.append("after"), ())
+    bench.refresh.mark("before")
+    bench.refresh.now()
+    assert bench.drawn == ["after"]
+
+
+def test_a_part_that_makes_an_earlier_one_stale_has_it_drawn_in_the_next_turn(bench: _Bench, qtbot: QtBot) -> None:
+    bench.refresh.add("late", lambda: bench.refresh.mark("first"), ())
+    bench.refresh.mark("late")
+    bench.refresh.now()
+    assert bench.drawn == []
+    qtbot.waitUntil(lambda: bench.drawn == ["first"])
+
+
+def test_what_can_wait_is_drawn_after_a_while_and_not_with_every_other_part(bench: _Bench, qtbot: QtBot) -> None:
+    bench.source.patient.emit()
+    qtbot.waitUntil(lambda: bench.drawn == ["second"])
+    bench.drawn.clear()
+    for _ in range(3):
+        bench.source.patient.emit()
+        bench.refresh.mark("first")
+        bench.refresh.now()
+    assert bench.drawn == ["first"] * 3, "the window has just drawn it"
+    qtbot.waitUntil(lambda: bench.drawn == ["first"] * 3 + ["second"])
+
+
+def test_what_can_wait_is_drawn_with_the_rest_where_that_makes_it_stale_too(bench: _Bench) -> None:
+    bench.refresh.mark_later("second")
+    bench.source.urgent.emit()
+    bench.refresh.now()
+    assert bench.drawn == ["first", "second"]
+
+
+def test_expensive_drawing_leaves_the_window_its_time(bench: _Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = [100.0]
+    monkeypatch.setattr(refresh_module.time, "perf_counter", lambda: clock[0])
+
+    def draw() -> None:
+        bench.drawn.append("slow")
+        clock[0] += 0.1
+
+    bench.refresh.add("slow", draw, ())
+    bench.refresh.mark_later("slow")
+    bench.refresh._turn()
+    assert bench.drawn == ["slow"]
+    for pause, drawn in ((0.5, 1), (0.11, 2)):
+        bench.refresh.mark_later("slow")
+        clock[0] += pause
+        bench.refresh._turn()
+        assert bench.drawn == ["slow"] * drawn, "six times what drawing took, from its end on"
+    bench.refresh.stop()
+
+
+def test_an_error_in_one_part_keeps_no_other_from_being_drawn(bench: _Bench, qtbot: QtBot) -> None:
+    def broken() -> None:
+        raise RuntimeError("broken part")
+
+    refresh = Refresh()
+    refresh.add("broken", broken, ())
+    refresh.add("whole", lambda: bench.drawn.append("whole"), ())
+    refresh.mark("broken", "whole")
+    with pytest.raises(RuntimeError, match="broken part"):
+        refresh.now()
+    qtbot.waitUntil(lambda: bench.drawn == ["whole"])
+
+
+def test_after_stop_nothing_is_drawn(bench: _Bench) -> None:
+    bench.source.urgent.emit()
+    bench.refresh.mark_later("third")
+    bench.refresh.stop()
+    _turn()
+    bench.source.urgent.emit()
+    bench.refresh.mark_later("third")
+    bench.refresh.now()
+    _turn()
+    assert bench.drawn == []
+    assert not bench.refresh._later.isActive()
+
+
+def test_draw_all_draws_every_part(bench: _Bench) -> None:
+    bench.refresh.draw_all()
+    assert bench.drawn == ["first", "second", "third"]

@@ -1,0 +1,172 @@
+"""The worker: a job off the GUI's thread, its pace and its end."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Generator, Iterator
+from typing import Any
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from gui.work.worker import Worker
+
+WAIT_MS = 10_000
+Until = Callable[[Callable[[], bool]], None]
+
+
+@pytest.fixture
+def until(qtbot: QtBot) -> Until:
+    """Waits until something holds."""
+    return lambda holds: qtbot.waitUntil(holds, timeout=WAIT_MS)
+
+
+class Job:
+    """A generator of numbers that waits for the test before each."""
+
+    def __init__(self, steps: int = 3, error: Exception | None = None) -> None:
+        self.gate = threading.Semaphore(0)
+        self.closed = False
+        self._steps, self._error = steps, error
+
+    def __call__(self) -> Generator[int, None, str]:
+        try:
+            for number in range(self._steps):
+                assert self.gate.acquire(timeout=20)
+                yield number
+            if self._error is not None:
+                raise self._error
+            return "done"
+        finally:
+            self.closed = True
+
+
+@pytest.fixture
+def worker(qapp: object) -> Iterator[Worker]:
+    worker = Worker()
+    yield worker
+    worker.shutdown()
+
+
+@pytest.fixture
+def said(worker: Worker) -> list[Any]:
+    """What the worker sends: every item that was yielded, and how it ended."""
+    heard: list[Any] = []
+    worker.progressed.connect(heard.extend)
+    worker.finished.connect(lambda value: heard.append(("finished", value)))
+    worker.failed.connect(lambda error: heard.append(("failed", error)))
+    worker.cancelled.connect(lambda: heard.append("cancelled"))
+    worker.paused.connect(lambda: heard.append("paused"))
+    return heard
+
+
+def test_a_job_from_start_to_end(worker: Worker, said: list[Any], until: Until) -> None:
+    assert not worker.busy
+    assert not worker.is_paused
+    job = Job()
+    worker.start(job)
+    assert worker.busy
+    with pytest.raises(RuntimeError, match="under way"):
+        worker.start(Job())
+    job.gate.release(3)
+    until(lambda: not worker.busy)
+    assert said == [0, 1, 2, ("finished", "done")]
+    again = Job(1)
+    again.gate.release()
+    worker.start(again)
+    until(lambda: not worker.busy)
+    assert said[4:] == [0, ("finished", "done")]
+
+
+def test_an_exception_is_brought_to_the_gui(worker: Worker, said: list[Any], until: Until) -> None:
+    error = ValueError("broken")
+    job = Job(1, error)
+    job.gate.release()
+    worker.start(job)
+    until(lambda: not worker.busy)
+    assert said == [0, ("failed", error)]
+
+
+def test_what_was_yielded_before_a_cancel_still_comes(worker: Worker, said: list[Any], until: Until) -> None:
+    job = Job()
+    worker.start(job)
+    job.gate.release()
+    until(lambda: said == [0])
+    worker.cancel()
+    worker.resume()
+    assert not worker.is_paused
+    job.gate.release()
+    until(lambda: not worker.busy)
+    assert said == [0, 1, "cancelled"]
+    assert job.closed
+
+
+def test_a_job_that_ends_as_it_is_cancelled_is_cancelled(worker: Worker, said: list[Any], until: Until) -> None:
+    job = Job(1)
+    worker.start(job)
+    worker.cancel()
+    job.gate.release()
+    until(lambda: not worker.busy)
+    assert said[-1] == "cancelled"
+
+
+def test_pausing_stepping_and_going_on(worker: Worker, said: list[Any], until: Until) -> None:
+    job = Job(5)
+    job.gate.release(5)
+    worker.start(job, paused=True)
+    until(lambda: said == [0, "paused"])
+    assert worker.busy
+    assert worker.is_paused
+    worker.step()
+    until(lambda: said == [0, "paused", 1, "paused"])
+    worker.step()
+    until(lambda: said[-2:] == [2, "paused"])
+    worker.resume()
+    until(lambda: not worker.busy)
+    assert [item for item in said if item != "paused"] == [0, 1, 2, 3, 4, ("finished", "done")]
+    assert said.count("paused") == 3
+    assert not worker.is_paused
+
+
+def test_a_paused_job_can_be_cancelled(worker: Worker, said: list[Any], until: Until) -> None:
+    job = Job()
+    job.gate.release(3)
+    worker.start(job, paused=True)
+    until(lambda: said == [0, "paused"])
+    worker.cancel()
+    until(lambda: not worker.busy)
+    assert said == [0, "paused", "cancelled"]
+
+
+def test_a_pause_takes_hold_after_the_present_step(worker: Worker, said: list[Any], until: Until) -> None:
+    job = Job()
+    worker.start(job)
+    worker.pause()
+    job.gate.release(3)
+    until(lambda: "paused" in said)
+    assert said == [0, "paused"]
+    worker.resume()
+    until(lambda: not worker.busy)
+    assert said == [0, "paused", 1, 2, ("finished", "done")]
+
+
+def test_nothing_is_heard_after_a_shutdown(worker: Worker, said: list[Any], qtbot: QtBot) -> None:
+    assert worker.shutdown(), "nothing runs"
+    job = Job()
+    worker.start(job)
+    job.gate.release(3)
+    assert worker.shutdown()
+    assert not worker.busy
+    qtbot.wait(60)
+    assert said == []
+
+
+def test_a_thread_that_does_not_end_is_not_waited_for_for_ever(worker: Worker, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gui.work.worker.SHUTDOWN_LIMIT_S", 0.05)
+    job = Job()
+    worker.start(job)
+    assert not worker.shutdown()
+    assert worker.busy
+    job.gate.release(3)
+    monkeypatch.setattr("gui.work.worker.SHUTDOWN_LIMIT_S", 20)
+    assert worker.shutdown()
