@@ -26,7 +26,7 @@ from PySide6.QtWidgets import (
 
 from gui.widgets.messages import Message, group
 from ilf.errors import ParameterError
-from ilf.io import UINT16_MAX, png_fit
+from ilf.io import UINT16_MAX, coarser_units, png_fit
 from ilf.run import ExportOptions, Run, filenames
 
 _OPTIONS_KEY = "export/options"
@@ -60,6 +60,7 @@ class ExportDialog(QDialog):
     def __init__(self, run: Run, has_result: bool, folder: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle(f"Export {run.frame.name}")
+        self._inputs = run.frame.inputs
         self._run = run
         self._has_intrinsics = run.frame.intrinsics is not None
         self._has_result = has_result
@@ -281,6 +282,8 @@ class ExportDialog(QDialog):
 
     def _png_note(self, units: float) -> tuple[str, str]:
         fit = png_fit(self._depth, units)
+        if self._inputs is not None and not fit.clipped and (coarser := coarser_units(self._inputs.depth_units, units)):
+            return coarser, "warning"
         if np.isnan(fit.deepest):
             return f"Steps of {1000 / units:.3g} mm.", "muted"
         needs = f"at most {fit.deepest:.2f} m → {fit.largest}"

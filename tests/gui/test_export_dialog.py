@@ -10,6 +10,7 @@ from PySide6.QtCore import QSettings
 
 from gui.dialogs.export import ExportDialog
 from ilf.errors import ParameterError
+from ilf.frame import FrameInputs, InputFile
 from ilf.run import ExportOptions, Run
 
 
@@ -126,3 +127,13 @@ def test_options_are_checked_and_name_their_files():
     for wrong in ({"cloud": "obj"}, {"axes": "up"}, {"cloud_unit": "km"}, {"depth_units": 0.0}):
         with pytest.raises(ParameterError):
             ExportOptions(**wrong)
+
+
+def test_units_coarser_than_the_inputs_are_pointed_out(qtbot, tmp_path, small_frame, small_labels):
+    inputs = FrameInputs(InputFile("rgb.png", "0"), InputFile("depth.png", "0"), 2000.0, None)
+    dialog = ExportDialog(Run(replace(small_frame, inputs=inputs), small_labels), True, str(tmp_path))
+    qtbot.addWidget(dialog)
+    assert "steps of 1 mm, the input of 0.5 mm" in dialog.png_note.text()
+    assert dialog.png_note.tone() == "warning"
+    dialog.png_units.setEditText("2000")
+    assert "fits" in dialog.png_note.text()
