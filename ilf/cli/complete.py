@@ -153,14 +153,15 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
         for name in ("preset", "labels", "distrust", "depth_units", "intrinsics", "depth_formats", "png_units")
         if getattr(arguments, name) is not None
     ]
-    also += _cloud_flags(arguments) + ["--no-cloud"] * arguments.no_cloud
+    also += _cloud_flags(arguments)
     also += ["--no-expected-error"] * arguments.no_expected_error + ["--dense"] * arguments.dense
     for kind, prefix in ((Parameters, ""), (BlockParameters, BLOCK_PREFIX)):
         also += [f"--{prefix}{name.replace('_', '-')}" for name in given_parameters(arguments, kind)]
     if also:
-        raise UsageError(f"--replay takes all from the record: leave out {', '.join(also)}.")
+        raise UsageError(f"--replay takes all but --no-cloud from the record: leave out {', '.join(also)}.")
     again = replay(arguments.replay, *_present_files(arguments.inputs))
-    return _Job(again.run, again.options, again.differences, again)
+    options = replace(again.options, cloud=None) if arguments.no_cloud else again.options
+    return _Job(again.run, options, again.differences, again)
 
 
 def _present_files(inputs: list[str]) -> tuple[str | Path, ...]:

@@ -172,6 +172,14 @@ def test_a_replay_says_how_it_came_out(files, capsys):
     assert "as recorded" not in captured.out
 
 
+def test_a_replay_can_leave_out_the_cloud_that_cannot_be_written_here(files):
+    main(["complete", *files, "--intrinsics", CAMERA, "--out", "out", "--quiet", *QUICK])
+    assert main(["complete", "--replay", "out/run.json", "--no-cloud", "--out", "again", "--quiet"]) == 0
+    there, here = contents("out"), contents("again")
+    assert set(there) - set(here) == {"cloud.ply"}
+    assert all(here[name] == there[name] for name in here if name != "run.json")
+
+
 def test_distrusted_depth_is_completed_anew_and_replayed(files, capsys):
     mask = np.zeros((60, 80), np.uint8)
     mask[40:52, 4:20] = 255

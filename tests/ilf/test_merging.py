@@ -429,6 +429,8 @@ def test_what_has_no_neighbours_is_a_block_unless_nothing_of_it_is_known() -> No
     depth[1:, 6:] = depth[0, 7:] = np.nan
     for fitness in (Fitness(1000, 0.5, 30), ANY):
         assert _taken_in(regions, strength, fitness, depth) == _sets("1", "3"), "one pixel of 3 is known"
+        swapped = np.array([0, 2, 1, 3], np.int32)[regions]
+        assert _taken_in(swapped, strength, fitness, depth) == _sets("2", "3")
 
 
 # numbers

@@ -37,12 +37,15 @@ class Covering:
     def tests_of(self, path: str, line: int, source: str) -> list[str]:
         """The tests that a fault in this line of a file concerns, the quick ones first.
 
-        What stands outside functions runs once, when the file is imported: it concerns all tests of the file.
+        What stands outside functions runs once, when the file is imported: it concerns all tests of the file, or, if
+        it has no functions that any test runs, all tests.
         """
         known = self.lines.get(path, {})
         span = _statement(source, line)
         numbers = known if span is None else range(span[0], span[1] + 1)
         tests = {test for number in numbers for test in known.get(number, [])}
+        if span is None and not tests:
+            tests = set(self.seconds)
         return sorted(tests, key=lambda test: (self.seconds[test], test))
 
 
