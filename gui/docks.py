@@ -75,7 +75,7 @@ class Docks:
         frames, blocks, right, curves = (
             self._docks[title] for title in ("Frames", "Blocks", "Parameters", "Convergence")
         )
-        left_width, right_width = min(430, round(0.3 * width)), min(310, round(0.24 * width))
+        left_width, right_width = min(430, round(0.33 * width)), min(310, round(0.24 * width))
         self._window.resizeDocks([frames, right], [left_width, right_width], Qt.Orientation.Horizontal)
         self._window.resizeDocks([frames, blocks], [170, 600], Qt.Orientation.Vertical)
         self._window.resizeDocks([curves], [min(230, round(0.3 * height))], Qt.Orientation.Vertical)

@@ -296,4 +296,5 @@ class MainWindow(QMainWindow):
         """Take the last layout, or at the first start the default one; load what is not needed at once."""
         super().showEvent(event)
         self._docks.arrange()
+        self.refresh.mark("error", "cloud", "stages")  # what is drawn for those who look at it alone
         self.experiments.load_soon()

@@ -169,8 +169,7 @@ class FrameLoader(QObject):
         self.message.emit(" ".join(filter(None, (text, *notes))))
 
     def _add_session(self, opened: _Opened) -> None:
-        session = Session.of(opened.run, opened.origin, opened.key)
-        session.again = opened.again
+        session = Session.of(opened.run, opened.origin, opened.key, opened.again)
         replaced = self._workspace.session_of(opened.key)
         if replaced is not None:
             self._workspace.close_session(replaced)

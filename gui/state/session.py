@@ -115,11 +115,14 @@ class Session:
         self.undo_stack.indexChanged.connect(self._note_edit)
 
     @classmethod
-    def of(cls, run: Run, origin: object, key: str) -> Self:
-        """A session whose frame and blocks are those of a run; its parameters are taken up by the workspace."""
+    def of(cls, run: Run, origin: object, key: str, again: Replay | None = None) -> Self:
+        """A session whose frame and blocks are those of a run; its parameters are taken up by the workspace.
+
+        With `again`, it is the record that the run comes from.
+        """
         session = cls(run.frame, origin, key)
         session.set_labels(run.blocks)
-        session.dense = run.dense
+        session.dense, session.again = run.dense, again
         session.notes.extraction, session.notes.network = run.extraction, run.network
         session.notes.extracted = None if run.edited else session.labels.copy()
         return session

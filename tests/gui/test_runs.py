@@ -644,8 +644,10 @@ def test_a_guess_can_be_cancelled(bench: Bench, until: Until, monkeypatch: pytes
     assert bench.said == ["first: guess of the rest cancelled."]
     assert bench.session.completion() is before
     assert bench.finished == []
-    assert (bench.records, bench.session.results.running) == (bench.records, [])
-    assert 0 not in {label for label, _ in bench.records}
+    assert 0 not in {label for label, _ in bench.records}, "a guess is no block"
+    bench.runs.start({1})
+    assert bench.runs.state is RunState.RUNNING, "only the guess was to stop"
+    until(lambda: len(bench.said) == 2)
 
 
 def test_a_guess_of_blocks_that_were_edited_meanwhile_is_not_shown(bench: Bench, until: Until) -> None:
@@ -678,6 +680,24 @@ def test_a_guess_waits_for_the_re_solve_under_way(bench: Bench, until: Until) ->
     bench.runs.guess()
     until(lambda: bool(bench.said))
     assert bench.session.guessed
+
+
+def test_how_long_it_took_is_said(bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = [100.0]
+    monkeypatch.setattr(runs_module.time, "perf_counter", lambda: clock[0])
+    for begin, word in (
+        (lambda: bench.runs.start({1}), "1 block in 1.5 s."),
+        (bench.runs.guess, "guessed in 1.5 s;"),
+    ):
+        begin()
+        clock[0] += 1.5
+        bench.script.allow()
+        until(lambda: bool(bench.said))
+        assert word in bench.said.pop()
+    bench.runs.resolve(1)
+    clock[0] += 0.25
+    until(lambda: bool(bench.resolved))
+    assert bench.resolved[0].endswith("in 250 ms")
 
 
 # the end
