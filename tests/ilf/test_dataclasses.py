@@ -8,6 +8,9 @@ import types
 import pytest
 
 import ilf
+from ilf.filter.convergence import IterationRecord
+from ilf.filter.edge_aware.record import EdgeAwareRecord
+from ilf.filter.pass_band.record import PassBandRecord
 
 BUILT_UP = {"ilf.bench.runner._Part", "ilf.experiments.real._Part"}
 """Those that are filled step by step, and seen by nobody else meanwhile."""
@@ -45,3 +48,9 @@ def kinds_of(name):
 def test_what_holds_arrays_has_no_comparison_that_asks_them_for_one_truth(name):
     if any("ndarray" in kind and "Callable" not in kind for kind in kinds_of(name)):
         assert not CLASSES[name].__dataclass_params__.eq
+
+
+@pytest.mark.parametrize("kind", [IterationRecord, PassBandRecord, EdgeAwareRecord])
+def test_records_of_iterations_are_small(kind):
+    """There are thousands of them: they have no dictionary each."""
+    assert all("__slots__" in vars(part) for part in kind.__mro__[:-1])

@@ -16,6 +16,7 @@ from ilf.filter.edge_aware.iteration import EdgeAwareIteration
 from ilf.filter.pass_band.iteration import PassBandIteration
 from ilf.filter.pass_band.lengths import principal_lengths
 from ilf.filter.pass_band.lowpass import inside_ellipse, squared_wave_numbers
+from ilf.filter.pass_band.schedule import StagedSchedule
 from ilf.filter.pass_band.spectrum import colour_weight
 from ilf.frame import RGBDFrame
 from ilf.parameters import PRESETS
@@ -270,6 +271,32 @@ def test_linear_schedule_has_the_released_codes_radii() -> None:
 def test_released_code_always_runs_all_iterations() -> None:
     frame, labels = _tiny()
     assert len(list(ilf.iterate(frame, labels, 1, ilf.preset("released-code", max_iterations=200)))) == 200
+
+
+@pytest.mark.parametrize(
+    ("lengths", "start", "step", "first", "last", "stages"),
+    [
+        ((30.0, 20.0), 0.0, 0.5, 0.0, 1 / 15, 5),  # to the shortest wavelength: 2 basebands in steps of at most 0.5
+        ((30.0, 8.0), 0.0, 0.5, 0.0, 1 / 8, 9),  # to the baseband of the shorter side
+        ((30.0, 1.5), 0.0, 5.0, 0.0, 0.5, 4),  # and no further than one wave over two pixels
+        ((30.0, 1.0), 0.0, 5.0, 0.0, 0.5, 4),
+        ((30.0, 8.0), 2.0, 1.0, 2 / 30, 1 / 8, 3),
+        ((30.0, 8.0), 9.0, 1.0, 9 / 30, 9 / 30, 1),  # a start beyond the end is the end
+    ],
+)
+def test_stages_divide_the_way_to_the_last_radius_evenly(
+    lengths: tuple[float, float], start: float, step: float, first: float, last: float, stages: int
+) -> None:
+    parameters = ilf.preset("paper", staged_start=start, stage_step=step, shortest_wavelength=15.0)
+    schedule = StagedSchedule((80, 120), lengths, parameters)
+    found = [schedule.radii]
+    assert not schedule.advance(steady=False)
+    assert schedule.radii == found[0]
+    while not schedule.advance(steady=True):
+        found.append(schedule.radii)
+    expected = np.linspace(first, last, stages)[:, None] * (80, 120)
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
+    assert not schedule.advance(steady=False), "the last stage goes on until it is steady"
 
 
 def test_staged_schedule_enlarges_the_radius_only_when_steady() -> None:

@@ -139,6 +139,15 @@ def test_frames_that_came_from_no_file_have_a_record_but_no_replay(tmp_path):
         replay(path)
 
 
+def test_a_network_that_is_as_it_was_hides_no_other(tmp_path):
+    path = written(Run.extracted(small_run(tmp_path).frame, parameters=ilf.preset(**QUICK)), tmp_path / "out")
+    record = json.loads(path.read_text(encoding="utf-8"))
+    record["networks"]["filter"]["gone"] = "00"
+    path.write_text(json.dumps(record), encoding="utf-8")
+    (said,) = replay(path).differences
+    assert "'gone' that the filter took its edges from is not here" in said
+
+
 def test_a_network_that_was_replaced_is_said(tmp_path, monkeypatch):
     """The same name, another file: the depth beside edges is another, and nobody may think it were the same run."""
     monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))

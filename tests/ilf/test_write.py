@@ -227,7 +227,10 @@ def test_files_of_part_of_a_run_come_from_what_there_is(run, tmp_path):
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"depth_formats": ("jpg",)}, {"cloud": "obj"}, {"axes": "z"}, {"cloud_unit": "in"}, {"depth_units": float("nan")}],
+    [
+        *({"depth_formats": ("jpg",)}, {"cloud": "obj"}, {"axes": "z"}, {"cloud_unit": "in"}),
+        *({"depth_units": units} for units in (0.0, -1000.0, float("nan"), float("inf"))),
+    ],
 )
 def test_unknown_choices_are_refused(wrong):
     with pytest.raises(ParameterError):
