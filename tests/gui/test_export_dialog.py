@@ -136,4 +136,4 @@ def test_units_coarser_than_the_inputs_are_pointed_out(qtbot, tmp_path, small_fr
     assert "steps of 1 mm, the input of 0.5 mm" in dialog.png_note.text()
     assert dialog.png_note.tone() == "warning"
     dialog.png_units.setEditText("2000")
-    assert "fits" in dialog.png_note.text()
+    assert dialog.png_note.text() == "Steps of 0.5 mm."
