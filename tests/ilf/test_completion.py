@@ -300,6 +300,17 @@ def test_depth_that_is_not_positive_is_no_depth() -> None:
     assert f"{left} pixels stay missing" in outcome.message
 
 
+@pytest.mark.parametrize(("surface", "filled"), [(0.0, 0), (-1.0, 0), (0.001, 9)])
+def test_zero_is_no_depth_either(monkeypatch: pytest.MonkeyPatch, surface: float, filled: int) -> None:
+    depth = np.full((30, 30), 2.0)
+    depth[5:8, 5:8] = np.nan
+    monkeypatch.setattr(PassBandIteration, "surface", property(lambda _: np.full(900, surface)))
+    frame = RGBDFrame(np.zeros((30, 30, 3), np.uint8), depth)
+    result = ilf.complete(frame, np.ones((30, 30), np.int32), ilf.preset("paper", max_iterations=2))
+    assert result.outcomes[1].recovered == filled == result.filled.sum()
+    assert np.isnan(result.depth).sum() == 9 - filled
+
+
 @pytest.mark.parametrize(
     ("labels", "message"),
     [
