@@ -50,8 +50,10 @@ def test_history_holds_every_iteration_of_every_block(small_frame: RGBDFrame, sm
     assert set(result.history) == {1, 2}
     for label, history in result.history.items():
         assert [record.i for record in history] == list(range(1, 26))
-        assert result.outcomes[label].iterations == 25
-        assert result.outcomes[label].status is Status.COMPLETED
+        outcome, last = result.outcomes[label], history[-1]
+        assert (outcome.iterations, outcome.stages, outcome.sigma_i) == (25, last.stage, last.sigma_i)
+        assert outcome.sigma_i != history[0].sigma_i
+        assert outcome.status is Status.COMPLETED
 
 
 def test_stepper_and_completion_agree(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:

@@ -223,3 +223,13 @@ def test_versions_are_those_of_the_distribution_that_is_there(monkeypatch):
     versions = library_versions()
     assert versions.pop("python") == platform.python_version()
     assert versions == {"numpy": "2.1", "scipy": None, "opencv": "4.9", "scikit-image": None}
+
+
+def test_people_can_read_a_record_and_what_is_wrong_with_it(tmp_path):
+    path = written(small_run(tmp_path), tmp_path / "out")
+    assert path.read_text().startswith('{\n  "')
+    with pytest.raises(FormatError, match=r"must be str, not 5"):
+        read_record(changed(path, "name", 5))
+    changed(path, "name", "room")
+    with pytest.raises(FormatError, match=r"must be (str or null|null or str), not \[\]"):
+        read_record(changed(path, "blocks", "file", []))
