@@ -119,6 +119,9 @@ def test_the_next_label_is_one_that_no_block_has_or_had(session: Session) -> Non
     assert session.next_label() == LARGEST_LABEL
     session.info(LARGEST_LABEL)
     assert session.next_label() == 3, "the lowest that is free"
+    anything = session.infos.pop(LARGEST_LABEL - 1)
+    session.infos.update(dict.fromkeys(set(range(3, LARGEST_LABEL + 1)) - {LARGEST_LABEL - 1}, anything))
+    assert session.next_label() == LARGEST_LABEL - 1
 
 
 def test_blocks_are_edited_unless_they_are_what_the_extraction_gave(session: Session, small_labels: np.ndarray) -> None:

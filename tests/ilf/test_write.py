@@ -101,6 +101,15 @@ def test_units_coarser_than_the_inputs_are_noted(run, completion, tmp_path):
     assert write(tmp_path / "out", run, completion, exact).notes == ()
 
 
+@pytest.mark.parametrize(
+    ("cloud", "kind"), [("ply", b"format binary_little_endian 1.0"), ("ply-ascii", b"format ascii 1.0")]
+)
+def test_a_ply_is_binary_or_text_as_asked_for(run, completion, tmp_path, cloud, kind):
+    written = write(tmp_path, run, completion, replace(ALL, cloud=cloud))
+    (path,) = (path for path in written.files if path.suffix == ".ply")
+    assert path.read_bytes().splitlines()[1] == kind
+
+
 def test_guesses_and_distrusted_depth_have_masks(run, tmp_path):
     dense = replace(distrusting(run), dense=True, only=frozenset({2}))
     found = write(tmp_path / "out", dense, dense.complete(), BARE)
