@@ -50,8 +50,10 @@ def test_history_holds_every_iteration_of_every_block(small_frame: RGBDFrame, sm
     assert set(result.history) == {1, 2}
     for label, history in result.history.items():
         assert [record.i for record in history] == list(range(1, 26))
-        assert result.outcomes[label].iterations == 25
-        assert result.outcomes[label].status is Status.COMPLETED
+        outcome, last = result.outcomes[label], history[-1]
+        assert (outcome.iterations, outcome.stages, outcome.sigma_i) == (25, last.stage, last.sigma_i)
+        assert outcome.sigma_i != history[0].sigma_i
+        assert outcome.status is Status.COMPLETED
 
 
 def test_stepper_and_completion_agree(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
@@ -298,6 +300,17 @@ def test_depth_that_is_not_positive_is_no_depth() -> None:
     assert not (result.depth <= 0).any()
     assert outcome.recovered + left == 20 * 5
     assert f"{left} pixels stay missing" in outcome.message
+
+
+@pytest.mark.parametrize(("surface", "filled"), [(0.0, 0), (-1.0, 0), (0.001, 9)])
+def test_zero_is_no_depth_either(monkeypatch: pytest.MonkeyPatch, surface: float, filled: int) -> None:
+    depth = np.full((30, 30), 2.0)
+    depth[5:8, 5:8] = np.nan
+    monkeypatch.setattr(PassBandIteration, "surface", property(lambda _: np.full(900, surface)))
+    frame = RGBDFrame(np.zeros((30, 30, 3), np.uint8), depth)
+    result = ilf.complete(frame, np.ones((30, 30), np.int32), ilf.preset("paper", max_iterations=2))
+    assert result.outcomes[1].recovered == filled == result.filled.sum()
+    assert np.isnan(result.depth).sum() == 9 - filled
 
 
 @pytest.mark.parametrize(

@@ -257,3 +257,7 @@ def test_the_common_parameters_are_those_of_most_blocks(tmp_path):
     record = make_record(mixed, mixed.complete(), OPTIONS)
     assert record.common == special
     assert record.parameters == {1: special, 2: run.parameters, 3: special}
+
+
+def test_people_can_read_a_record(tmp_path):
+    assert written(small_run(tmp_path), tmp_path / "out").read_text().startswith('{\n  "')

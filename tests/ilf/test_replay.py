@@ -125,8 +125,10 @@ def test_replay_where_the_extraction_has_changed(tmp_path, monkeypatch):
     (difference,) = again.differences
     assert "The run was made with scipy 0.1 (here" in difference
     (tmp_path / "out" / "blocks.png").unlink()
-    with pytest.raises(InputError, match=r"scipy 0\.1"):
+    with pytest.raises(InputError, match=r"scipy 0\.1.*put the run's blocks\.png beside the record"):
         replay(path)
+    with pytest.raises(InputError, match=r"put the run's blocks\.png beside the record"):
+        replay(written(run, tmp_path / "no-labels", replace(OPTIONS, labels=False)))
 
 
 def test_frames_that_came_from_no_file_have_a_record_but_no_replay(tmp_path):
