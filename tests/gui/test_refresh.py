@@ -53,6 +53,17 @@ def test_what_changes_often_is_drawn_once_and_in_order(bench: _Bench) -> None:
     assert bench.drawn == ["first", "second"]
     _turn()
     assert bench.drawn == ["first", "second"], "nothing is stale any more"
+    bench.source.urgent_with_data.emit(None)
+    _turn()
+    assert bench.drawn == ["first", "second", "first"], "and the next change is drawn like the first"
+
+
+def test_many_changes_order_one_turn(bench: _Bench) -> None:
+    turns: list[bool] = []
+    bench.refresh._wanted.connect(lambda: turns.append(True))
+    for _ in range(5):
+        bench.source.urgent.emit()
+    assert turns == [True]
 
 
 def test_now_draws_at_once_and_leaves_nothing_for_the_next_turn(bench: _Bench) -> None:
@@ -116,6 +127,9 @@ def test_expensive_drawing_leaves_the_window_its_time(bench: _Bench, monkeypatch
         clock[0] += pause
         bench.refresh._turn()
         assert bench.drawn == ["slow"] * drawn, "six times what drawing took, from its end on"
+    clock[0] += 10
+    bench.refresh._turn()
+    assert bench.drawn == ["slow"] * 2, "it has not changed since"
     bench.refresh.stop()
 
 

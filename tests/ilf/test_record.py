@@ -225,11 +225,39 @@ def test_versions_are_those_of_the_distribution_that_is_there(monkeypatch):
     assert versions == {"numpy": "2.1", "scipy": None, "opencv": "4.9", "scikit-image": None}
 
 
-def test_people_can_read_a_record_and_what_is_wrong_with_it(tmp_path):
+@pytest.mark.parametrize(
+    ("damage", "sentence"),
+    [
+        (("version", 3), "'version' in the run record must be str, not 3."),
+        (("inputs", 5), "'inputs' in the run record must be dict or null, not 5."),
+        (("inputs", "depth_units", True), "'depth_units' in the inputs must be float, not True."),
+        (("blocks_outcome", 0, "sigma_i", "x"), "'sigma_i' in the blocks_outcome must be float or null, not 'x'."),
+    ],
+)
+def test_what_is_wrong_with_a_value_is_said(tmp_path, damage, sentence):
+    path = changed(written(small_run(tmp_path), tmp_path / "out"), *damage)
+    with pytest.raises(FormatError) as caught:
+        read_record(path)
+    assert sentence in str(caught.value)
+
+
+def test_whole_numbers_pass_where_any_number_does(tmp_path):
     path = written(small_run(tmp_path), tmp_path / "out")
-    assert path.read_text().startswith('{\n  "')
-    with pytest.raises(FormatError, match=r"must be str, not 5"):
-        read_record(changed(path, "name", 5))
-    changed(path, "name", "room")
-    with pytest.raises(FormatError, match=r"must be (str or null|null or str), not \[\]"):
-        read_record(changed(path, "blocks", "file", []))
+    changed(path, "inputs", "depth_units", 500)
+    units = read_record(path).inputs.depth_units
+    assert (units, type(units)) == (500.0, float)
+
+
+def test_the_common_parameters_are_those_of_most_blocks(tmp_path):
+    run = small_run(tmp_path)
+    labels = run.blocks.copy()
+    labels[:10, :10] = 3
+    special = ilf.preset(**QUICK, mode="fill+denoise")
+    mixed = replace(run, blocks=labels, edited=True, own={1: special, 3: special})
+    record = make_record(mixed, mixed.complete(), OPTIONS)
+    assert record.common == special
+    assert record.parameters == {1: special, 2: run.parameters, 3: special}
+
+
+def test_people_can_read_a_record(tmp_path):
+    assert written(small_run(tmp_path), tmp_path / "out").read_text().startswith('{\n  "')

@@ -228,3 +228,29 @@ def test_a_record_whose_blocks_are_not_in_its_label_map_is_refused(tmp_path):
     path = changed(written(small_run(tmp_path), tmp_path / "out"), "blocks_outcome", 0, "label", 77)
     with pytest.raises(InputError, match=r"\[77\]"):
         replay(path)
+
+
+def test_every_network_is_looked_at(tmp_path):
+    path = written(small_run(tmp_path), tmp_path / "out")
+    own = read_record(path).networks["edges"]
+    changed(path, "networks", "filter", {"edges": own, "gone": "0"})
+    (difference,) = replay(path).differences
+    assert difference == (
+        "The edge network 'gone' that the filter took its edges from is not here: depth beside edges may differ by "
+        "more than rounding. Import the recorded one."
+    )
+
+
+@pytest.mark.parametrize(("recorded", "named"), [(None, "blocks.png"), ("mine.png", "mine.png")])
+def test_the_label_map_that_is_wanted_is_named(tmp_path, monkeypatch, recorded, named):
+    path = changed(written(small_run(tmp_path), tmp_path / "out"), "blocks", "file", recorded)
+    with pytest.raises(InputError) as edited:
+        replay(changed(path, "blocks", "edited", True))
+    assert f"their label map ({named}) is not beside" in str(edited.value)
+    changed(path, "blocks", "edited", False)
+    monkeypatch.setattr(
+        "ilf.run.replaying.extract", lambda *_: replace(extract(*_), blocks=np.ones((60, 80), np.int32))
+    )
+    with pytest.raises(InputError) as extracted:
+        replay(path)
+    assert f"put the run's {named} beside the record" in str(extracted.value)
