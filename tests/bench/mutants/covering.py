@@ -16,6 +16,9 @@ import pytest
 
 from .trees import environment
 
+_NO_TIME_S = 0.02
+"""What a test takes at most that looks at definitions alone."""
+
 SUITES = ("tests/ilf", "tests/gui", "tests/e2e")
 
 
@@ -37,15 +40,15 @@ class Covering:
     def tests_of(self, path: str, line: int, source: str) -> list[str]:
         """The tests that a fault in this line of a file concerns, the quick ones first.
 
-        What stands outside functions runs once, when the file is imported: it concerns all tests of the file, or, if
-        it has no functions that any test runs, all tests.
+        What stands outside functions runs once, when the file is imported: it concerns all tests of the file, and as
+        any test may look at what a file defines, all others that take no time.
         """
         known = self.lines.get(path, {})
         span = _statement(source, line)
         numbers = known if span is None else range(span[0], span[1] + 1)
         tests = {test for number in numbers for test in known.get(number, [])}
-        if span is None and not tests:
-            tests = set(self.seconds)
+        if span is None:
+            tests |= {test for test, seconds in self.seconds.items() if seconds < _NO_TIME_S}
         return sorted(tests, key=lambda test: (self.seconds[test], test))
 
 
