@@ -187,18 +187,18 @@ def _recorded_file(recorded: InputFile, what: str, folder: Path, given: str | os
     """The file with the recorded content: the given one, or where it was, or beside the record."""
     name = re.split(r"[\\/]", recorded.path)[-1]
     candidates = [Path(given)] if given is not None else [Path(recorded.path), folder / name]
-    present = [path for path in candidates if path.is_file()]
-    for path in present:
-        if file_sha256(path) == recorded.sha256:
+    for path in candidates:
+        if path.is_file() and file_sha256(path) == recorded.sha256:
             return path
-    if not present:
+    # a file of that name beside the record may well be one of its own outputs
+    if candidates[0].is_file():
         raise InputError(
-            f"{candidates[0]}: there is no such file, but it is the {what} of the recorded run. "
-            "Give the colour and the depth file to say where they are now."
+            f"{candidates[0]} is not the {what} of the recorded run: its content has changed. Restore it, or give the "
+            "colour and the depth file that were used."
         )
     raise InputError(
-        f"{present[0]} is not the {what} of the recorded run: its content has changed. Restore it, or give the "
-        "colour and the depth file that were used."
+        f"{candidates[0]}: there is no such file, but it is the {what} of the recorded run. "
+        "Give the colour and the depth file to say where they are now."
     )
 
 

@@ -84,6 +84,14 @@ def test_replay_finds_moved_inputs_when_told_or_beside_the_record(tmp_path):
     assert contents(tmp_path / "beside") == contents(tmp_path / "out")
 
 
+def test_an_output_of_the_inputs_name_is_not_taken_for_it(tmp_path):
+    path = written(small_run(tmp_path), tmp_path / "out")
+    (tmp_path / "in" / "depth.png").unlink()
+    assert (tmp_path / "out" / "depth.png").is_file()
+    with pytest.raises(InputError, match=r"in.depth\.png: there is no such file"):
+        replay(path)
+
+
 def test_replay_of_edited_blocks_needs_their_label_map(tmp_path):
     run = drawn(small_run(tmp_path))
     path = written(run, tmp_path / "out")
