@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from .blocks import Block, checked_labels, find_blocks
 from .errors import InputError
 from .filter.convergence import IterationRecord
-from .filter.stepper import Stepper, edges_for, make_stepper
+from .filter.stepper import Stepper, edge_parameters, edges_for, make_stepper
 from .frame import RGBDFrame
 from .outcomes import BlockOutcome, BlockResult, Completion, Progress, Status, compose, notes_of
 from .parameters import BlockParameters, Parameters
@@ -231,8 +231,9 @@ def _block_steps(
     """All steps of one block; while they go on, its stepper stands in `live`."""
     refusal = _refusal(frame, block, parameters)
     raw = frame.depth[block.box][block.mask]
+    edges = edge_parameters(parameters, extraction)
     if refusal is not None:
-        yield Progress(block.label, result=BlockResult(block, raw, refusal, (), parameters))
+        yield Progress(block.label, result=BlockResult(block, raw, refusal, (), parameters, edges=edges))
         return
     stepper = make_stepper(frame, block, parameters, extraction)
     live[block.label] = stepper
@@ -243,7 +244,7 @@ def _block_steps(
     del live[block.label]
     depth = _block_depth(frame, block, stepper.surface, parameters.mode)
     outcome = _outcome(block, raw, depth, history, stepper)
-    result = BlockResult(block, depth, outcome, tuple(history), parameters, stepper.network, stepper.notes)
+    result = BlockResult(block, depth, outcome, tuple(history), parameters, stepper.network, stepper.notes, edges)
     yield Progress(block.label, result=result)
 
 

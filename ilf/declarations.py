@@ -103,7 +103,10 @@ class Declaration:
             return value
         if isinstance(value, bool) or not hasattr(value, "__float__"):
             raise ParameterError(f"{self.name} must be a number, not {value!r}.")
-        number = float(value)
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
         if not math.isfinite(number) or (self.kind is int and number != int(number)):
             wanted = "a whole number" if self.kind is int else "a finite number"
             raise ParameterError(f"{self.name} must be {wanted}, not {value!r}.")
@@ -184,7 +187,7 @@ class ParameterSet:
             condition = known[other].when
         return unmet
 
-    def changed(self, **changes: object) -> Self:
+    def changed(self, /, **changes: object) -> Self:
         """A copy with values that somebody has chosen, each of which must therefore count for something.
 
         Raises
@@ -197,7 +200,7 @@ class ParameterSet:
             raise ParameterError(" ".join(sentences))
         return result
 
-    def replace(self, **changes: object) -> Self:
+    def replace(self, /, **changes: object) -> Self:
         """A copy with other values, whether or not they have any effect.
 
         Raises

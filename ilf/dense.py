@@ -66,4 +66,11 @@ def guess_steps(
     depth = completion.depth.copy()
     depth[guessed] = np.clip(surface[guessed], nearest, farthest)
     notes = tuple(dict.fromkeys((*completion.notes, *iteration.notes)))
-    return replace(completion, depth=depth, filled=completion.filled | guessed, guessed=guessed, notes=notes)
+    return replace(
+        completion,
+        depth=depth,
+        filled=completion.filled | guessed,
+        guessed=guessed,
+        notes=notes,
+        guess_network=iteration.network,
+    )

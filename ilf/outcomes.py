@@ -14,7 +14,7 @@ from .blocks import Block
 from .equality import NanEqual
 from .filter.convergence import IterationRecord
 from .frame import RGBDFrame
-from .parameters import Parameters
+from .parameters import BlockParameters, Parameters
 
 History = tuple[IterationRecord, ...]
 
@@ -78,6 +78,8 @@ class BlockResult:
         SHA-256 of the edge network that had a part in it; None if none had.
     notes : tuple of str
         What the user should know of how it came about: none if all is as asked for.
+    edges : BlockParameters or None
+        What the edges that the filter took were found with (`edge_parameters`); None for the pass band.
     """
 
     block: Block
@@ -87,6 +89,7 @@ class BlockResult:
     parameters: Parameters
     network: str | None = None
     notes: tuple[str, ...] = ()
+    edges: BlockParameters | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +108,8 @@ class Completion:
         The filled pixels that no block vouches for: none, unless `ilf.dense.fill_rest` has been asked for them.
     notes : tuple of str
         What the user should know of how it came about, each sentence once.
+    guess_network : str or None
+        SHA-256 of the edge network that had a part in the guesses; None if none had.
     """
 
     depth: NDArray[np.float32]
@@ -112,6 +117,7 @@ class Completion:
     results: dict[int, BlockResult]
     guessed: NDArray[np.bool_]
     notes: tuple[str, ...] = ()
+    guess_network: str | None = None
 
     @property
     def history(self) -> dict[int, History]:

@@ -100,7 +100,8 @@ class FrameLoader(QObject):
 
     def open_run(self, record: Path) -> None:
         """Read a run.json: its frame, blocks and parameters. What it filled comes back by running it."""
-        if self._shown_already(record, str(record.absolute())):
+        record = record.absolute()
+        if self._shown_already(record, str(record)):
             return
         self._add(f"Open {record.name}", lambda: _open_run(record))
 

@@ -67,7 +67,7 @@ class EditLabels(QUndoCommand):
 
     def _swap_notes(self) -> None:
         if self._other_notes is not None:
-            self._session.notes, self._other_notes = self._other_notes, self._session.notes
+            self._other_notes = self._session.take_notes(self._other_notes)
 
 
 class EditInfo(QUndoCommand):

@@ -54,6 +54,15 @@ class Results:
         """That very completion with the rest guessed, if it has been."""
         return self._guess[1] if self._guess is not None and self._guess[0] is completion else None
 
+    @property
+    def guess_base(self) -> Completion | None:
+        """The completion whose rest has been guessed last."""
+        return None if self._guess is None else self._guess[0]
+
+    def forget_guess(self) -> None:
+        """There is no guess that holds."""
+        self._guess = None
+
     def note_guess(self, completion: Completion, guess: Completion) -> None:
         """Keep the guess of what a completion leaves missing; it is not exported yet."""
         self._guess = completion, guess

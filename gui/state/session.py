@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
@@ -16,6 +16,7 @@ from ilf.drawing.block_pictures import block_colour
 from ilf.ebs.edit import LabelPatch
 from ilf.ebs.reextraction import made_by_hand
 from ilf.filter.convergence import IterationRecord
+from ilf.filter.stepper import edge_parameters
 from ilf.frame import RGBDFrame
 from ilf.parameters import BlockParameters, Parameters
 from ilf.run import Replay, Run
@@ -218,6 +219,14 @@ class Session:
         height, width = self.labels.shape
         return int(self.labels[row, column]) if 0 <= row < height and 0 <= column < width else 0
 
+    def take_notes(self, notes: BlockNotes) -> BlockNotes:
+        """Take over what is known of the label map beside its pixels; the former notes are returned."""
+        former, self.notes = self.notes, notes
+        if former.extraction != notes.extraction:
+            self.results.forget_guess()  # it saw the edges of the former one
+        self._valid = None
+        return former
+
     def set_labels(self, labels: NDArray[np.int32]) -> None:
         """Take over another label map."""
         self.labels[:] = labels
@@ -263,7 +272,8 @@ class Session:
         return self.notes.parameters.get(label, common)
 
     def valid_results(self) -> dict[int, BlockResult]:
-        """Results whose block still has the very pixels that were run, in rising order of labels."""
+        """Results whose block has the very pixels that were run, and the extraction whose edges the filter saw, in
+        rising order of labels."""
         if self._valid is None:
             kept = self.results.kept
             self._valid = {label: kept[label] for label in sorted(kept) if self._fits(kept[label])}
@@ -283,8 +293,12 @@ class Session:
         return self.results.guess_of(self._blocks_completion()) is not None
 
     def _blocks_completion(self) -> Completion | None:
-        if self._completion is None and self.valid_results():
-            self._completion = compose(self.frame, self.valid_results())
+        results = self.valid_results()
+        for known in (self._completion, self.results.guess_base):
+            if known is not None and _same(known.results, results):
+                self._completion = known
+                return known
+        self._completion = compose(self.frame, results) if results else None
         return self._completion
 
     def expected_error(self) -> NDArray[np.float32] | None:
@@ -311,6 +325,8 @@ class Session:
 
     def _fits(self, result: BlockResult) -> bool:
         block = result.block
+        if result.edges != edge_parameters(result.parameters, self.notes.extraction):
+            return False
         if not np.array_equal(self.labels[block.box] == block.label, block.mask):
             return False
         count = self.counts().get(block.label)
@@ -326,4 +342,8 @@ class Session:
 
     def _forget_results(self) -> None:
         self._valid = None
-        self._completion = None
+
+
+def _same(some: Mapping[int, BlockResult], others: Mapping[int, BlockResult]) -> bool:
+    """Whether these are the very same results."""
+    return some.keys() == others.keys() and all(result is others[label] for label, result in some.items())

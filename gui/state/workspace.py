@@ -181,7 +181,8 @@ class Workspace(QObject):
         """Take another map and what is known of it; of the blocks that it keeps, what was known of them."""
         old, patch = session.notes, patch_between(session.labels, labels)
         if patch is None:
-            session.notes = replace(notes, infos=old.infos, parameters=old.parameters)
+            session.take_notes(replace(notes, infos=old.infos, parameters=old.parameters))
+            (self.results_changed if session is self._session else self.sessions_changed).emit()
             return
         notes.infos = {label: info for label, info in old.infos.items() if label in notes.kept}
         notes.parameters = {label: own for label, own in old.parameters.items() if label in notes.kept}
@@ -326,6 +327,7 @@ class Workspace(QObject):
     def note_labels_changed(self, session: Session, patch: LabelPatch) -> None:
         """Called by commands after the label map has changed."""
         if session is not self._session:
+            self.sessions_changed.emit()
             return
         left = session.counts()
         # a block that is yet to be painted has never been there

@@ -106,6 +106,7 @@ class RunController(QObject):
         """The frame that runs."""
         self._begun: set[int] = set()
         self._done: set[int] = set()
+        workspace.sessions_changed.connect(self._leave_closed)
 
     @property
     def state(self) -> RunState:
@@ -211,9 +212,10 @@ class RunController(QObject):
         self.session = session
         self._guessing = completion
         self._started = time.perf_counter()
+        extraction = session.notes.extraction
 
         def job() -> Generator[Step, None, Completion]:
-            steps = guess_steps(session.frame, completion)
+            steps = guess_steps(session.frame, completion, extraction)
             while True:
                 try:
                     yield Progress(GUESS, record=next(steps)), None
@@ -260,10 +262,15 @@ class RunController(QObject):
             self._worker.cancel()
             self.state_changed.emit()
 
+    def _leave_closed(self) -> None:
+        """Nothing goes on for a frame that is no longer open."""
+        if self.session is not None and self.session not in self._workspace.sessions:
+            self.cancel()
+
     def clear_results(self) -> None:
-        """Forget all results of the present frame, also the one that a re-solve under way is about to give."""
-        if self._resolving and self.session is self._workspace.session:
-            self._abandoned = True
+        """Forget all results of the present frame, also what a re-solve or a guess under way is about to give."""
+        if self.session is self._workspace.session and (self._resolving or self._guessing is not None):
+            self._abandoned = self._guessing is None
             self.cancel()
         self._workspace.clear_results()
 
@@ -345,18 +352,20 @@ class RunController(QObject):
         if session is None or base is None:
             return
         text = f"{session.name}: guess of the rest {how}."
+        holds = guess is not None and session.completion() is base
         if guess is not None:
-            self._workspace.store_guess(session, base, guess)
+            if holds:
+                self._workspace.store_guess(session, base, guess)
             seconds = time.perf_counter() - self._started
             count = np.count_nonzero(guess.guessed)
             text = f"{session.name}: {count} pixels guessed in {seconds:.1f} s; no block vouches for them."
             if count == 0:
                 text = f"{session.name}: nothing is missing, so there is nothing to guess."
-            elif not session.guessed:
+            elif not holds:
                 text = f"{session.name}: the guess is of blocks that have been edited meanwhile: guess again."
         self.state_changed.emit()
         self.ended.emit(text)
-        if guess is not None and session.guessed:
+        if holds:
             self.finished.emit(session)
 
     def _fail(self, error: Any) -> None:

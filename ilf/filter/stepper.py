@@ -88,10 +88,24 @@ def edges_for(frame: RGBDFrame, parameters: Parameters, extraction: BlockParamet
         Canny and the jumps of the depth have its parameters, so that filter and blocks see the same edges; those of
         the defaults if left out.
     """
+    wanted = edge_parameters(parameters, extraction)
+    return None if wanted is None else find_edges(frame, wanted)
+
+
+def edge_parameters(parameters: Parameters, extraction: BlockParameters | None = None) -> BlockParameters | None:
+    """What the edges for `edges_for` are found with, all that has no part in them as the defaults have it; None for the
+    pass band. Results with the same block, parameters and edge parameters are the same."""
     if parameters.filter != "edge-aware":
         return None
-    detector = "hed" if parameters.edges == "combined" else "canny"
     shared = extraction or BlockParameters()
-    return find_edges(
-        frame, shared.replace(detector=detector, model=parameters.model, multiscale=parameters.multiscale)
+    return BlockParameters(
+        detector="hed" if parameters.edges == "combined" else "canny",
+        model=parameters.model,
+        multiscale=parameters.multiscale,
+        canny_sigma=shared.canny_sigma,
+        canny_high=shared.canny_high,
+        canny_low_ratio=shared.canny_low_ratio,
+        use_depth=shared.use_depth,
+        depth_jump=shared.depth_jump,
+        depth_jump_share=shared.depth_jump_share,
     )

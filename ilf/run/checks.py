@@ -52,6 +52,26 @@ def processor_difference(record: RunRecord) -> str:
     return f"another kind of processor ({record.processor}; here {processor()})"
 
 
+def networks_that_were_missing(record: RunRecord) -> list[str]:
+    """Edge networks that Canny's edges stood in for when the run was recorded, and that are here now."""
+    if record.schema == 0:
+        return []
+    missed = set()
+    if record.extraction is not None and record.extraction.detector == "hed" and not record.extraction_networks:
+        missed.add(record.extraction.model)
+    for outcome in record.outcomes:
+        parameters = record.parameters[outcome.label]
+        asked = parameters.filter == "edge-aware" and parameters.edges == "combined"
+        if asked and outcome.iterations and parameters.model not in record.networks:
+            missed.add(parameters.model)
+    return [
+        f"When the run was recorded, the edge network {name!r} was missing or did not work, and Canny's edges stood in "
+        "for its own: blocks and depth may be others now that it is here."
+        for name in sorted(missed)
+        if _present(name) is not None
+    ]
+
+
 def network_differences(record: RunRecord) -> list[str]:
     """Edge networks that are not those of the record, and what that means."""
     sentences = []
@@ -61,10 +81,7 @@ def network_differences(record: RunRecord) -> list[str]:
     )
     for networks, had, means in parts:
         for name, sha256 in networks.items():
-            try:
-                present: str | None = load_model(name).sha256
-            except IlfError:
-                present = None
+            present = _present(name)
             if present == sha256:
                 continue
             state = "is not here" if present is None else "is another one now"
@@ -75,3 +92,11 @@ def network_differences(record: RunRecord) -> list[str]:
 def is_changed(path: Path, sha256: str) -> bool:
     """Whether a file has another content than recorded."""
     return file_sha256(path) != sha256
+
+
+def _present(name: str) -> str | None:
+    """SHA-256 of the edge network of a name as it is now; None if there is none that works."""
+    try:
+        return load_model(name).sha256
+    except IlfError:
+        return None

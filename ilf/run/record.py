@@ -7,7 +7,6 @@ import hashlib
 import json
 import math
 from collections import Counter
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..frame import FrameInputs
-from ..outcomes import BlockOutcome, BlockResult, Completion
-from ..parameters import BlockParameters, Parameters
+from ..outcomes import BlockOutcome, Completion
+from ..parameters import BlockParameters, Parameters, preset
 from ..version import __version__
 from .machine import library_versions, processor
 from .options import DISTRUSTED_FILE, LABELS_FILE, ExportOptions
@@ -121,7 +120,7 @@ def make_record(run: Run, completion: Completion, options: ExportOptions) -> Run
         labels_file=LABELS_FILE if options.labels else None,
         distrusted_file=None if distrusted is None else DISTRUSTED_FILE,
         extraction_networks={run.extraction.model: run.network} if run.extraction and run.network else {},
-        networks=_networks(results),
+        networks=_networks(completion),
         parameters={label: result.parameters for label, result in results.items()},
         common=used.most_common(1)[0][0] if used else run.parameters,
         dense=run.dense,
@@ -186,5 +185,9 @@ def outcome_to_dict(outcome: BlockOutcome) -> dict[str, Any]:
     return values | {"status": outcome.status.value, "sigma_i": sigma}
 
 
-def _networks(results: Mapping[int, BlockResult]) -> dict[str, str]:
-    return {result.parameters.model: result.network for result in results.values() if result.network is not None}
+def _networks(completion: Completion) -> dict[str, str]:
+    results = completion.results.values()
+    found = {result.parameters.model: result.network for result in results if result.network is not None}
+    # guesses are those of the preset "best"
+    guess = {} if completion.guess_network is None else {preset().model: completion.guess_network}
+    return guess | found

@@ -75,11 +75,18 @@ class _Section:
 def _checked(value: Any, kinds: tuple[type, ...], what: str) -> Any:
     """`value` of one of these kinds: whole numbers pass as float, true and false never as numbers."""
     if float in kinds and type(value) is int:
-        value = float(value)
+        value = _as_float(value)
     if type(value) in kinds and not (type(value) is float and not math.isfinite(value)):
         return value
     wanted = " or ".join("null" if kind is type(None) else kind.__name__ for kind in kinds)
     raise FormatError(f"{what} must be {wanted}, not {value!r:.60}.")
+
+
+def _as_float(number: int) -> float:
+    try:
+        return float(number)
+    except OverflowError:
+        return math.inf
 
 
 def _is_plain(name: str) -> bool:

@@ -19,7 +19,14 @@ from ..io.depth_files import depth_in_metres, read_depth_values
 from ..io.files import file_sha256
 from ..io.label_files import read_mask
 from ..outcomes import Completion
-from .checks import is_changed, missing_or_changed, network_differences, processor_difference, version_differences
+from .checks import (
+    is_changed,
+    missing_or_changed,
+    network_differences,
+    networks_that_were_missing,
+    processor_difference,
+    version_differences,
+)
 from .options import DEPTH_FILES, DISTRUSTED_FILE, LABELS_FILE, ExportOptions
 from .record import RunRecord, array_sha256, outcome_to_dict
 from .record_file import read_record
@@ -133,7 +140,11 @@ def replay(
     """
     record, folder = read_record(path), Path(path).absolute().parent
     frame = _recorded_frame(record, folder, rgb, depth)
-    differences = [*missing_or_changed(record, folder), *network_differences(record)]
+    differences = [
+        *missing_or_changed(record, folder),
+        *network_differences(record),
+        *networks_that_were_missing(record),
+    ]
     labels, network, notes = _recorded_blocks(record, frame, folder)
     gone = sorted(set(record.parameters) - set(np.unique(labels).tolist()))
     if gone:

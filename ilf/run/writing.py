@@ -13,12 +13,12 @@ import numpy as np
 
 from ..cloud import point_cloud
 from ..confidence import expected_error
-from ..errors import ExportError, InputError
+from ..errors import ExportError, IlfError, InputError
 from ..frame import FrameInputs, RGBDFrame
 from ..io import META_NAME, coarser_units, write_cloud, write_depth, write_expected_error, write_labels, write_mask
 from ..io.atomic import write_bytes
 from ..io.cloud_files import check_cloud_format
-from ..io.files import file_sha256
+from ..io.files import file_sha256, read_json
 from ..outcomes import Completion
 from .curve_files import write_curves
 from .options import (
@@ -32,7 +32,7 @@ from .options import (
     RECORD_FILE,
     ExportOptions,
 )
-from .record import make_record, to_json
+from .record import PROGRAM, make_record, to_json
 from .run import Run
 from .staging import move_in, staging
 
@@ -154,6 +154,9 @@ def check_write(folder: str | os.PathLike[str], run: Run, options: ExportOptions
         raise ExportError(f"{target} is a file, not a folder. Choose another folder.")
     paths = [target / name for name in filenames(run, options)]
     check_not_an_input(frame, paths)
+    meta = target / META_NAME
+    if meta in paths and meta.is_file() and not _is_ours(meta):
+        raise ExportError(f"{meta} describes a frame, not an export, and would be overwritten. Choose another folder.")
     for path in paths:
         if path.is_dir():
             raise ExportError(f"{path} is a folder, and a file of that name is to be written. Choose another folder.")
@@ -209,11 +212,21 @@ def _write_results(folder: Path, run: Run, completion: Completion, options: Expo
     return notes
 
 
+def _is_ours(meta: Path) -> bool:
+    """Whether a meta.json was written by an export."""
+    try:
+        content = read_json(meta)
+    except IlfError:
+        return False
+    return isinstance(content, dict) and content.get("program") == PROGRAM
+
+
 def _meta(frame: RGBDFrame, inputs: FrameInputs, options: ExportOptions) -> bytes:
     """What opens the folder as a frame: the completed depth, and where the colour is."""
     depth_format = next(known for known in _PREFERRED if known in options.depth_formats)
     camera = frame.intrinsics
     meta = {
+        "program": PROGRAM,
         "name": f"{frame.name}-completed",
         "size": [frame.shape[1], frame.shape[0]],
         "rgb": inputs.rgb.path,

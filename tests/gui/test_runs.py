@@ -20,6 +20,8 @@ from ilf.blocks import Block, find_blocks
 from ilf.completion import BlockOutcome, BlockResult, Completion, Progress, Status, compose
 from ilf.ebs.edit import merge
 from ilf.filter.convergence import IterationRecord
+from ilf.filter.stepper import edge_parameters
+from ilf.parameters import BlockParameters
 from ilf.run import Run
 
 WAIT_MS = 4000
@@ -82,7 +84,9 @@ class ScriptedSteps(Iterator[Progress]):
         count = self._script.records
         outcome = BlockOutcome(label, Status.COMPLETED, "", depth.size, 0, depth.size, count, 1, 0.001)
         history = tuple(_record(i) for i in range(1, count + 1))
-        return BlockResult(block, depth, outcome, history, self.run.parameters_of(label))
+        parameters = self.run.parameters_of(label)
+        edges = edge_parameters(parameters, self.run.extraction)
+        return BlockResult(block, depth, outcome, history, parameters, edges=edges)
 
     def preview(self) -> list[tuple[Block, NDArray[np.float32]]]:
         self.previews += 1
@@ -407,10 +411,22 @@ def test_results_of_a_frame_that_was_closed_meanwhile_trouble_nobody(bench: Benc
     bench.script.allow(1)
     until(lambda: bench.session.results.running == [1])
     bench.workspace.close_session(bench.session)
+    assert bench.runs.state is RunState.STOPPING
     bench.script.allow()
     until(lambda: bool(bench.said))
+    assert "run cancelled" in bench.said[0]
     assert bench.workspace.sessions == []
     assert bench.runs.state is RunState.IDLE
+
+
+def test_a_run_goes_on_while_other_frames_are_opened_and_closed(bench: Bench, until: Until) -> None:
+    bench.runs.start()
+    other = bench.open("second")
+    bench.workspace.close_session(other)
+    assert bench.runs.state is RunState.RUNNING
+    bench.script.allow()
+    until(lambda: bool(bench.said))
+    assert "run finished" in bench.said[0]
 
 
 # solving anew
@@ -623,6 +639,52 @@ def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench: Benc
     until(lambda: bool(bench.resolved))
     assert not bench.session.guessed
     assert not bench.session.completion().guessed.any()
+
+
+def test_a_guess_sees_the_edges_of_the_extraction(bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[object] = []
+
+    def nothing(frame: RGBDFrame, completion: Completion, extraction: object) -> Iterator[IterationRecord]:
+        asked.append(extraction)
+        yield _record(1)
+
+    monkeypatch.setattr(runs_module, "guess_steps", nothing)
+    bench.session.notes.extraction = BlockParameters(depth_jump=0.3)
+    _run_with_a_gap(bench, until)
+    bench.runs.guess()
+    until(lambda: bench.runs.state is RunState.IDLE)
+    assert asked == [BlockParameters(depth_jump=0.3)]
+
+
+def test_clearing_during_a_guess_leaves_nothing_to_be_saved(
+    bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gate = threading.Event()
+
+    def endless(*_: object) -> Iterator[IterationRecord]:
+        while True:
+            assert gate.wait(20)
+            yield _record(1)
+
+    monkeypatch.setattr(runs_module, "guess_steps", endless)
+    _run_with_a_gap(bench, until)
+    bench.runs.guess()
+    bench.runs.clear_results()
+    gate.set()
+    until(lambda: bench.runs.state is RunState.IDLE)
+    assert bench.session.completion() is None
+    assert not bench.session.unsaved
+    assert bench.said == ["first: guess of the rest cancelled."]
+
+
+def test_a_guess_comes_back_with_the_blocks_that_it_is_of(bench: Bench, until: Until) -> None:
+    _run_with_a_gap(bench, until)
+    bench.runs.guess()
+    until(lambda: bench.session.guessed)
+    assert bench.workspace.edit_labels(merge(bench.session.labels, [1, 2]), "Merge")
+    assert not bench.session.guessed
+    bench.session.undo_stack.undo()
+    assert bench.session.guessed
 
 
 def test_a_guess_can_be_cancelled(bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -148,6 +148,10 @@ def test_records_of_before_there_were_schemas_are_read(tmp_path):
         ("inputs", "depth_units", True),
         ("inputs", "depth_units", float("inf")),
         ("inputs", "intrinsics", [1, 2, 3]),
+        ("inputs", "intrinsics", [10**400, 1, 1, 1]),
+        ("export", "depth_units", 10**400),
+        ("parameters", "smoothness", 10**400),
+        ("block_parameters", {"1": {"self": 1}}),
         ("inputs", "rgb", "rgb.png"),
         ("distrusted", {"sha256": "0", "file": "../mask.png"}),
         ("distrusted", []),
@@ -173,7 +177,7 @@ def test_records_of_before_there_were_schemas_are_read(tmp_path):
         ("outputs", {"..": "0"}),
         ("outputs", {"depth.npy": 0}),
     ],
-    ids=str,
+    ids=lambda damage: str(damage)[:60],
 )
 def test_damaged_records_are_refused_by_name(tmp_path, damage):
     path = changed(written(small_run(tmp_path), tmp_path / "out"), *damage)

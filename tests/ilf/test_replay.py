@@ -262,3 +262,23 @@ def test_the_label_map_that_is_wanted_is_named(tmp_path, monkeypatch, recorded, 
     with pytest.raises(InputError) as extracted:
         replay(path)
     assert f"put the run's {named} beside the record" in str(extracted.value)
+
+
+def test_a_network_that_was_missing_and_is_here_now_is_said(tmp_path, monkeypatch):
+    monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
+    frame = small_run(tmp_path).frame
+    run = Run.extracted(frame, ilf.BlockParameters(model="mine"), ilf.preset(**QUICK, model="mine"))
+    path = written(run, tmp_path / "out")
+    assert replay(path).differences == ()
+    own = tmp_path / "models" / "mine.onnx"
+    own.parent.mkdir()
+    own.write_bytes(asset_path("models/edges.onnx").read_bytes())
+    (difference,) = replay(path).differences
+    assert "the edge network 'mine' was missing" in difference
+
+
+def test_the_network_of_the_guess_is_vouched_for(tmp_path):
+    paper = small_run(tmp_path, parameters=ilf.preset("paper", **QUICK), only=frozenset({2}))
+    assert read_record(written(paper, tmp_path / "out")).networks == {}
+    dense = read_record(written(replace(paper, dense=True), tmp_path / "dense"))
+    assert dense.networks == dense.extraction_networks

@@ -216,6 +216,19 @@ def test_the_frames_own_files_are_never_overwritten(run, completion, tmp_path):
     assert (own / "meta.json").read_text() == "{}"
 
 
+def test_a_meta_json_that_is_not_of_an_export_is_never_overwritten(run, completion, tmp_path):
+    folder = tmp_path / "frame"
+    folder.mkdir()
+    meta = '{"rgb": "../in/rgb.png", "depth": "../in/depth.png", "depth_units_per_m": 1000}'
+    (folder / "meta.json").write_text(meta)
+    frame = load_frame(folder)
+    with pytest.raises(ExportError, match=r"meta\.json describes a frame"):
+        write(folder, replace(run, frame=frame), completion, replace(BARE, cloud=None))
+    assert (folder / "meta.json").read_text() == meta
+    write(tmp_path / "out", run, completion, BARE)
+    write(tmp_path / "out", run, completion, BARE)
+
+
 def test_what_cannot_be_written_is_refused(run, completion, tmp_path):
     (tmp_path / "file").write_text("")
     (tmp_path / "odd" / "depth.npy").mkdir(parents=True)
