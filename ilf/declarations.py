@@ -109,7 +109,7 @@ class Declaration:
             number = math.inf
         if not math.isfinite(number) or (self.kind is int and number != int(number)):
             wanted = "a whole number" if self.kind is int else "a finite number"
-            raise ParameterError(f"{self.name} must be {wanted}, not {value!r}.")
+            raise ParameterError(f"{self.name} must be {wanted}, not {value!r:.60}.")
         low = -math.inf if self.minimum is None else self.minimum
         high = math.inf if self.maximum is None else self.maximum
         if not low <= number <= high:
