@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import deque
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
@@ -100,7 +101,7 @@ class FrameLoader(QObject):
 
     def open_run(self, record: Path) -> None:
         """Read a run.json: its frame, blocks and parameters. What it filled comes back by running it."""
-        record = record.absolute()
+        record = Path(os.path.abspath(record))  # whichever way it is named, it is one frame
         if self._shown_already(record, str(record)):
             return
         self._add(f"Open {record.name}", lambda: _open_run(record))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -309,10 +310,12 @@ def test_opening_a_run_twice_keeps_the_work_in_it(
     session = opened.workspace.session
     opened.workspace.select([1, 2])
     opened.actions_["merge_blocks"].trigger()
-    opened.loader.open_run(tmp_path / "out" / "run.json")
-    assert not opened.loader.busy
-    assert opened.workspace.session is session
-    assert session.unsaved
+    # by the same path, and by another to the same place
+    for again in (tmp_path / "out" / "run.json", Path(os.path.relpath(tmp_path / "out" / "run.json"))):
+        opened.loader.open_run(again)
+        assert not opened.loader.busy
+        assert opened.workspace.session is session
+        assert session.unsaved
 
 
 def test_opening_with_other_units_reads_the_frame_again(opened: MainWindow, qtbot: QtBot, frame_folder: Path) -> None:
