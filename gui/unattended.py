@@ -16,7 +16,7 @@ from gui.frames.loader import FrameLoader
 from gui.state.workspace import Workspace
 from gui.widgets.notes import Notes
 from gui.work.runs import RunController
-from ilf.completion import Status
+from ilf.outcomes import Status
 
 _SETTLE_MS = 400
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Collection, Generator, Iterator, Mapping
 from typing import Self
 
 import numpy as np
@@ -34,7 +34,7 @@ class CompletionRun(Iterator[Progress]):
     labels : ndarray of int, shape (H, W)
         Label map, 0 = no block.
     parameters : Parameters or mapping of label to Parameters
-    only : iterable of int, optional
+    only : collection of int, optional
         Run just these blocks.
     threads : int, optional
         Blocks that run at the same time; as many as there are cores if left out. With 1 they run one after the other
@@ -54,7 +54,7 @@ class CompletionRun(Iterator[Progress]):
         frame: RGBDFrame,
         labels: NDArray[np.integer],
         parameters: ParameterChoice,
-        only: set[int] | None = None,
+        only: Collection[int] | None = None,
         threads: int | None = None,
         extraction: BlockParameters | None = None,
     ) -> None:
@@ -251,9 +251,10 @@ def _block_steps(
 def _parameters_for(parameters: ParameterChoice, label: int) -> Parameters:
     if isinstance(parameters, Parameters):
         return parameters
-    if label not in parameters:
-        raise InputError(f"No parameters are given for block {label}.")
-    return parameters[label]
+    try:
+        return parameters[label]
+    except KeyError:
+        raise InputError(f"No parameters are given for block {label}.") from None
 
 
 def _refusal(frame: RGBDFrame, block: Block, parameters: Parameters) -> BlockOutcome | None:

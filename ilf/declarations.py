@@ -15,6 +15,7 @@ from types import MappingProxyType
 from typing import Any, Self
 
 from .errors import ParameterError
+from .numbers import as_float
 
 Value = bool | int | float | str
 
@@ -91,25 +92,21 @@ class Declaration:
             if isinstance(value, str):
                 value = self.aliases.get(value, value)
             if value not in self.choices:
-                raise ParameterError(f"{self.name} must be one of {', '.join(self.choices)}, not {value!r}.")
+                raise self._refusal(f"one of {', '.join(self.choices)}", value)
             return str(value)
         if self.kind is str:
             if not isinstance(value, str) or not 1 <= len(value) <= _LONGEST_TEXT:
-                raise ParameterError(f"{self.name} must be a text of 1 to {_LONGEST_TEXT} characters, not {value!r}.")
+                raise self._refusal(f"a text of 1 to {_LONGEST_TEXT} characters", value)
             return value
         if self.kind is bool:
             if not isinstance(value, bool):
-                raise ParameterError(f"{self.name} must be true or false, not {value!r}.")
+                raise self._refusal("true or false", value)
             return value
         if isinstance(value, bool) or not hasattr(value, "__float__"):
-            raise ParameterError(f"{self.name} must be a number, not {value!r}.")
-        try:
-            number = float(value)
-        except OverflowError:
-            number = math.inf
+            raise self._refusal("a number", value)
+        number = as_float(value)
         if not math.isfinite(number) or (self.kind is int and number != int(number)):
-            wanted = "a whole number" if self.kind is int else "a finite number"
-            raise ParameterError(f"{self.name} must be {wanted}, not {value!r:.60}.")
+            raise self._refusal("a whole number" if self.kind is int else "a finite number", value)
         low = -math.inf if self.minimum is None else self.minimum
         high = math.inf if self.maximum is None else self.maximum
         if not low <= number <= high:
@@ -118,6 +115,9 @@ class Declaration:
                 f"not {number:g}."
             )
         return int(number) if self.kind is int else number
+
+    def _refusal(self, wanted: str, value: object) -> ParameterError:
+        return ParameterError(f"{self.name} must be {wanted}, not {value!r:.60}.")
 
 
 def declare(default: Value, label: str, help: str, group: str, **details: Any) -> Any:

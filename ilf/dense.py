@@ -14,7 +14,7 @@ from .outcomes import Completion
 from .parameters import BlockParameters, preset
 
 
-def fill_rest(frame: RGBDFrame, completion: Completion) -> Completion:
+def fill_rest(frame: RGBDFrame, completion: Completion, *, extraction: BlockParameters | None = None) -> Completion:
     """Guess the depth that is still missing: between blocks, in their margin, and in blocks too poor in data.
 
     The frame as it is completed so far is taken for one block whose surfaces end at edges. Nothing vouches for the
@@ -25,6 +25,8 @@ def fill_rest(frame: RGBDFrame, completion: Completion) -> Completion:
     frame : RGBDFrame
     completion : Completion
         Of that frame.
+    extraction : BlockParameters, optional
+        As in `ilf.complete`.
 
     Returns
     -------
@@ -41,7 +43,7 @@ def fill_rest(frame: RGBDFrame, completion: Completion) -> Completion:
     >>> int(ilf.fill_rest(frame, nothing_run).guessed.sum())
     16
     """
-    steps = guess_steps(frame, completion)
+    steps = guess_steps(frame, completion, extraction)
     while True:
         try:
             next(steps)

@@ -58,7 +58,8 @@ class RGBDFrame:
         The files that it was read from; filled by the readers.
     distrusted : array_like of bool, optional
         Pixels, shape (H, W), whose measured depth is known to be wrong (the wall behind a glass, flying pixels, glare)
-        and counts as missing. Where nothing was measured it means nothing.
+        and counts as missing. Where nothing was measured it means nothing. Of a frame that has such a mask, make others
+        by `distrusting`: `dataclasses.replace` would take its `depth` for what was measured.
 
     Attributes
     ----------

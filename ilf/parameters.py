@@ -95,6 +95,10 @@ class BlockParameters(ParameterSet):
         "of NYU images.", _BOUNDARIES, unit="px", minimum=-1, maximum=500, special="auto",
     )  # fmt: skip
 
+    def smallest_block(self, pixels: int) -> float:
+        """Pixels that a block has at least, in a frame of so many; at least 1."""
+        return max(self.min_size / 100 * pixels, 1)
+
 
 @dataclass(frozen=True)
 class Parameters(ParameterSet):

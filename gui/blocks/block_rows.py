@@ -7,7 +7,7 @@ import math
 from gui.blocks.block_table import BlockRow
 from gui.state.session import BlockCounts, Session
 from gui.work.runs import RunController
-from ilf.completion import BlockResult
+from ilf.outcomes import BlockResult
 from ilf.parameters import Parameters
 
 
@@ -60,4 +60,5 @@ def _detail(result: BlockResult, outdated: bool) -> str:
     lines += [outcome.message] if outcome.message else []
     if outcome.iterations:
         lines.append(f"{outcome.iterations} iterations in {outcome.stages} stages, {outcome.recovered} pixels filled.")
+    lines += result.notes
     return "\n".join(lines)

@@ -115,7 +115,7 @@ class CurvesPanel(QWidget):
         for plot in self._plots:
             plot.hovered.connect(self._hover)
         self._criterion_line = pg.InfiniteLine(
-            angle=0, label="", labelOpts={"position": 0.98, "anchors": [(1, 1), (1, 1)], "movable": False}
+            angle=0, label="", labelOpts={"position": 0.02, "anchors": [(0, 1), (0, 1)], "movable": False}
         )
         self._criterion_line.setVisible(False)
         self.sigma_plot.addItem(self._criterion_line)

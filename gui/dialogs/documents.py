@@ -20,9 +20,9 @@ from gui.widgets.notes import Notes
 from gui.work.runs import RunController
 from gui.work.worker import Worker
 from ilf.assets import asset_path
-from ilf.completion import compose
 from ilf.errors import IlfError
 from ilf.io import read_labels
+from ilf.outcomes import compose
 from ilf.run import ExportOptions, Written, output_folder_name, write
 
 _IMAGES = "PNG image (*.png)"

@@ -209,4 +209,4 @@ def _open(source: FrameSource, parameters: BlockParameters) -> _Opened:
 
 def _open_run(path: Path) -> _Opened:
     again = replay(path)
-    return _Opened(again.run, path, str(path.absolute()), again=again)
+    return _Opened(again.run, path, str(path), again=again)

@@ -7,7 +7,7 @@ from PySide6.QtCore import QObject
 
 from gui.state.session import Session
 from gui.widgets.notes import Notes
-from ilf.completion import Completion
+from ilf.outcomes import Completion
 from ilf.run import Run
 
 

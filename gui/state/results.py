@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ilf.blocks import Block
-from ilf.completion import BlockResult, Completion
 from ilf.filter.convergence import IterationRecord
+from ilf.outcomes import BlockResult, Completion
 
 Preview = tuple[Block, NDArray[np.float32]]
 """A block that runs, and the depth [m] at its pixels as it stands."""

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QUndoStack
 
 from gui.state.results import Results
-from ilf.completion import BlockResult, Completion, compose
 from ilf.drawing.block_pictures import block_colour
 from ilf.ebs.edit import LabelPatch
 from ilf.ebs.reextraction import made_by_hand
 from ilf.filter.convergence import IterationRecord
 from ilf.filter.stepper import edge_parameters
 from ilf.frame import RGBDFrame
+from ilf.outcomes import BlockResult, Completion, compose
 from ilf.parameters import BlockParameters, Parameters
 from ilf.run import Replay, Run
 
@@ -224,7 +224,7 @@ class Session:
         former, self.notes = self.notes, notes
         if former.extraction != notes.extraction:
             self.results.forget_guess()  # it saw the edges of the former one
-        self._valid = None
+        self._forget_results()
         return former
 
     def set_labels(self, labels: NDArray[np.int32]) -> None:

@@ -14,11 +14,11 @@ from PySide6.QtGui import QUndoGroup, QUndoStack
 from gui.state.commands import EditInfo, EditLabels
 from gui.state.results import Preview
 from gui.state.session import BlockNotes, Session
-from ilf.completion import BlockResult, Completion
 from ilf.ebs import Extraction
 from ilf.ebs.edit import LabelPatch, patch_between
 from ilf.ebs.reextraction import flow_around, keep_under
 from ilf.filter.convergence import IterationRecord
+from ilf.outcomes import BlockResult, Completion
 from ilf.parameters import DEFAULT_PRESET, BlockParameters, Parameters, preset
 from ilf.run import Run
 
@@ -159,7 +159,7 @@ class Workspace(QObject):
         locked, by_hand = self.staying(session)
         kept, handmade = locked | by_hand, session.handmade()
         labels = extraction.blocks
-        around = flow_around(session.labels, kept, labels, used.min_size / 100 * labels.size)
+        around = flow_around(session.labels, kept, labels, used.smallest_block(labels.size))
         # a block that only was locked is not made by hand: it goes when it is unlocked
         notes = BlockNotes({}, {}, used, extraction.network, around.copy(), kept, handmade & kept)
         self._replace(session, around, "Extract blocks", notes)

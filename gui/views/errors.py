@@ -13,8 +13,8 @@ from gui.state.workspace import Workspace
 from gui.views.linked_views import LinkedViews
 from gui.work.latest_question import LatestQuestion
 from gui.work.runs import RunController, RunState
-from ilf.completion import Completion
 from ilf.confidence import expected_error
+from ilf.outcomes import Completion
 
 
 class _Question(NamedTuple):

@@ -16,9 +16,9 @@ from gui.state.results import Preview
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.worker import Worker
-from ilf.completion import Completion, Progress
 from ilf.dense import guess_steps
 from ilf.filter.convergence import IterationRecord
+from ilf.outcomes import Completion, Progress
 from ilf.run import GUESS, RunSteps
 from ilf.threads import available_cores
 
@@ -333,7 +333,7 @@ class RunController(QObject):
         lost = len(done - set(session.valid_results()))
         if lost:
             text += f" {lost} had been edited meanwhile: run them again."
-        self.ended.emit(text)
+        self.ended.emit(" ".join((text, *run.notes)))
         if how == "finished":
             self._go_on(session)
 
@@ -363,6 +363,7 @@ class RunController(QObject):
                 text = f"{session.name}: nothing is missing, so there is nothing to guess."
             elif not holds:
                 text = f"{session.name}: the guess is of blocks that have been edited meanwhile: guess again."
+            text = " ".join((text, *(note for note in guess.notes if note not in base.notes)))
         self.state_changed.emit()
         self.ended.emit(text)
         if holds:

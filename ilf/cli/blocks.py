@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> None:
     labels = extraction.blocks
     if present is not None:
         kept = _kept(present, arguments.keep)
-        labels = flow_around(present, kept, labels, parameters.min_size / 100 * labels.size)
+        labels = flow_around(present, kept, labels, parameters.smallest_block(labels.size))
     pictures = {}
     if arguments.stages is not None:
         folder = Path(arguments.stages)

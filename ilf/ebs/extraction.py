@@ -69,7 +69,7 @@ def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extr
     regions = contract(regions_between(found.edges, chosen.dilation, inside), found.guide, inside)
     if found.relief is not None:
         regions = snap_to_jumps(regions, found.relief.jumps)
-    smallest = max(chosen.min_size / 100 * regions.size, 1)
+    smallest = chosen.smallest_block(regions.size)
     graph = RegionGraph(regions, found.strength, frame, found.relief)
     graph.merge_below(_USUAL_LIMIT ** (2 * chosen.granularity))
     graph.take_in_unfit(Fitness(smallest, chosen.min_known_share, Parameters().min_known_pixels))

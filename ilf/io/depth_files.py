@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ExportError, FormatError, ParameterError
+from ..numbers import as_float
 from .atomic import write_bytes
 from .files import FileContent, FileSource, read_file
 from .images import check_pixel_count, encode_image, read_image
@@ -239,10 +240,7 @@ def checked_units(units: object) -> float:
     """File units per metre as float; raises ParameterError unless positive and finite."""
     if isinstance(units, bool) or not isinstance(units, int | float | np.integer | np.floating):
         raise ParameterError(f"Depth units must be a number of file units per metre, not {units!r:.60}.")
-    try:
-        number = float(units)
-    except OverflowError:
-        number = math.inf
+    number = as_float(units)
     if not (math.isfinite(number) and number > 0):
         raise ParameterError(
             f"Depth units must be a positive number of file units per metre (1000 for millimetres), not {number:g}."

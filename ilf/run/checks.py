@@ -22,7 +22,9 @@ def missing_or_changed(record: RunRecord, folder: Path) -> tuple[str, ...]:
         Where it lies.
     """
     gone = [name for name in record.outputs if not (folder / name).is_file()]
-    changed = [name for name in record.outputs if name not in gone and is_changed(folder / name, record.outputs[name])]
+    changed = [
+        name for name, sha256 in record.outputs.items() if name not in gone and file_sha256(folder / name) != sha256
+    ]
     sentences = []
     if gone:
         sentences.append(f"The set is not whole: {', '.join(gone)} {'is' if len(gone) == 1 else 'are'} not beside it.")
@@ -87,11 +89,6 @@ def network_differences(record: RunRecord) -> list[str]:
             state = "is not here" if present is None else "is another one now"
             sentences.append(f"The edge network {name!r} that {had} {state}: {means}. Import the recorded one.")
     return sentences
-
-
-def is_changed(path: Path, sha256: str) -> bool:
-    """Whether a file has another content than recorded."""
-    return file_sha256(path) != sha256
 
 
 def _present(name: str) -> str | None:

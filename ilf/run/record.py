@@ -179,7 +179,7 @@ def to_json(record: RunRecord) -> bytes:
 
 
 def outcome_to_dict(outcome: BlockOutcome) -> dict[str, Any]:
-    """A block's outcome, ready for JSON and for comparison: NaN becomes None."""
+    """A block's outcome, ready for JSON: NaN becomes None."""
     values = dataclasses.asdict(outcome)
     sigma = None if math.isnan(outcome.sigma_i) else outcome.sigma_i
     return values | {"status": outcome.status.value, "sigma_i": sigma}

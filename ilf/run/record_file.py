@@ -12,6 +12,7 @@ from typing import Any
 from ..errors import FormatError, InputError, ParameterError
 from ..frame import FrameInputs, InputFile
 from ..io.files import read_json
+from ..numbers import as_float
 from ..outcomes import BlockOutcome, Status
 from ..parameters import BlockParameters, Parameters
 from .options import ExportOptions
@@ -75,18 +76,11 @@ class _Section:
 def _checked(value: Any, kinds: tuple[type, ...], what: str) -> Any:
     """`value` of one of these kinds: whole numbers pass as float, true and false never as numbers."""
     if float in kinds and type(value) is int:
-        value = _as_float(value)
+        value = as_float(value)
     if type(value) in kinds and not (type(value) is float and not math.isfinite(value)):
         return value
     wanted = " or ".join("null" if kind is type(None) else kind.__name__ for kind in kinds)
     raise FormatError(f"{what} must be {wanted}, not {value!r:.60}.")
-
-
-def _as_float(number: int) -> float:
-    try:
-        return float(number)
-    except OverflowError:
-        return math.inf
 
 
 def _is_plain(name: str) -> bool:

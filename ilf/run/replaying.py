@@ -20,7 +20,6 @@ from ..io.files import file_sha256
 from ..io.label_files import read_mask
 from ..outcomes import Completion
 from .checks import (
-    is_changed,
     missing_or_changed,
     network_differences,
     networks_that_were_missing,
@@ -28,7 +27,7 @@ from .checks import (
     version_differences,
 )
 from .options import DEPTH_FILES, DISTRUSTED_FILE, LABELS_FILE, ExportOptions
-from .record import RunRecord, array_sha256, outcome_to_dict
+from .record import RunRecord, array_sha256
 from .record_file import read_record
 from .run import Run
 
@@ -68,11 +67,9 @@ class Replay:
         tuple of str
             A sentence each, with the size of the differences where the recorded depth is at hand.
         """
-        outcomes = [outcome_to_dict(result.outcome) for result in completion.results.values()]
-        recorded = [outcome_to_dict(outcome) for outcome in self.record.outcomes]
-        same_outcomes = outcomes == recorded
         if self.record.depth_sha256 is None:  # schema 0
-            return () if same_outcomes else (f"The blocks did not come out as recorded{self._because()}.",)
+            same = tuple(completion.outcomes.values()) == self.record.outcomes
+            return () if same else (f"The blocks did not come out as recorded{self._because()}.",)
         if self.record.depth_sha256 == array_sha256(completion.depth):
             return ()
         if self._depth is None:
@@ -80,14 +77,14 @@ class Replay:
                 f"The depth is not bit for bit the recorded one{self._because()}. By how much cannot be said: neither "
                 f"{DEPTH_FILES['npy']} nor {DEPTH_FILES['tiff']} of the record is beside it, as it was written.",
             )
-        return (f"{_size(completion.depth, self._depth)}{self._because()}.",)
+        return (f"{_how_far(completion.depth, self._depth)}{self._because()}.",)
 
     def _because(self) -> str:
         causes = [text for text in (version_differences(self.record), processor_difference(self.record)) if text]
         return f"; by {' and '.join(causes)}" if causes else ""
 
 
-def _size(depth: NDArray[np.float32], recorded: NDArray[np.float32]) -> str:
+def _how_far(depth: NDArray[np.float32], recorded: NDArray[np.float32]) -> str:
     """By how much depth differs from the recorded depth, in words."""
     both = np.isfinite(depth) & np.isfinite(recorded)
     apart = np.abs(depth[both].astype(np.float64) - recorded[both])
@@ -269,6 +266,6 @@ def _saved_labels(record: RunRecord, folder: Path) -> NDArray[np.int32] | None:
 def _recorded_depth(record: RunRecord, folder: Path) -> NDArray[np.float32] | None:
     """The recorded depth, from a file beside the record that keeps every digit; None if there is none."""
     for name in (DEPTH_FILES["npy"], DEPTH_FILES["tiff"]):
-        if name in record.outputs and (folder / name).is_file() and not is_changed(folder / name, record.outputs[name]):
+        if name in record.outputs and (folder / name).is_file() and file_sha256(folder / name) == record.outputs[name]:
             return depth_in_metres(read_depth_values(folder / name), 1.0)
     return None

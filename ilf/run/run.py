@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections import defaultdict
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Self
@@ -10,13 +11,13 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..blocks import Block, checked_labels
+from ..blocks import checked_labels
 from ..completion import CompletionRun
 from ..dense import guess_steps
 from ..ebs import extract
 from ..filter.convergence import IterationRecord
 from ..frame import RGBDFrame
-from ..outcomes import BlockResult, Completion, Progress, compose
+from ..outcomes import Completion, Progress, compose
 from ..parameters import BlockParameters, Parameters, preset
 
 GUESS = 0
@@ -153,57 +154,32 @@ class Run:
         return steps.completion()
 
 
-class RunSteps(Iterator[Progress]):
-    """All steps of a run: those of its blocks, as `ilf.completion.CompletionRun` has them, then those of the guess.
+class RunSteps(CompletionRun):
+    """All steps of a run: those of its blocks, then those of the guess if it is dense.
 
-    A run that is left before its end must be closed, by `close` or as a context manager.
+    Parameters
+    ----------
+    run : Run
+    threads : int, optional
+        As for `ilf.completion.CompletionRun`.
     """
 
     def __init__(self, run: Run, threads: int | None = None) -> None:
-        self.run = run
-        choice = {int(label): run.parameters_of(int(label)) for label in np.unique(run.blocks) if label > 0}
-        only = None if run.only is None else set(run.only)
-        self._blocks = CompletionRun(run.frame, run.blocks, choice, only, threads, run.extraction)
-        self._completion: Completion | None = None
-        self._steps = self._all()
-
-    @property
-    def blocks(self) -> dict[int, Block]:
-        """The blocks that are run, by label."""
-        return self._blocks.blocks
-
-    @property
-    def results(self) -> dict[int, BlockResult]:
-        """The blocks whose end has been reported, by label."""
-        return self._blocks.results
+        choice = defaultdict(lambda: run.parameters, run.own)
+        super().__init__(run.frame, run.blocks, choice, run.only, threads, run.extraction)
+        self._run = run
+        self._dense: Completion | None = None
+        if run.dense:
+            self._steps = self._and_guess(self._steps)
 
     def completion(self) -> Completion:
         """The frame's depth as far as it has come."""
-        return self._completion or compose(self.run.frame, self.results)
+        return self._dense or compose(self._run.frame, self.results)
 
-    def preview(self) -> list[tuple[Block, NDArray[np.float32]]]:
-        """The running blocks and what their depth [m] would be if they stopped now. From any thread."""
-        return self._blocks.preview()
-
-    def __next__(self) -> Progress:
-        return next(self._steps)
-
-    def close(self) -> None:
-        """End the run where it is; no thread is left when this returns. Not from another thread than `next()`."""
-        self._steps.close()
-        self._blocks.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def _all(self) -> Generator[Progress, None, None]:
-        yield from self._blocks
-        if self.run.dense:
-            for record in self._guess():
-                yield Progress(GUESS, record=record)
+    def _and_guess(self, blocks: Generator[Progress, None, None]) -> Generator[Progress, None, None]:
+        yield from blocks
+        for record in self._guess():
+            yield Progress(GUESS, record=record)
 
     def _guess(self) -> Generator[IterationRecord, None, None]:
-        self._completion = yield from guess_steps(self.run.frame, self.completion(), self.run.extraction)
+        self._dense = yield from guess_steps(self._run.frame, self.completion(), self._run.extraction)

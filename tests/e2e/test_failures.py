@@ -13,6 +13,8 @@ from PySide6.QtGui import QDropEvent
 from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
+import ilf
+from gui.blocks.block_rows import block_rows
 from gui.frames.frame_source import FrameSource
 from gui.main_window import MainWindow
 from ilf.run import ExportOptions
@@ -132,6 +134,18 @@ def test_an_error_in_the_middle_of_a_run_is_shown_and_the_window_goes_on(
     assert "no memory for the padded grid" in reported[0]
     monkeypatch.undo()
     assert opened.actions_["run"].isEnabled()
+
+
+def test_a_filter_without_its_network_is_told_of_in_the_log_and_in_the_table(opened: MainWindow, run_all: Run) -> None:
+    workspace = opened.workspace
+    workspace.set_parameters(ilf.preset(model="elsewhere"))
+    said: list[str] = []
+    opened.runs.ended.connect(said.append)
+    run_all(opened)
+    assert "Canny's edges stand in" in said[0]
+    assert said[0] in opened.log.toPlainText()
+    rows = block_rows(workspace.session, opened.runs, workspace.parameters)
+    assert [row.detail.splitlines()[-1] for row in rows] == list(workspace.session.completion().notes) * len(rows)
 
 
 def test_run_record_that_is_no_record(window: MainWindow, qtbot: QtBot, reported: list[str], tmp_path: Path) -> None:

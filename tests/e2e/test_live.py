@@ -12,11 +12,12 @@ from PySide6.QtWidgets import QMessageBox, QSlider
 from pytestqt.qtbot import QtBot
 
 import ilf
+from gui.blocks.block_rows import block_rows
 from gui.main_window import MainWindow
 from gui.state.session import Session
 from gui.work.runs import RunState
-from ilf.completion import BlockResult
 from ilf.frame import RGBDFrame
+from ilf.outcomes import BlockResult
 
 from .conftest import WAIT_MS
 
@@ -39,8 +40,6 @@ def _results(window: MainWindow) -> dict[int, BlockResult]:
 
 
 def _states(window: MainWindow) -> dict[int, str]:
-    from gui.blocks.block_rows import block_rows
-
     workspace = window.workspace
     return {row.label: row.state for row in block_rows(workspace.session, window.runs, workspace.parameters)}
 

@@ -18,7 +18,7 @@ from gui.frames.frame_source import FrameSource
 from gui.main_window import MainWindow
 from gui.work.runs import RunState
 from ilf.cli import main as command_line
-from ilf.completion import Status
+from ilf.outcomes import Status
 from ilf.run import ExportOptions
 
 from .conftest import WAIT_MS, open_frame

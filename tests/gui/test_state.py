@@ -11,10 +11,11 @@ from pytestqt.qtbot import QtBot
 
 from gui.state.session import LARGEST_LABEL, BlockCounts, Session
 from gui.state.workspace import Kept, Workspace
-from ilf.completion import BlockResult, complete
+from ilf.completion import complete
 from ilf.ebs import Extraction, extract
 from ilf.ebs.edit import patch_between
 from ilf.frame import RGBDFrame
+from ilf.outcomes import BlockResult
 from ilf.parameters import BlockParameters, preset
 from ilf.run import Run
 

@@ -20,9 +20,9 @@ from ilf.bench.block_measures import (
     score_blocks,
 )
 from ilf.cli import main
-from ilf.completion import Status
 from ilf.edges.pairs import both, mark
 from ilf.errors import InputError
+from ilf.outcomes import Status
 
 from .small_frames import write_small_frame
 

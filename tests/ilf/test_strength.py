@@ -12,7 +12,7 @@ import pytest
 
 import ilf
 from ilf.assets import asset_path
-from ilf.completion import CompletionRun, compose, prepare
+from ilf.completion import CompletionRun, prepare
 from ilf.ebs import extract
 from ilf.edges import find_edges
 from ilf.edges.network import EdgeNetwork
@@ -21,6 +21,7 @@ from ilf.edges.strength import DETECTORS
 from ilf.errors import FormatError, InputError
 from ilf.filter.stepper import edges_for
 from ilf.frame import RGBDFrame
+from ilf.outcomes import compose
 from ilf.parameters import BlockParameters
 
 

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.completion import compose
 from ilf.confidence import expected_error
 from ilf.errors import ExportError, InputError, ParameterError
 from ilf.io import load_frame, read_colour, read_depth_values, read_labels
+from ilf.outcomes import compose
 from ilf.run import ExportOptions, check_write, filenames, staging, write
 from ilf.run import writing as module
 

@@ -1,0 +1,139 @@
+"""Runs that go on step by step as a test allows, and a workspace with the run control to start them from."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gui.state.session import Session
+from gui.state.workspace import Workspace
+from gui.work.runs import RunController, RunState
+from ilf import RGBDFrame
+from ilf.blocks import Block, find_blocks
+from ilf.filter.convergence import IterationRecord
+from ilf.filter.stepper import edge_parameters
+from ilf.outcomes import BlockOutcome, BlockResult, Progress, Status, notes_of
+from ilf.run import Run
+
+WAIT_MS = 4000
+
+Until = Callable[[Callable[[], bool]], None]
+
+
+def record(i: int) -> IterationRecord:
+    return IterationRecord(i, 1, 0.01 / i, 1.0, 0.0, np.nan, 0.0)
+
+
+class Script:
+    """What the scripted runs have been asked for, and how far they may go.
+
+    Every block takes `records` iterations, one after the other in rising order of labels; each step waits for `allow`.
+    Results have the `notes`.
+    """
+
+    def __init__(self) -> None:
+        self.records = 2
+        self.notes: tuple[str, ...] = ()
+        self.error: Exception | None = None
+        self.runs: list[ScriptedSteps] = []
+        self._steps = threading.Semaphore(0)
+
+    def allow(self, steps: int = 100_000) -> None:
+        self._steps.release(steps)
+
+    def wait(self) -> None:
+        assert self._steps.acquire(timeout=20)
+        if self.error is not None:
+            raise self.error
+
+
+class ScriptedSteps(Iterator[Progress]):
+    """Takes the place of `ilf.run.RunSteps`."""
+
+    def __init__(self, script: Script, run: Run, threads: int | None) -> None:
+        self.run = run
+        self.threads = threads
+        blocks = find_blocks(run.blocks)
+        self.blocks = {label: block for label, block in blocks.items() if run.only is None or label in run.only}
+        self.results: dict[int, BlockResult] = {}
+        self.previews = 0
+        self.closed = False
+        self._script = script
+        self._live: list[Block] = []
+        self._all = self._steps()
+        script.runs.append(self)
+
+    def _steps(self) -> Iterator[Progress]:
+        for label, block in self.blocks.items():
+            self._live = [block]
+            for i in range(1, self._script.records + 1):
+                self._script.wait()
+                yield Progress(label, record=record(i))
+            self._script.wait()
+            self._live = []
+            self.results[label] = self._result(label, block)
+            yield Progress(label, result=self.results[label])
+
+    def _result(self, label: int, block: Block) -> BlockResult:
+        depth = np.full(np.count_nonzero(block.mask), 2.0, np.float32)
+        count = self._script.records
+        outcome = BlockOutcome(label, Status.COMPLETED, "", depth.size, 0, depth.size, count, 1, 0.001)
+        history = tuple(record(i) for i in range(1, count + 1))
+        parameters = self.run.parameters_of(label)
+        edges = edge_parameters(parameters, self.run.extraction)
+        return BlockResult(block, depth, outcome, history, parameters, notes=self._script.notes, edges=edges)
+
+    def preview(self) -> list[tuple[Block, NDArray[np.float32]]]:
+        self.previews += 1
+        return [(block, np.full(np.count_nonzero(block.mask), 1.5, np.float32)) for block in self._live]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return notes_of(self.results)
+
+    def __next__(self) -> Progress:
+        return next(self._all)
+
+    def __enter__(self) -> ScriptedSteps:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.closed = True
+
+
+class Bench:
+    """A workspace with one frame of two blocks, the run control, and all that it says."""
+
+    def __init__(self, frame: RGBDFrame, labels: NDArray[np.int32], script: Script) -> None:
+        self.frame, self.labels, self.script = frame, labels, script
+        self.workspace = Workspace()
+        self.session = self.open("first")
+        self.runs = RunController(self.workspace)
+        self.said: list[str] = []
+        self.resolved: list[str] = []
+        self.failed: list[Exception] = []
+        self.finished: list[Session] = []
+        self.records: list[tuple[int, list[int]]] = []
+        self.states: list[RunState] = []
+        runs = self.runs
+        runs.ended.connect(self.said.append)
+        runs.resolved.connect(self.resolved.append)
+        runs.failed.connect(self.failed.append)
+        runs.finished.connect(self.finished.append)
+        runs.records.connect(lambda label, records: self.records.append((label, [record.i for record in records])))
+        runs.state_changed.connect(lambda: self.states.append(runs.state))
+
+    def open(self, name: str) -> Session:
+        frame = replace(self.frame, name=name)
+        session = Session.of(Run(frame, self.labels), None, name)
+        self.workspace.add_session(session)
+        return session
+
+    @property
+    def run(self) -> ScriptedSteps:
+        """The latest run."""
+        return self.script.runs[-1]
