@@ -13,6 +13,7 @@ from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QResizeEvent, 
 from gui.theme import Colours
 
 from .items import HaloPath, Hatch
+from .preview import PreviewItem
 from .view_transform import ViewTransform
 
 _CROSS_GAP = 9
@@ -56,7 +57,7 @@ class ImageView(pg.GraphicsView):
         self._hatches: list[Hatch] = []
         self.hatch = self.add_hatch(-1)
         self.outline = HaloPath(2, _WHITE, 190, 5)
-        self.preview = HaloPath(1.5, _WHITE, 150, 6)
+        self.preview = PreviewItem(6)
         # two items, so that a moving cursor repaints two thin strips instead of the view
         self._cross = tuple(HaloPath(1, QColor(255, 255, 255, 190), 70, 7) for _ in range(2))
         for item in (self.outline, self.preview, *self._cross):
