@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from ilf.ebs.similar import Similar
 from PySide6.QtCore import QPointF
 from PySide6.QtGui import QPainterPath
 
@@ -11,6 +10,7 @@ from gui.tools.swept import Swept
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
 from ilf.ebs.edit import Stroke, brush_stroke, erase, paint
+from ilf.ebs.similar import Similar
 
 
 class BrushTool(Tool):
@@ -80,7 +80,7 @@ class BrushTool(Tool):
         guide = host.guide
         if not knows_edges(host) or guide is None:
             return False
-        self._similar = Similar(host.session.frame, guide.strength, event.x, event.y)
+        self._similar = Similar(guide.frame, guide.strength, event.x, event.y)
         return True
 
     def _sweep(self, swept: Swept, point: Point, host: Host) -> None:

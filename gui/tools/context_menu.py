@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from ilf.ebs.pieces import piece_at
 from PySide6.QtCore import QObject, QPoint
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QWidget
@@ -14,6 +13,7 @@ from gui.tools.editor import Editor
 from gui.tools.give import give_piece
 from gui.tools.split import suggested_cut
 from ilf.ebs.edit import merge
+from ilf.ebs.pieces import piece_at
 
 
 class ContextMenu(QObject):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from ilf.ebs.pieces import piece_at
 from numpy.typing import NDArray
 
 from gui.tools.base import Host, Tool
@@ -11,6 +10,7 @@ from gui.views.overlay import boundary_path
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
 from ilf.ebs.edit import give
+from ilf.ebs.pieces import piece_at
 
 
 class GiveTool(Tool):

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from ilf.ebs.snapping import Snapper
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from gui.extraction.found_blocks import Found, find
 from gui.state.session import Session
 from gui.work.latest_question import LatestQuestion
+from ilf.ebs.similar import Similar
+from ilf.ebs.snapping import Snapper
 from ilf.frame import RGBDFrame
 from ilf.parameters import BlockParameters
 
@@ -84,6 +85,8 @@ class GuideSource(QObject):
     def hold(self, extraction: Found) -> None:
         """An extraction has been made; the guide of its frame need not make another."""
         self._extraction = extraction
+        if self._guide is not None and self._guide.frame is extraction.frame:
+            self._session = self._guide = None
 
     def turn_to(self, session: Session | None) -> None:
         """Let go what is known of other frames than that of this session."""
@@ -111,4 +114,5 @@ def _find(question: _Question) -> Guide:
 
 def guide_of(frame: RGBDFrame, strength: NDArray[np.float32], regions: NDArray[np.int32]) -> Guide:
     """The guide of a frame whose edges and regions are known."""
+    Similar(frame, strength, 0, 0)  # what it works out for all of the frame is remembered with it
     return Guide(frame, strength, regions, Snapper(frame, strength))

@@ -7,7 +7,6 @@ from functools import partial
 
 import cv2
 import numpy as np
-from ilf.ebs.splitting import suggest_split
 
 from gui.state.session import Session
 from gui.tools.base import Host, Point, Press, Tool, knows_edges, line_path, refuses, snapped
@@ -15,6 +14,7 @@ from gui.tools.pen import Pen
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
 from ilf.ebs.edit import split
+from ilf.ebs.splitting import suggest_split
 
 
 @dataclass(frozen=True)

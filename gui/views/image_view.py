@@ -119,8 +119,9 @@ class ImageView(pg.GraphicsView):
         # the visible part as scene rectangle leaves nothing to scroll
         self.setSceneRect(drawn.inverted()[0].mapRect(QRectF(QRect(0, 0, size.width(), size.height()))))
         self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, scale * ratio < 1)
-        for item in (self.outline, self.preview, *self._cross):
+        for item in (self.outline, *self._cross):
             item.set_pixel_size(1 / scale)
+        self.preview.set_pixel_size(1 / scale)
 
     def to_image(self, position: QPointF) -> QPointF:
         """Image coordinates of the middle of the screen pixel at a position in the viewport.

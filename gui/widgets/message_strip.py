@@ -62,6 +62,7 @@ class MessageStrip(QLabel):
         """Listen no more."""
         super().hideEvent(event)
         self._listens = False
+        self._over.stop()
         application = QApplication.instance()
         if application is not None:
             application.removeEventFilter(self)

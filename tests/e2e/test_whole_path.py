@@ -220,9 +220,9 @@ def test_keyboard_shortcuts_are_unique_and_no_bare_key_deletes(window: MainWindo
 def test_brush_size_by_keyboard(opened: MainWindow, qtbot: QtBot) -> None:
     opened.editor.set_tool("paint")
     qtbot.keyClick(opened, Qt.Key.Key_BracketRight)
-    assert opened.editor.brush_radius == 12.0
+    assert opened.editor.options.brush_radius == 12.0
     qtbot.keyClick(opened, Qt.Key.Key_BracketLeft)
-    assert opened.editor.brush_radius == 8.0
+    assert opened.editor.options.brush_radius == 8.0
 
 
 def test_preset_box_tells_what_was_changed_and_brings_it_back(opened: MainWindow) -> None:
