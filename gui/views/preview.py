@@ -9,7 +9,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPen
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
-_LINE, _HALO, _AREA = QColor("white"), QColor(0, 0, 0, 190), QColor(255, 120, 220, 110)
+_LINE, _HALO, _AREA = QColor(255, 221, 51), QColor(0, 0, 0, 200), QColor(255, 221, 51, 110)
 _WIDTH = 2.0
 _HANDLE = 4.0
 

@@ -361,7 +361,7 @@ def test_previews_show_in_every_view(views):
     for name in ("colour", "depth-in"):
         view = view_of(views, name)
         row = [colour_at(view, place(view, 20, 25) + QPoint(shift, 0)) for shift in (-1, 0, 1)]
-        assert (255, 255, 255) in row
+        assert (255, 221, 51) in row
     views.set_preview(None)
     assert view_of(views).preview.boundingRect().isEmpty()
 
