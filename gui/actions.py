@@ -52,7 +52,16 @@ COMMANDS = (
     ),
     Command("zoom_block", "&Zoom to block", "ph.magnifying-glass-plus", "Ctrl+J", "Show the chosen block large"),
     Command("select_all", "Select &all blocks", "ph.selection-all", "Ctrl+A", "Choose every block"),
-    Command("run", "&Run all blocks", "ph.play", "F5", "Complete the depth of all blocks"),
+    Command(
+        "run",
+        "&Run what changed",
+        "ph.play",
+        "F5",
+        "Complete the depth of all blocks that have no result as they are now",
+    ),
+    Command(
+        "run_all", "Run &all blocks", "", "Ctrl+F5", "Complete the depth of all blocks, also where nothing changed"
+    ),
     Command(
         "run_selected",
         "Run &chosen blocks",
@@ -68,7 +77,7 @@ COMMANDS = (
         "&Live",
         "ph.lightning",
         "Ctrl+Shift+L",
-        "Solve the chosen block anew whenever a value of the filter changes",
+        "Solve blocks anew whenever they are edited, and the chosen one whenever a value of the filter changes",
         checkable=True,
     ),
     Command(
@@ -113,6 +122,22 @@ COMMANDS = (
     Command("give_up", "Gi&ve up", "", "Esc", "Drop the stroke or line that is under way, or else choose no block"),
     Command("brush_smaller", "Smaller brush", "", "["),
     Command("brush_larger", "Larger brush", "", "]"),
+    Command(
+        "similar_only",
+        "&Similar only",
+        "ph.eyedropper",
+        "Ctrl+Shift+K",
+        "A stroke keeps to pixels of like colour and depth, up to strong edges",
+        checkable=True,
+    ),
+    Command(
+        "to_no_block",
+        "To &no block",
+        "ph.selection-slash",
+        "Ctrl+Shift+N",
+        "Erased pixels belong to no block, instead of the neighbour that they fit best",
+        checkable=True,
+    ),
     Command(
         "clean_up",
         "&Clean up",

@@ -46,6 +46,7 @@ from gui.views.presenter import ViewsPresenter
 from gui.widgets.log import LogPanel
 from gui.widgets.message_strip import MessageStrip
 from gui.widgets.notes import Notes
+from gui.work.live import LiveSolver
 from gui.work.refresh import Refresh
 from gui.work.runs import RunController
 from ilf.drawing.stages import STAGES
@@ -110,6 +111,7 @@ class MainWindow(QMainWindow):
         self.stages = StagePresenter(workspace, self.views, self.extraction_panel, self.notes)
         self.block_presenter = BlocksPresenter(workspace, runs, self.blocks, entries(actions, BLOCK_MENU))
         self.filter_presenter = FilterPresenter(workspace, runs, self.filter_panel, actions["live"])
+        self.live = LiveSolver(workspace, runs, actions["live"])
         self.curve_presenter = CurvesPresenter(workspace, self.curves)
         self.cloud_presenter = CloudPresenter(workspace, self.cloud)
         tools = {name: actions[f"tool_{name}"] for name in self.editor.tools}
@@ -205,7 +207,8 @@ class MainWindow(QMainWindow):
             "clean_up": blocks.clean_up,
             "zoom_block": self.view_presenter.zoom_to_blocks,
             "select_all": blocks.select_all,
-            "run": runs.start,
+            "run": runs.start_changed,
+            "run_all": runs.start,
             "run_selected": runs.start_chosen,
             "pause": runs.toggle_pause,
             "step": runs.step,

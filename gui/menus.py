@@ -35,10 +35,10 @@ BLOCK_MENU = (
 _TOOLS = "tool_select tool_border tool_outline tool_split tool_paint tool_erase tool_give tool_distrust"
 _MENUS = {
     "&File": "open open_sample open_run | load_blocks export save_picture | close_frame quit",
-    "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger give_up",
+    "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | give_up",
     "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",
-    "&Run": "run run_selected | pause step cancel | live | guess clear_results",
+    "&Run": "run run_selected run_all | pause step cancel | live | guess clear_results",
 }
 _OPACITY = 45
 
@@ -51,7 +51,8 @@ class ToolBar(QToolBar):
         self.setObjectName("Tools")
         self.setMovable(False)
         _fill(self, entries(actions, f"open export | undo redo | {_TOOLS} |"))
-        self.options = OptionsRow([actions[name] for name in ("grow_blocks", "shrink_blocks", "smooth_blocks")])
+        by_amount = [actions[name] for name in ("grow_blocks", "shrink_blocks", "smooth_blocks")]
+        self.options = OptionsRow(actions["similar_only"], actions["to_no_block"], by_amount)
         self.addWidget(self.options)
         spring = QWidget()  # what is right of it stays where it is when another tool has other options
         spring.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)

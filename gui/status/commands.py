@@ -19,6 +19,8 @@ _FRAME_ACTIONS = (
     *(f"tool_{name}" for name in TOOL_NAMES),
     "brush_smaller",
     "brush_larger",
+    "similar_only",
+    "to_no_block",
     "fit",
     "one_to_one",
     *(f"stage_{name}" for name in STAGES),
@@ -52,7 +54,7 @@ class CommandsPresenter(QObject):
         actions.enable(bool(counts), "clean_up")
         actions.enable(len(unlocked) > 1, "merge_blocks")
         actions.enable(bool(session and session.selected), "lock_blocks", "hide_blocks")
-        actions.enable(free and bool(counts), "run")
+        actions.enable(free and bool(counts), "run", "run_all")
         actions.enable(free and bool(chosen), "run_selected")
         actions.enable((free and bool(counts)) or (shown and runs.session is session and paused), "step")
         actions.enable(runs.state in (RunState.RUNNING, RunState.PAUSED, RunState.GUESSING), "pause", "cancel")

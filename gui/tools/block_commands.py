@@ -57,9 +57,10 @@ class BlockCommands(QObject):
         """Lock the chosen blocks, or unlock them if all are locked."""
         session = self._workspace.session
         lock = not all(session.info(label).locked for label in session.selected)
-        for label in list(session.selected):
-            if session.info(label).locked != lock:
-                self._workspace.set_lock(label, lock)
+        changed = [label for label in session.selected if session.info(label).locked != lock]
+        if changed:
+            text = self._text("Lock" if lock else "Unlock")
+            self._workspace.edit_infos({label: {"locked": lock} for label in changed}, text)
 
     def toggle_visibility(self) -> None:
         """Show the chosen blocks in the overlay if any of them is hidden, otherwise hide them."""

@@ -66,16 +66,12 @@ class DistrustTool(Tool):
         measured = swept.mask & np.isfinite(frame.measured)
         mask = before & ~measured if self._trusts else before | measured
         text = "Trust depth again" if self._trusts else "Distrust depth"
-        if np.array_equal(mask, before):
-            host.say(
-                "None of this depth was distrusted."
-                if self._trusts
-                else "There is no measured depth here that is not distrusted already."
-            )
-        elif not mask[np.isfinite(frame.measured)].all():
-            host.distrust(mask if mask.any() else None, text)
+        if not np.array_equal(mask, before):
+            host.distrust(mask, text)
+        elif self._trusts:
+            host.say("None of this depth was distrusted.")
         else:
-            host.say("All measured depth would be distrusted: leave some to go by.")
+            host.say("There is no measured depth here that is not distrusted already.")
 
     def _trail(self, radius: float) -> QPainterPath:
         stroker = QPainterPathStroker()

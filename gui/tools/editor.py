@@ -16,6 +16,7 @@ from gui.views.linked_views import LinkedViews
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
 from ilf.ebs.edit import LabelPatch, count_slivers
+from ilf.errors import InputError
 
 _GUIDED = {"leash", "similar"}
 """Options of tools that ask for the guide."""
@@ -193,7 +194,11 @@ class Editor(QObject):
 
     def distrust(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
         """Distrust the depth at these pixels, and no others, as one undoable step."""
-        return self._workspace.set_distrusted(mask, text)
+        try:
+            return self._workspace.set_distrusted(mask, text)
+        except InputError as error:
+            self.say(str(error))
+            return False
 
     def show_preview(self, preview: Preview | None) -> None:
         """Draw a tool's preview over the views."""

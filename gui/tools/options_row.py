@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QSlider, QSpinBox, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QSpinBox, QToolButton, QWidget
 
 from gui.tools.options import BRUSH_RADII, LARGEST_AMOUNT, LARGEST_LEASH, ToolOptions
 
@@ -19,6 +19,8 @@ class OptionsRow(QWidget):
 
     Parameters
     ----------
+    similar, no_block : QAction
+        Switches of the options `similar_only` and `to_no_block`.
     by_amount : sequence of QAction
         Commands that go by the option `amount`, which stand beside it.
 
@@ -30,28 +32,25 @@ class OptionsRow(QWidget):
 
     changed = Signal(str, object)
 
-    def __init__(self, by_amount: Sequence[QAction], parent: QWidget | None = None) -> None:
+    def __init__(
+        self, similar: QAction, no_block: QAction, by_amount: Sequence[QAction], parent: QWidget | None = None
+    ) -> None:
         super().__init__(parent)
         self._brush_text, self._leash_text = QLabel(), QLabel()
         self.brush = _slider(1, round(BRUSH_RADII[-1]))
         self.leash = _slider(0, LARGEST_LEASH)
-        self.similar = QCheckBox("Similar only")
-        self.no_block = QCheckBox("To no block")
+        self._switches = {"similar_only": similar, "to_no_block": no_block}
         self.amount = QSpinBox()
         self.amount.setRange(1, LARGEST_AMOUNT)
         self.amount.setSuffix(" px")
         self.leash.setToolTip("Snap: how far a drawn line may move to lie on an edge; at the left end, not at all")
-        self.similar.setToolTip("A stroke keeps to pixels of like colour and depth, up to strong edges")
-        self.no_block.setToolTip("Erased pixels belong to no block, instead of the neighbour that they fit best")
         self.amount.setToolTip("By how many pixels chosen blocks grow, shrink or are smoothed")
-        for box in (self.similar, self.no_block):
-            box.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.amount.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self._parts: dict[str, QWidget] = {
             "brush": _together(self.brush, self._brush_text),
             "leash": _together(QLabel("Snap"), self.leash, self._leash_text),
-            "similar": self.similar,
-            "no_block": self.no_block,
+            "similar": _button(similar),
+            "no_block": _button(no_block),
             "amount": _together(self.amount, *(_button(action) for action in by_amount)),
         }
         _fill(self, *self._parts.values())
@@ -59,8 +58,8 @@ class OptionsRow(QWidget):
             label.setMinimumWidth(label.fontMetrics().horizontalAdvance(longest))
         self.brush.valueChanged.connect(lambda radius: self.changed.emit("brush_radius", float(radius)))
         self.leash.valueChanged.connect(lambda leash: self.changed.emit("leash", leash))
-        self.similar.toggled.connect(lambda on: self.changed.emit("similar_only", on))
-        self.no_block.toggled.connect(lambda on: self.changed.emit("to_no_block", on))
+        for name, switch in self._switches.items():
+            switch.toggled.connect(lambda on, name=name: self.changed.emit(name, on))
         self.amount.valueChanged.connect(lambda amount: self.changed.emit("amount", amount))
 
     def show_options(self, names: Collection[str], options: ToolOptions) -> None:
@@ -79,9 +78,8 @@ class OptionsRow(QWidget):
         for slider, value in values:
             with QSignalBlocker(slider):
                 slider.setValue(value)
-        for box, on in ((self.similar, options.similar_only), (self.no_block, options.to_no_block)):
-            with QSignalBlocker(box):
-                box.setChecked(on)
+        for name, switch in self._switches.items():
+            switch.setChecked(getattr(options, name))
 
 
 def _slider(low: int, high: int) -> QSlider:
