@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
@@ -412,6 +412,12 @@ class Session:
         self._valid = None
         self._fitting.clear()
         self._shown.note_all()
+
+
+def parameter_labels(names: Iterable[str]) -> list[str]:
+    """What parameters are called in the window."""
+    declarations = Parameters.declarations()
+    return [declarations[name].label for name in declarations if name in set(names)]
 
 
 def touched_by(patch: LabelPatch) -> frozenset[int]:

@@ -13,7 +13,7 @@ from PySide6.QtGui import QUndoGroup, QUndoStack
 
 from gui.state.commands import Change, ClearResults, Distrust, EditInfo, EditLabels, EditParameters
 from gui.state.results import Preview
-from gui.state.session import BlockNotes, OwnValues, Session
+from gui.state.session import BlockNotes, OwnValues, Session, parameter_labels
 from ilf.ebs import Extraction
 from ilf.ebs.edit import LabelPatch, patch_between
 from ilf.ebs.reextraction import flow_around, keep_under
@@ -155,6 +155,7 @@ class Workspace(QObject):
     def note_saved(self, session: Session, state: tuple[int, int]) -> None:
         """What there was at `state`, as `Session.saving` gave it, has been exported."""
         session.note_saved(state)
+        self.sessions_changed.emit()
 
     # blocks
 
@@ -380,7 +381,7 @@ class Workspace(QObject):
         last = stack.command(stack.index() - 1) if not stack.isClean() else None
         if isinstance(last, EditParameters) and stack.index() == stack.count() and last.extend(common, own, names):
             return
-        what = Parameters.declarations()[min(names)].label if len(names) == 1 else f"{len(names)} values of the filter"
+        what = parameter_labels(names)[0] if len(names) == 1 else f"{len(names)} values of the filter"
         blocks = f" of {self._session.info(min(own)).name}" if len(own) == 1 else f" of {len(own)} blocks"
         stack.push(EditParameters(self, self._session, common, own, names, f"Set {what}{blocks if own else ''}"))
 
