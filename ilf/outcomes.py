@@ -80,6 +80,9 @@ class BlockResult:
         What the user should know of how it came about: none if all is as asked for.
     edges : BlockParameters or None
         What the edges that the filter took were found with (`edge_parameters`); None for the pass band.
+    drawn : ndarray of bool or None
+        Which of the block's pixels were marked as at a drawn border, in the order of `block.mask`'s True values
+        (`drawn_of`); None if none was.
     """
 
     block: Block
@@ -90,6 +93,7 @@ class BlockResult:
     network: str | None = None
     notes: tuple[str, ...] = ()
     edges: BlockParameters | None = None
+    drawn: NDArray[np.bool_] | None = None
 
 
 @dataclass(frozen=True, eq=False)
