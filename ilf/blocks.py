@@ -13,6 +13,12 @@ Box = tuple[slice, slice]
 """Rows and columns of a bounding box."""
 
 
+def within(inside: Box, outside: Box) -> Box:
+    """Where a box lies in one around it."""
+    rows, columns = (slice(a.start - b.start, a.stop - b.start) for a, b in zip(inside, outside, strict=True))
+    return rows, columns
+
+
 @dataclass(frozen=True, eq=False)
 class Block:
     """One label's pixels on their bounding box.

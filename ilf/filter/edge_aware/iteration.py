@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ...blocks import Block, Box
+from ...blocks import Block, Box, within
 from ...edges.frame_edges import FrameEdges
 from ...frame import RGBDFrame
 from ...parameters import Parameters
@@ -274,10 +274,10 @@ class _View:
         self._block = block
         self._window = _window(frame, block, parameters.mode)
         around = _union(block.box, self._window)
-        self._place = _within(self._window, around)
+        self._place = within(self._window, around)
         self.mask = np.zeros(frame.depth[around].shape, bool)
         """The block's pixels in the box around block and window."""
-        self.mask[_within(block.box, around)] = block.mask
+        self.mask[within(block.box, around)] = block.mask
         self._mask = self.mask[self._place]
         self._drawn: NDArray[np.bool_] | None = None
         if drawn is not None:
@@ -362,12 +362,6 @@ def _window(frame: RGBDFrame, block: Block, mode: str) -> Box:
 def _union(first: Box, second: Box) -> Box:
     """The smallest box around two."""
     rows, columns = (slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(first, second, strict=True))
-    return rows, columns
-
-
-def _within(inside: Box, outside: Box) -> Box:
-    """Where a box lies in one around it."""
-    rows, columns = (slice(a.start - b.start, a.stop - b.start) for a, b in zip(inside, outside, strict=True))
     return rows, columns
 
 
