@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .camera import CameraIntrinsics
 from .errors import InputError
+from .masks import checked_mask
 
 MEDIAN_DEPTH_RANGE = (0.1, 50.0)
 """Median depth [m] outside which a frame's depth scale is taken for a mistake."""
@@ -94,7 +95,7 @@ class RGBDFrame:
         object.__setattr__(self, "rgb", _checked_rgb(self.rgb))
         measured = depth = _checked_depth(self.depth)
         if self.distrusted is not None:
-            distrusted = _checked_mask(self.distrusted, depth.shape)
+            distrusted = checked_mask(self.distrusted, depth.shape, "distrusted depth")
             object.__setattr__(self, "distrusted", distrusted)
             depth = _frozen(np.where(distrusted, np.float32(np.nan), depth))
         object.__setattr__(self, "measured", measured)
@@ -215,16 +216,6 @@ def _checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
         metres = array.astype(np.float32)
     metres[~(np.isfinite(metres) & (metres > 0))] = np.nan
     return _frozen(metres)
-
-
-def _checked_mask(mask: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    array = np.asarray(mask)
-    if array.dtype != np.bool_ or array.shape != shape:
-        raise InputError(
-            f"A mask of distrusted depth must be bool with the frame's shape {shape}, not {array.dtype} with shape "
-            f"{array.shape}."
-        )
-    return _frozen(array.copy())
 
 
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:
