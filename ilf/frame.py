@@ -42,7 +42,8 @@ class FrameInputs:
 
 @dataclass(frozen=True, eq=False)
 class RGBDFrame:
-    """Registered colour and depth of one moment. Immutable: its arrays are read-only copies.
+    """Registered colour and depth of one moment. Immutable: its arrays are read-only copies, but for colour that is
+    read-only already.
 
     Parameters
     ----------
@@ -203,7 +204,9 @@ def _checked_rgb(rgb: ArrayLike) -> NDArray[np.uint8]:
     array = np.asarray(rgb)
     if array.ndim != 3 or array.shape[2] != 3 or array.dtype != np.uint8:
         raise InputError(f"Colour must be uint8 with shape (H, W, 3), not {array.dtype} with shape {array.shape}.")
-    return _frozen(array.copy())
+    # one that nobody can write to, as another frame's, is shared: what depends on it alone is then found once for both
+    fixed = not array.flags.writeable and array.base is None and array.flags.c_contiguous
+    return array if fixed else _frozen(array.copy())
 
 
 def _checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
