@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import InputError
+from .masks import checked_mask
 
 Box = tuple[slice, slice]
 """Rows and columns of a bounding box."""
@@ -57,16 +58,12 @@ def checked_labels(labels: NDArray[np.integer], shape: tuple[int, int]) -> NDArr
 
 
 def checked_drawn(drawn: ArrayLike | None, shape: tuple[int, int]) -> NDArray[np.bool_] | None:
-    """A mask of drawn borders; None if there are none. Raises InputError if it does not fit a frame of this shape."""
+    """A read-only copy of a mask of drawn borders, None if there are none; raises InputError if it does not fit a frame
+    of this shape (H, W)."""
     if drawn is None:
         return None
-    array = np.asarray(drawn)
-    if array.dtype != np.bool_ or array.shape != shape:
-        raise InputError(
-            f"A mask of drawn borders must be bool with the frame's shape {shape}, not {array.dtype} with shape "
-            f"{array.shape}."
-        )
-    return array if array.any() else None
+    mask = checked_mask(drawn, shape, "drawn borders")
+    return mask if mask.any() else None
 
 
 def drawn_of(block: Block, drawn: NDArray[np.bool_] | None) -> NDArray[np.bool_] | None:
