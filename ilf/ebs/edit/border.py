@@ -11,6 +11,7 @@ from collections.abc import Collection
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
 from scipy.spatial import cKDTree
 
 from .areas import parity
@@ -23,15 +24,23 @@ _BEYOND_CROP = -2
 _SHORTEST = 3.0
 """Length [px] from which on a line can be a border."""
 
+_RIM = 150, 300
+"""How far [px] around a line the old border is looked at: half the line's length, but at least and at most so far."""
+
+_CLOSES = 0.1
+"""Share of a line's length that its ends may be apart for it to be closed."""
+
 _REACH, _REACH_SHARE = 12.0, 0.25
 """How far the ends of a line may be off the border that it is about: pixels, or a share of its length if larger."""
 
-_AT_OUTLINE = 4.0
-"""How near [px] to another block or to the frame's rim an end of the line may be to be led there, if that is nearer
-than the border."""
+_AT_OUTLINE, _CLEARLY = 6.0, 0.75
+"""How near [px] to another block or to the frame's rim an end of the line may be to be led there, and what share of its
+distance to the border that may be."""
 
 _OFF_PAIR = 25.0
 """What a line that runs through other blocks counts in the choice of the pair, in pixels off the border."""
+
+_CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
 
 _ALONG_BORDER, _ALONG_OUTLINE = 0.05, 1.0
 """Cost of a path per pixel along the border of the pair, and along its outline to others."""
@@ -62,7 +71,7 @@ def redraw_border(labels: Labels, points: Points, locked: Collection[int] = ()) 
     length = 0.5 * (len(line) - 1)
     if length < _SHORTEST or not np.isfinite(line).all():
         return None
-    rim = int(np.clip(length / 2, 40, 200))
+    rim = int(np.clip(length / 2, *_RIM))
     low, high = np.floor(line.min(axis=0)).astype(int), np.ceil(line.max(axis=0)).astype(int) + 1
     box = grown((slice(low[1], high[1]), slice(low[0], high[0])), rim, labels.shape)
     if box[0].start >= box[0].stop or box[1].start >= box[1].stop:
@@ -78,6 +87,10 @@ def redraw_border(labels: Labels, points: Points, locked: Collection[int] = ()) 
 
 def _dense(line: NDArray[np.float64]) -> NDArray[np.float64]:
     """Points every half pixel along a line; none of a line without length."""
+    if len(line) < 2:
+        return np.empty((0, 2))
+    if np.hypot(*(line[-1] - line[0])) <= _CLOSES * np.hypot(*np.diff(line, axis=0).T).sum():
+        line = np.concatenate([line, line[:1]])
     steps = np.hypot(*np.diff(line, axis=0).T)
     line, steps = line[np.append(True, steps > 0)], steps[steps > 0]
     if steps.size == 0:
@@ -161,16 +174,21 @@ def _joint(paths: CrackPaths, point: NDArray[np.float64], between: NDArray[np.bo
     if between.all():
         return at_border
     at_outline, outline_off = paths.nearest(point, ~between)
-    return at_outline if (trimmed or outline_off <= _AT_OUTLINE) and outline_off < border_off else at_border
+    if trimmed:
+        return at_outline if outline_off < border_off else at_border
+    return at_outline if outline_off <= min(_AT_OUTLINE, _CLEARLY * border_off) else at_border
 
 
 def _stretches(paths: CrackPaths, one: int, other: int, between: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
     """The stretches of old border that the line may stand for: the shortest, and that the other way around a block."""
+    if one == other:
+        around = paths.around(one, between)
+        return [np.empty(0, np.intp)] + ([] if around is None else [around])
     shortest = paths.between(one, other)
     if shortest is None:
         return []
-    around = paths.between(one, other, without=shortest[between[shortest]])
-    return [found for found in (shortest, around) if found is not None and between[found].any()]
+    rest = paths.between(one, other, without=shortest[between[shortest]])
+    return [found for found in (shortest, rest) if found is not None and between[found].any()]
 
 
 def _without_fragments(before: Labels, after: Labels, pair: tuple[int, int]) -> Labels:
@@ -179,17 +197,15 @@ def _without_fragments(before: Labels, after: Labels, pair: tuple[int, int]) -> 
     if box is None:
         return after
     for label, other in (pair, pair[::-1]):
-        _, old = cv2.connectedComponents((before == label).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
         count, new = cv2.connectedComponents((after == label).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
-        if count < 2:
+        if count == 2:
             continue
+        _, old = cv2.connectedComponents((before == label).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
         stays = (old > 0) & (new > 0)
         anchored = np.zeros(count, bool)
         # of each old part the largest rest keeps its block, and so does what goes on beyond the crop
-        kept, sizes = np.unique(np.stack([old[stays], new[stays]], axis=1), axis=0, return_counts=True)
-        order = np.argsort(sizes, kind="stable")
-        largest = dict(zip(kept[order, 0].tolist(), kept[order, 1].tolist(), strict=True))
-        anchored[list(largest.values())] = True
+        shared = coo_array((np.ones(np.count_nonzero(stays)), (old[stays], new[stays]))).tocsr()
+        anchored[np.unique(np.asarray(shared.argmax(axis=1)).ravel()[shared.max(axis=1).toarray().ravel() > 0])] = True
         anchored[new[cv2.dilate((before == _BEYOND_CROP).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0]] = True
         loose = ~anchored
         loose[0] = False
@@ -198,6 +214,3 @@ def _without_fragments(before: Labels, after: Labels, pair: tuple[int, int]) -> 
         reached[new[touching]] = True
         after = np.where((loose & reached)[new], other, after).astype(np.int32)
     return after
-
-
-_CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
