@@ -31,7 +31,8 @@ _CLOSES = 0.1
 """Share of a line's length that its ends may be apart for it to be closed."""
 
 _REACH, _REACH_SHARE = 12.0, 0.25
-"""How far the ends of a line may be off the border that it is about: pixels, or a share of its length if larger."""
+"""How far the ends of a line may be off the border that it is about: pixels, or a share of its length if larger; twice
+that where both blocks end."""
 
 _AT_OUTLINE, _CLEARLY = 6.0, 0.75
 """How near [px] to another block or to the frame's rim an end of the line may be to be led there, and what share of its
@@ -39,6 +40,9 @@ distance to the border that may be."""
 
 _OFF_PAIR = 25.0
 """What a line that runs through other blocks counts in the choice of the pair, in pixels off the border."""
+
+_NEAR_END = 2.0
+"""How much farther [px] than by the border and the outline the border's end may be to be near."""
 
 _CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
 
@@ -160,12 +164,17 @@ def _pair(cracks: Cracks, line: NDArray[np.float64], under: NDArray[np.int32], l
         if inside.size < len(line) / 2:
             continue
         distance = np.asarray(cKDTree(borders.middle[owner.ravel() == number]).query(line[sparse])[0])
-        ends = (distance[np.searchsorted(sparse, inside[k])] for k in (0, -1))
-        first, last = ends
-        cost = float(np.mean(distance)) + first + last + _OFF_PAIR * (1 - inside.size / len(line))
-        if max(first, last) <= reach and cost < least:
+        ends = [(line[inside[k]], distance[np.searchsorted(sparse, inside[k])]) for k in (0, -1)]
+        cost = float(np.mean(distance)) + sum(off for _, off in ends) + _OFF_PAIR * (1 - inside.size / len(line))
+        if cost < least and all(off <= reach * (1 + _at_outline(cracks, pair, end)) for end, off in ends):
             best, least = (int(pair[0]), int(pair[1])), cost
     return best
+
+
+def _at_outline(cracks: Cracks, pair: NDArray[np.int32], point: NDArray[np.float64]) -> bool:
+    """Whether a point is at the outline of two blocks, where a line can only be meant to part them."""
+    outline = cracks.middle[np.isin(cracks.sides, pair).sum(axis=1) == 1]
+    return bool(np.any(np.hypot(*(outline - point).T) <= _AT_OUTLINE))
 
 
 def _joint(paths: CrackPaths, point: NDArray[np.float64], between: NDArray[np.bool_], trimmed: bool) -> int:
@@ -176,7 +185,10 @@ def _joint(paths: CrackPaths, point: NDArray[np.float64], between: NDArray[np.bo
     at_outline, outline_off = paths.nearest(point, ~between)
     if trimmed:
         return at_outline if outline_off < border_off else at_border
-    return at_outline if outline_off <= min(_AT_OUTLINE, _CLEARLY * border_off) else at_border
+    # where the border itself ends near by, the line is to end like it
+    beside_end = border_off >= 1 and paths.to_junction(point, between) <= outline_off + border_off + _NEAR_END
+    limit = _AT_OUTLINE if beside_end else min(_AT_OUTLINE, _CLEARLY * border_off)
+    return at_outline if outline_off <= limit else at_border
 
 
 def _stretches(paths: CrackPaths, one: int, other: int, between: NDArray[np.bool_]) -> list[NDArray[np.intp]]:

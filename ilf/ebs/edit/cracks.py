@@ -82,6 +82,12 @@ class CrackPaths:
         best = int(np.argmin(distance))
         return int(numbers[best]), float(distance[best])
 
+    def to_junction(self, point: NDArray[np.float64], among: NDArray[np.bool_]) -> float:
+        """Distance from a point (x, y) to the nearest corner at which some cracks meet others; infinite without one."""
+        inner, outer = (np.concatenate([self._start[chosen], self._end[chosen]]) for chosen in (among, ~among))
+        junctions = self.corners[np.intersect1d(inner, outer)]
+        return float(np.hypot(*(junctions - point).T).min(initial=np.inf))
+
     def between(self, one: int, other: int, without: NDArray[np.intp] | None = None) -> NDArray[np.intp] | None:
         """The numbers of the cracks of the cheapest path between two corners; None if there is none.
 
