@@ -14,6 +14,7 @@ from PySide6.QtGui import QUndoGroup, QUndoStack
 from gui.state.commands import Change, ClearResults, Distrust, EditInfo, EditLabels, EditParameters
 from gui.state.results import Preview
 from gui.state.session import BlockNotes, OwnValues, Session, parameter_labels
+from gui.state.stroke import StrokeUnderWay
 from ilf.ebs import Extraction
 from ilf.ebs.edit import LabelPatch, patch_between
 from ilf.ebs.reextraction import flow_around, keep_under
@@ -78,7 +79,7 @@ class Workspace(QObject):
         """Whether blocks that were made by hand stay when blocks are extracted again, as locked ones do."""
         self._session: Session | None = None
         self._nothing = QUndoStack(self)
-        self._before_stroke: NDArray[np.int32] | None = None
+        self._stroke: StrokeUnderWay | None = None
 
     # frames
 
@@ -206,29 +207,31 @@ class Workspace(QObject):
         """Change the label map as part of a stroke, which `end_stroke` makes a step and `drop_stroke` gives up."""
         if patch is None:
             return
-        if self._before_stroke is None:
-            self._before_stroke = self.session.labels.copy()
+        if self._stroke is None:
+            self._stroke = StrokeUnderWay(self.session.labels)
+        self._stroke.reach(patch.box)
         self.session.apply(patch)
         self.stroke_changed.emit(patch.box)
 
-    def end_stroke(self, text: str) -> bool:
-        """Make the stroke one undoable step; False if it has changed nothing."""
-        before, self._before_stroke = self._before_stroke, None
-        patch = None if before is None else patch_between(before, self.session.labels)
-        if patch is None:
-            return False
-        self.session.undo_stack.push(EditLabels(self, self.session, patch, text, done=True))
-        return True
+    def end_stroke(self, text: str) -> LabelPatch | None:
+        """Make the stroke one undoable step, and give what it has changed; None if that is nothing."""
+        patch = self._take_stroke()
+        if patch is not None:
+            self.session.undo_stack.push(EditLabels(self, self.session, patch, text, done=True))
+        return patch
 
     def drop_stroke(self) -> bool:
         """Put the pixels of the stroke back; False if none was under way."""
-        before, self._before_stroke = self._before_stroke, None
-        patch = None if before is None else patch_between(before, self.session.labels)
+        patch = self._take_stroke()
         if patch is None:
             return False
         self.session.apply(patch, forward=False)
         self.stroke_changed.emit(patch.box)
         return True
+
+    def _take_stroke(self) -> LabelPatch | None:
+        stroke, self._stroke = self._stroke, None
+        return None if stroke is None else stroke.patch(self.session.labels)
 
     def _end_strokes(self) -> None:
         self.about_to_change.emit()
