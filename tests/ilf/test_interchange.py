@@ -13,7 +13,7 @@ from hypothesis.extra import numpy as hnp
 
 from ilf.errors import ExportError, FormatError, InputError
 from ilf.io import BLOCK_FORMATS, read_blocks, write_blocks
-from ilf.io.interchange.outlines import outlines
+from ilf.io.interchange.outlines import outline_polygons
 from ilf.io.interchange.rle import compressed, run_lengths
 
 SHAPE = (4, 6)
@@ -82,7 +82,7 @@ def test_the_same_map_comes_back_from_every_format(format, labels, tmp_path_fact
 def test_a_part_is_one_polygon_along_the_edges_of_its_pixels(labels):
     from skimage.measure import label as connected_regions
 
-    for label, polygons in outlines(labels).items():
+    for label, polygons in outline_polygons(labels).items():
         assert len(polygons) == connected_regions(labels == label, connectivity=1).max()
         for points in polygons:
             steps = points - np.roll(points, 1, axis=0)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from .outlines import outlines
+from .outlines import outline_polygons
 from .polygons import filled_polygon, points_of
 from .rle import compressed, part_of_runs, run_lengths
 from .stacking import UNNAMED, Candidate, LoadedBlocks, Part, stacked
@@ -75,7 +75,7 @@ def coco_of_blocks(labels: NDArray[np.int32], names: Mapping[int, str], image: P
 
     boxes = find_objects(labels)
     present = [label for label, box in enumerate(boxes, 1) if box is not None]
-    traced = {} if runs else outlines(labels)
+    traced = {} if runs else outline_polygons(labels)
     used = dict.fromkeys(names.get(label, UNNAMED) for label in present)
     categories = {name: number for number, name in enumerate(used, 1)}
     height, width = labels.shape

@@ -17,7 +17,7 @@ from ...errors import FormatError, InputError
 from ..files import FileContent
 from ..headers import image_header
 from ..images import read_image
-from .outlines import outlines
+from .outlines import outline_polygons
 from .polygons import Points, filled_polygon, points_of
 from .stacking import UNNAMED, Candidate, LoadedBlocks, Part, cropped, stacked
 
@@ -80,7 +80,7 @@ def labelme_of_blocks(labels: NDArray[np.int32], names: Mapping[int, str], image
                 "flags": {},
                 "mask": None,
             }
-            for label, parts in outlines(labels).items()
+            for label, parts in outline_polygons(labels).items()
             for points in parts
         ],
         "imagePath": "" if image is None else _way_to(image, target),

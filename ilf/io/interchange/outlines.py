@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 _EAST, _SOUTH, _WEST, _NORTH = range(4)
 
 
-def outlines(labels: NDArray[np.int32]) -> dict[int, list[NDArray[np.int64]]]:
+def outline_polygons(labels: NDArray[np.int32]) -> dict[int, list[NDArray[np.int64]]]:
     """The outlines of all blocks: for every 4-connected part one closed polygon.
 
     A part with holes is one polygon, too: a cut along a line of pixels leads to each hole and back again.
@@ -28,7 +28,7 @@ def outlines(labels: NDArray[np.int32]) -> dict[int, list[NDArray[np.int64]]]:
 
     Examples
     --------
-    >>> outlines(np.array([[0, 5, 5], [0, 0, 5]], np.int32))[5][0].tolist()
+    >>> outline_polygons(np.array([[0, 5, 5], [0, 0, 5]], np.int32))[5][0].tolist()
     [[1, 0], [3, 0], [3, 2], [2, 2], [2, 1], [1, 1]]
     """
     from skimage.measure import label as connected_regions
