@@ -18,7 +18,7 @@ from ilf.drawing.stages import STAGES
 
 BLOCK_MENU = "run_selected zoom_block | merge_blocks delete_blocks lock_blocks | new_block fit"
 _MENUS = {
-    "&File": "open open_sample open_run | load_blocks export save_picture | close_frame quit",
+    "&File": "open open_sample open_run | load_blocks save_blocks export save_picture | close_frame quit",
     "&Edit": "undo redo | select_all delete_blocks merge_blocks lock_blocks new_block | tool_select "
     "tool_paint tool_erase tool_split | brush_smaller brush_larger give_up",
     "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks | zoom_block select_all",

@@ -16,12 +16,12 @@ from .coco import coco_of_blocks
 from .labelme import labelme_of_blocks
 
 BLOCK_FORMATS = {
-    "png": "Label map (16-bit PNG)",
-    "coco": "COCO, polygons (JSON)",
-    "coco-rle": "COCO, run lengths (JSON)",
-    "labelme": "labelme (JSON)",
+    "png": ("Label map, 16 bit", ".png"),
+    "coco": ("COCO, polygons", ".json"),
+    "coco-rle": ("COCO, run lengths", ".json"),
+    "labelme": ("labelme, polygons", ".json"),
 }
-"""Format -> what it is. All of them are exact to the pixel; names are in all but the first."""
+"""Format -> what it is, and its suffix. All of them are exact to the pixel; names are in all but the first."""
 
 _DEFAULTS = {".png": "png", ".json": "coco"}
 
@@ -60,11 +60,11 @@ def write_blocks(
     if chosen not in BLOCK_FORMATS:
         ways = "use .png or .json" if format is None else f"there are {', '.join(BLOCK_FORMATS)}"
         raise ExportError(f"Blocks cannot be written as {format or str(path)!r}: {ways}.")
+    if suffix != BLOCK_FORMATS[chosen][1]:
+        raise ExportError(f"Blocks as {chosen} cannot be written as {str(path)!r}: use {BLOCK_FORMATS[chosen][1]}.")
     if chosen == "png":
         write_labels(target, labels)
         return
-    if suffix != ".json":
-        raise ExportError(f"Blocks as {chosen} cannot be written as {str(path)!r}: use .json.")
     checked = checked_to_write(labels)
     colour = None if image is None else Path(image).absolute()
     if chosen == "labelme":
