@@ -1,6 +1,7 @@
 """Blocks from and to other programs: the same label map again, files as those programs write them, and bad ones."""
 
 import base64
+import contextlib
 import json
 from pathlib import Path
 
@@ -214,6 +215,7 @@ BAD = {
     "empty mask": (labelme(shape_of([[0, 0], [1, 1]], shape_type="mask", mask="")), "shape 1"),
     "run sum": (coco({"size": [4, 6], "counts": [12, 4]}), "do not add up to the image's 24 pixels"),
     "run length": (coco({"size": [4, 6], "counts": [12, 10**30]}), "do not add up"),
+    "many runs": (coco({"size": [4, 6], "counts": [0] * 100 + [24]}), "do not add up"),
     "run sign": (coco({"size": [4, 6], "counts": [30, -6]}), "do not add up"),
     "run number": (coco({"size": [4, 6], "counts": [1.5, True]}), "neither whole numbers"),
     "run text": (coco({"size": [4, 6], "counts": "0\u00e9"}), "damaged"),
@@ -236,6 +238,36 @@ def test_a_bad_file_is_one_sentence(name, tmp_path):
     with pytest.raises(InputError, match=message) as caught:
         read_blocks(path, SHAPE)
     assert str(path) in str(caught.value)
+
+
+ANYTHING = st.recursive(
+    st.none()
+    | st.integers()
+    | st.floats()
+    | st.text(max_size=3)
+    | st.sampled_from(["mask", "circle", [4, 6], 6, SQUARE]),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from(["id", "size", "counts"]), inner),
+    max_leaves=6,
+)
+
+
+def some_of(*keys: str) -> st.SearchStrategy:
+    return st.fixed_dictionaries({}, optional=dict.fromkeys(keys, ANYTHING))
+
+
+@given(
+    st.fixed_dictionaries(
+        {"shapes": st.lists(some_of("label", "points", "shape_type", "group_id", "mask"), max_size=2)}
+    )
+    | st.fixed_dictionaries(
+        {"annotations": st.lists(some_of("id", "image_id", "category_id", "segmentation"), max_size=2)},
+        optional={"images": st.lists(some_of("id", "file_name", "width"), max_size=2), "categories": ANYTHING},
+    )
+)
+def test_whatever_a_file_says_it_is_blocks_or_an_input_error(tmp_path_factory, content):
+    path = saved(tmp_path_factory.getbasetemp(), content)
+    with contextlib.suppress(InputError):
+        assert read_blocks(path, SHAPE).labels.shape == SHAPE
 
 
 def test_a_line_that_crosses_the_image_too_often_is_refused(tmp_path):

@@ -65,14 +65,14 @@ def part_of_runs(segmentation: dict[str, Any], where: str, shape: tuple[int, int
         )
     if isinstance(counts, str):
         runs = _from_text(counts, where, height * width)
-    elif isinstance(counts, list) and len(counts) <= height * width + 1 and all(type(one) is int for one in counts):
-        runs = np.array([min(max(one, -1), height * width + 1) for one in counts], np.int64)
+    elif isinstance(counts, list) and all(type(one) is int for one in counts):
+        # what is out of bounds stays so, within what the type holds
+        runs = np.array([min(max(one, -1), height * width + 1) for one in counts[: height * width + 2]], np.int64)
     else:
         raise InputError(f"{where} has run lengths that are neither whole numbers nor a text of them. {_WAY_OUT}")
-    if (runs < 0).any() or runs.sum() != height * width:
-        raise InputError(
-            f"{where} has run lengths that do not add up to the image's {height * width} pixels. {_WAY_OUT}"
-        )
+    if len(runs) > height * width + 1 or (runs < 0).any() or runs.sum() != height * width:
+        pixels = f"the image's {height * width} pixels"
+        raise InputError(f"{where} has run lengths that do not add up to {pixels}. {_WAY_OUT}")
     ends = np.cumsum(runs)
     inside = np.flatnonzero(runs[1::2]) * 2 + 1
     if inside.size == 0:
