@@ -13,7 +13,7 @@ from PySide6.QtGui import QUndoGroup, QUndoStack
 
 from gui.state.commands import Change, ClearResults, Distrust, EditInfo, EditLabels, EditParameters
 from gui.state.results import Preview
-from gui.state.session import BlockInfo, BlockNotes, OwnValues, Session
+from gui.state.session import BlockInfo, BlockNotes, OwnValues, Session, parameter_labels
 from ilf.drawing.block_pictures import block_colour
 from ilf.ebs import Extraction
 from ilf.ebs.edit import LabelPatch, patch_between
@@ -156,6 +156,7 @@ class Workspace(QObject):
     def note_saved(self, session: Session, state: tuple[int, int]) -> None:
         """What there was at `state`, as `Session.saving` gave it, has been exported."""
         session.note_saved(state)
+        self.sessions_changed.emit()
 
     # blocks
 
@@ -200,11 +201,12 @@ class Workspace(QObject):
         """Take another map and what is known of it; of the blocks that it keeps, what was known of them."""
         old, patch = session.notes, patch_between(session.labels, labels)
         if patch is None:
-            session.take_notes(replace(notes, infos=old.infos, own=old.own))
+            session.take_notes(replace(notes, infos=old.infos, own=old.own, drawn=old.drawn))
             (self.results_changed if session is self._session else self.sessions_changed).emit()
             return
         notes.infos |= {label: info for label, info in old.infos.items() if label in notes.kept}
         notes.own = {label: own for label, own in old.own.items() if label in notes.kept}
+        notes.drawn = None if old.drawn is None else old.drawn & np.isin(labels, list(notes.kept))
         session.undo_stack.push(EditLabels(self, session, patch, text, notes=notes))
 
     def edit_labels(self, patch: LabelPatch | None, text: str) -> bool:
@@ -394,7 +396,7 @@ class Workspace(QObject):
         last = stack.command(stack.index() - 1) if not stack.isClean() else None
         if isinstance(last, EditParameters) and stack.index() == stack.count() and last.extend(common, own, names):
             return
-        what = Parameters.declarations()[min(names)].label if len(names) == 1 else f"{len(names)} values of the filter"
+        what = parameter_labels(names)[0] if len(names) == 1 else f"{len(names)} values of the filter"
         blocks = f" of {self._session.info(min(own)).name}" if len(own) == 1 else f" of {len(own)} blocks"
         stack.push(EditParameters(self, self._session, common, own, names, f"Set {what}{blocks if own else ''}"))
 

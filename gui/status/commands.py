@@ -59,6 +59,9 @@ class CommandsPresenter(QObject):
         actions.enable((free and bool(counts)) or (shown and runs.session is session and paused), "step")
         actions.enable(runs.state in (RunState.RUNNING, RunState.PAUSED, RunState.GUESSING), "pause", "cancel")
         actions.enable(bool(free and session and session.valid_results() and not session.guessed), "guess")
-        actions.enable(bool(session and session.valid_results()), "clear_results")
+        actions.enable(bool(session and session.results.kept), "clear_results")
+        own = session.notes.own if session else {}
+        actions.enable(not chosen.isdisjoint(own), "reset_own")
+        actions.enable(bool(session and len(session.selected) > 1 and session.selected[0] in own), "copy_own")
         actions["pause"].setChecked(paused)
         actions["pause"].setText("Resume" if paused else "&Pause")

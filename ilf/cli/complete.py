@@ -12,6 +12,7 @@ from ..ebs import extract
 from ..errors import InputError
 from ..frame import doubtful_scale
 from ..io import frame_folder
+from ..io.label_files import read_mask
 from ..outcomes import Completion
 from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..run import ExportOptions, Replay, Run, check_write, output_folder_name, replay, write
@@ -63,6 +64,12 @@ def add_command(commands: Commands) -> None:
         "--preset", choices=tuple(PRESETS), help=f"parameters to start from (default: {DEFAULT_PRESET})"
     )
     add_given_blocks(parser, "--blocks", "--labels")
+    parser.add_argument(
+        "--drawn",
+        metavar="MASK.png",
+        help="mask of the blocks' pixels whose border was drawn by hand, which no depth gets across: an image of the "
+        "frame's size with one channel, not 0 there",
+    )
     parser.add_argument("--replay", metavar="run.json", help="make a recorded run again; all else is in the record")
     output = parser.add_argument_group("output")
     output.add_argument(
@@ -148,6 +155,8 @@ def _new_job(arguments: argparse.Namespace) -> _Job:
     else:
         run = Run(frame, blocks.labels, parameters, dense=arguments.dense, notes=blocks.notes)
         way_out = "What --blocks names holds none: give a file with blocks, or add --fill-gaps."
+    if arguments.drawn is not None:
+        run = replace(run, drawn=read_mask(arguments.drawn, frame.shape))
     if not run.blocks.any():
         raise InputError(f"There are no blocks, so there is nothing to complete. {way_out}")
     doubt = doubtful_scale(frame.depth, 1.0 if frame.inputs is None else frame.inputs.depth_units)
@@ -163,7 +172,7 @@ def _new_job(arguments: argparse.Namespace) -> _Job:
 def _recorded_job(arguments: argparse.Namespace) -> _Job:
     also = [
         f"--{name.replace('_', '-')}"
-        for name in ("preset", "blocks", "distrust", "depth_units", "intrinsics", "depth_formats", "png_units")
+        for name in ("preset", "blocks", "drawn", "distrust", "depth_units", "intrinsics", "depth_formats", "png_units")
         if getattr(arguments, name) is not None
     ]
     also += _cloud_flags(arguments)
