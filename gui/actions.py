@@ -30,7 +30,16 @@ COMMANDS = (
     Command(
         "open_run", "Open &run…", "ph.clock-counter-clockwise", "", "Open a run.json: its frame, blocks and parameters"
     ),
-    Command("load_blocks", "Load &blocks…", "ph.squares-four", "", "Replace the blocks by a label map (PNG)"),
+    Command(
+        "load_blocks",
+        "Load &blocks…",
+        "ph.squares-four",
+        "",
+        "Replace the blocks by those of a label map, labelme or COCO file, or of a folder of masks",
+    ),
+    Command(
+        "save_blocks", "Save b&locks…", "", "", "Write the blocks as label map (PNG), COCO or labelme file, with names"
+    ),
     Command("export", "&Export…", "ph.export", "Ctrl+E", "Write completed depth, blocks, curves, cloud and run.json"),
     Command("save_picture", "Save &picture of the window…", "ph.camera", "", "Save what the window shows as PNG"),
     Command("close_frame", "&Close frame", "ph.x", "Ctrl+W", "Close the present frame"),

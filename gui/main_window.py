@@ -206,6 +206,7 @@ class MainWindow(QMainWindow):
             "open_sample": documents.open_sample,
             "open_run": documents.ask_open_run,
             "load_blocks": documents.ask_load_blocks,
+            "save_blocks": documents.ask_save_blocks,
             "export": documents.ask_export,
             "save_picture": documents.ask_save_picture,
             "close_frame": documents.close_frame,

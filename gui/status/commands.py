@@ -49,6 +49,7 @@ class CommandsPresenter(QObject):
         paused = runs.state is RunState.PAUSED
         actions.enable(shown, *_FRAME_ACTIONS)
         actions.enable(shown and free, "extract", "load_blocks")
+        actions.enable(bool(counts), "save_blocks")
         actions.enable(bool(chosen), "zoom_block")
         actions.enable(bool(unlocked), "delete_blocks", "grow_blocks", "shrink_blocks", "smooth_blocks")
         actions.enable(bool(counts), "clean_up")
