@@ -1,0 +1,6 @@
+"""Where blocks and depth look wrong: places to go to next, and known depth to distrust."""
+
+from .place import KINDS, Place
+from .ranking import suspicious_places
+
+__all__ = ["KINDS", "Place", "suspicious_places"]
