@@ -67,7 +67,7 @@ def suspicious_places(
     >>> frame = RGBDFrame(np.zeros((40, 60, 3), np.uint8), depth)
     >>> for place in suspicious_places(frame, np.ones((40, 60), np.int32), np.zeros((40, 60), np.float32)):
     ...     print(place.kind, place.reason)
-    surfaces Block 1 holds two surfaces, 1.00 m and 1.50 m.
+    jump Depth jumps by 0.50 m inside Block 1.
     """
     blocks = checked_labels(labels, frame.shape)
     for array, name in ((strength, "edge strength"), (error, "expected error")):
