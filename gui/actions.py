@@ -50,7 +50,16 @@ COMMANDS = (
     ),
     Command("zoom_block", "&Zoom to block", "ph.magnifying-glass-plus", "Ctrl+J", "Show the chosen block large"),
     Command("select_all", "Select &all blocks", "ph.selection-all", "Ctrl+A", "Choose every block"),
-    Command("run", "&Run all blocks", "ph.play", "F5", "Complete the depth of all blocks"),
+    Command(
+        "run",
+        "&Run what changed",
+        "ph.play",
+        "F5",
+        "Complete the depth of all blocks that have no result as they are now",
+    ),
+    Command(
+        "run_all", "Run &all blocks", "", "Ctrl+F5", "Complete the depth of all blocks, also where nothing changed"
+    ),
     Command(
         "run_selected",
         "Run &chosen blocks",
@@ -66,7 +75,7 @@ COMMANDS = (
         "&Live",
         "ph.lightning",
         "Ctrl+Shift+L",
-        "Solve the chosen block anew whenever a value of the filter changes",
+        "Solve blocks anew whenever they are edited, and the chosen one whenever a value of the filter changes",
         checkable=True,
     ),
     Command(
@@ -76,7 +85,29 @@ COMMANDS = (
         "",
         "Guess the depth that no block could complete, for programs that need all of it; it is marked as guessed",
     ),
+    Command(
+        "reset_own",
+        "&Reset own values",
+        "ph.eraser",
+        "",
+        "Let the chosen blocks have the values of all blocks again",
+    ),
+    Command(
+        "copy_own",
+        "C&opy own values",
+        "ph.copy",
+        "",
+        "Give the other chosen blocks the own values of the first",
+    ),
     Command("clear_results", "C&lear results", "ph.backspace", "", "Forget the completed depth of this frame"),
+    Command(
+        "look_before",
+        "Look &before the last edit",
+        "ph.eye",
+        "",
+        "Show blocks and depth as they were before the last edit; the same while B is held",
+        checkable=True,
+    ),
     Command("tool_select", "&Select", "ph.cursor", "Ctrl+1", "Choose blocks", group="tool"),
     Command("tool_paint", "&Paint", "ph.paint-brush", "Ctrl+2", "Add pixels to the chosen block", group="tool"),
     Command("tool_erase", "&Erase", "ph.eraser", "Ctrl+3", "Take pixels from the chosen block", group="tool"),

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QPixmap, QShowEvent
-from PySide6.QtWidgets import QMainWindow, QTabWidget
+from PySide6.QtWidgets import QMainWindow, QTabWidget, QVBoxLayout, QWidget
 
 from gui.actions import Actions
 from gui.blocks.block_table import BlockTable
@@ -19,6 +19,8 @@ from gui.curves.curves_panel import CurvesPanel
 from gui.curves.presenter import CurvesPresenter
 from gui.dialogs.documents import Documents
 from gui.docks import Docks
+from gui.effect.effect_line import EffectLine
+from gui.effect.presenter import EffectPresenter
 from gui.experiments.menu import ExperimentsMenu
 from gui.extraction.extraction_panel import ExtractionPanel
 from gui.extraction.presenter import StagePresenter
@@ -28,6 +30,7 @@ from gui.frames.frame_list import FrameList
 from gui.frames.loader import FrameLoader
 from gui.frames.presenter import FramesPresenter
 from gui.frames.replays import ReplayPresenter
+from gui.history.history_view import HistoryView
 from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar, show_about
 from gui.state.workspace import Workspace
 from gui.status.bar import StatusBar
@@ -42,6 +45,7 @@ from gui.views.pointer import PointerEvent
 from gui.views.presenter import ViewsPresenter
 from gui.widgets.log import LogPanel
 from gui.widgets.notes import Notes
+from gui.work.live import LiveSolver
 from gui.work.refresh import Refresh
 from gui.work.runs import RunController
 from ilf.drawing.stages import STAGES
@@ -81,12 +85,15 @@ class MainWindow(QMainWindow):
         self.log = LogPanel()
         self.notes = Notes(self, self.status, self.log)
         self.views = LinkedViews()
+        self.effect_line = EffectLine()
         self.cloud = CloudView()
         self.curves = CurvesPanel()
         self.frames = FrameList()
+        self.history = HistoryView(self.workspace.undo_group)
         self.blocks = BlockTable()
         self.filter_panel = FilterPanel(
-            [actions[name] for name in ["run", "run_selected", "pause", "step", "cancel", "live"]]
+            [actions[name] for name in ["run", "run_selected", "pause", "step", "cancel", "live"]],
+            [actions[name] for name in ["copy_own", "reset_own"]],
         )
         self.extraction_panel = ExtractionPanel(actions["extract"])
         self.tool_bar = ToolBar(actions, self.views, self)
@@ -103,6 +110,8 @@ class MainWindow(QMainWindow):
         self.stages = StagePresenter(workspace, self.views, self.extraction_panel, self.notes)
         self.block_presenter = BlocksPresenter(workspace, runs, self.blocks, entries(actions, BLOCK_MENU))
         self.filter_presenter = FilterPresenter(workspace, runs, self.filter_panel, actions["live"])
+        self.live = LiveSolver(workspace, runs, actions["live"])
+        self.effect = EffectPresenter(workspace, runs, self.view_presenter, self.effect_line, actions["live"])
         self.curve_presenter = CurvesPresenter(workspace, self.curves)
         self.cloud_presenter = CloudPresenter(workspace, self.cloud)
         tools = {name: actions[f"tool_{name}"] for name in self.editor.tools}
@@ -114,7 +123,13 @@ class MainWindow(QMainWindow):
     def _make_layout(self) -> None:
         self.centre = QTabWidget()
         self.centre.setDocumentMode(True)
-        self.centre.addTab(self.views, "Images")
+        self.images = QWidget()
+        column = QVBoxLayout(self.images)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.views, 1)
+        column.addWidget(self.effect_line)
+        self.centre.addTab(self.images, "Images")
         self.centre.addTab(self.cloud, "Point cloud")
         self.setCentralWidget(self.centre)
         parameters = QTabWidget()
@@ -127,6 +142,7 @@ class MainWindow(QMainWindow):
         docks.add("Blocks", self.blocks, area.LeftDockWidgetArea)
         docks.add("Parameters", parameters, area.RightDockWidgetArea)
         docks.add("Convergence", self.curves, area.BottomDockWidgetArea)
+        docks.add("History", self.history, area.BottomDockWidgetArea, behind="Convergence")
         docks.add("Log", self.log, area.BottomDockWidgetArea, behind="Convergence")
         self.setCorner(Qt.Corner.BottomLeftCorner, area.LeftDockWidgetArea)
         self.setCorner(Qt.Corner.BottomRightCorner, area.RightDockWidgetArea)
@@ -144,7 +160,8 @@ class MainWindow(QMainWindow):
         results, coming, depth = workspace.results_changed, workspace.results_added, workspace.previews_changed
         looked_at = views.layoutChanged, self.centre.currentChanged
         running, loading = runs.state_changed, self.loader.busy_changed
-        add("title", self._show_title, (turned,))
+        saved = workspace.undo_group.cleanChanged, workspace.sessions_changed
+        add("title", self._show_title, (turned, results, *saved), (coming,))
         add("picture", self.view_presenter.show_frame, (turned,))
         add("frames", self.frame_presenter.show, (turned, workspace.sessions_changed, blocks, results), (coming,))
         add("blocks", self.view_presenter.show_blocks, (turned, blocks, workspace.stroke_changed, infos, selected))
@@ -163,7 +180,7 @@ class MainWindow(QMainWindow):
         add("stages", self.stages.show, (turned, workspace.extraction_changed, self.stages.changed, *looked_at))
         add("extraction", self.stages.describe, (blocks, infos, self.stages.described))
         # not a part: what is done next may come before the next turn, and must be allowed or not by then
-        for signal in (turned, blocks, infos, selected, results, running, loading, coming):
+        for signal in (turned, blocks, infos, selected, results, values, running, loading, coming):
             signal.connect(lambda *_: self.commands.show())
         add("tools", self.tool_presenter.show, (turned, self.editor.tool_changed, self.editor.brush_changed))
         add("hint", self.status_presenter.show_hint, (turned, self.editor.tool_changed, loading))
@@ -188,12 +205,15 @@ class MainWindow(QMainWindow):
             "lock_blocks": editor.toggle_locks,
             "zoom_block": self.view_presenter.zoom_to_blocks,
             "select_all": editor.select_all,
-            "run": runs.start,
+            "run": runs.start_changed,
+            "run_all": runs.start,
             "run_selected": runs.start_chosen,
             "pause": runs.toggle_pause,
             "step": runs.step,
             "cancel": runs.cancel,
             "guess": runs.guess,
+            "reset_own": self.filter_presenter.reset_own,
+            "copy_own": self.filter_presenter.copy_own,
             "clear_results": runs.clear_results,
             "give_up": editor.cancel,
             "brush_smaller": lambda: editor.change_brush(-1),
@@ -207,6 +227,7 @@ class MainWindow(QMainWindow):
         }
         for name, handler in handlers.items():
             self.actions_[name].triggered.connect(lambda _=False, handler=handler: handler())
+        self.actions_["look_before"].toggled.connect(self.effect.look)
         self.actions_["full_screen"].toggled.connect(self._show_full_screen)
         stage_cell = self.views.extraction
         self.actions_[f"stage_{stage_cell.stage}"].setChecked(True)
@@ -216,7 +237,7 @@ class MainWindow(QMainWindow):
         self.loader.replayed.connect(self.replays.show_differences)
         self.runs.finished.connect(self.replays.show_verdict)
         self.stages.extraction_wished.connect(self.loader.extract)
-        self.stages.view_wished.connect(lambda: self.centre.setCurrentWidget(self.views))
+        self.stages.view_wished.connect(lambda: self.centre.setCurrentWidget(self.images))
         self.views.set_pointer_handler(self._point)
         self.views.cursorMoved.connect(self.readout.point_at)
         self.view_presenter.menu_wished.connect(self.block_presenter.show_menu)
@@ -232,11 +253,13 @@ class MainWindow(QMainWindow):
         self.loader.failed.connect(notes.report)
         self.loader.message.connect(notes.tell)
         self.editor.message.connect(notes.tell)
+        self.filter_presenter.message.connect(notes.tell)
         self.experiments.message.connect(notes.tell)
 
     def _show_title(self) -> None:
-        name = f"{self.workspace.session.name} - " if self.workspace.has_session else ""
-        self.setWindowTitle(f"{name}ILF Studio")
+        shown = self.workspace.has_session
+        self.setWindowTitle(f"{self.workspace.session.name}[*] - ILF Studio" if shown else "ILF Studio")
+        self.setWindowModified(shown and self.workspace.session.unsaved)
 
     def _point(self, event: PointerEvent) -> bool:
         self.refresh.now()  # what the pointer is at is what the user sees
@@ -280,7 +303,7 @@ class MainWindow(QMainWindow):
         if not (self.documents.may_close() and self._may_stop_experiments()):
             event.ignore()
             return
-        for worker in (self.runs, self.errors, self.stages, self.loader, self.documents, self.experiments):
+        for worker in (self.runs, self.errors, self.effect, self.stages, self.loader, self.documents, self.experiments):
             worker.shutdown()
         self.refresh.stop()
         self._docks.remember()

@@ -22,7 +22,7 @@ _MENUS = {
     "&Edit": "undo redo | select_all delete_blocks merge_blocks lock_blocks new_block | tool_select "
     "tool_paint tool_erase tool_split | brush_smaller brush_larger give_up",
     "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks | zoom_block select_all",
-    "&Run": "run run_selected | pause step cancel | live | guess clear_results",
+    "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | guess clear_results",
 }
 _OPACITY = 45
 
@@ -68,7 +68,7 @@ def fill_menu_bar(
     for title, names in _MENUS.items():
         _fill(bar.addMenu(title), entries(actions, names))
     view = bar.addMenu("&View")
-    _fill(view, entries(actions, "fit one_to_one zoom_block | next_frame previous_frame | full_screen"))
+    _fill(view, entries(actions, "fit one_to_one zoom_block look_before | next_frame previous_frame | full_screen"))
     view.addSeparator()
     view.addActions(list(toggles))
     view.addSeparator()

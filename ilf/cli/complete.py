@@ -11,6 +11,7 @@ from pathlib import Path
 from ..errors import InputError
 from ..frame import doubtful_scale
 from ..io import frame_folder, read_labels
+from ..io.label_files import read_mask
 from ..outcomes import Completion
 from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..run import ExportOptions, Replay, Run, check_write, output_folder_name, replay, write
@@ -61,6 +62,12 @@ def add_command(commands: Commands) -> None:
         "--preset", choices=tuple(PRESETS), help=f"parameters to start from (default: {DEFAULT_PRESET})"
     )
     parser.add_argument("--labels", metavar="FILE.png", help="take the blocks from a label map, do not extract them")
+    parser.add_argument(
+        "--drawn",
+        metavar="MASK.png",
+        help="mask of the blocks' pixels whose border was drawn by hand, which no depth gets across: an image of the "
+        "frame's size with one channel, not 0 there",
+    )
     parser.add_argument("--replay", metavar="run.json", help="make a recorded run again; all else is in the record")
     output = parser.add_argument_group("output")
     output.add_argument(
@@ -135,6 +142,8 @@ def _new_job(arguments: argparse.Namespace) -> _Job:
     else:
         run = Run(frame, read_labels(arguments.labels, frame.shape), parameters, dense=arguments.dense)
         way_out = "It holds 0 only: give a label map with blocks."
+    if arguments.drawn is not None:
+        run = replace(run, drawn=read_mask(arguments.drawn, frame.shape))
     if not run.blocks.any():
         raise InputError(f"There are no blocks, so there is nothing to complete. {way_out}")
     doubt = doubtful_scale(frame.depth, 1.0 if frame.inputs is None else frame.inputs.depth_units)
@@ -150,7 +159,7 @@ def _new_job(arguments: argparse.Namespace) -> _Job:
 def _recorded_job(arguments: argparse.Namespace) -> _Job:
     also = [
         f"--{name.replace('_', '-')}"
-        for name in ("preset", "labels", "distrust", "depth_units", "intrinsics", "depth_formats", "png_units")
+        for name in ("preset", "labels", "drawn", "distrust", "depth_units", "intrinsics", "depth_formats", "png_units")
         if getattr(arguments, name) is not None
     ]
     also += _cloud_flags(arguments)

@@ -199,6 +199,27 @@ def test_distrusted_depth_is_completed_anew_and_replayed(files, capsys):
     np.testing.assert_array_equal(read_labels("b.png"), ilf.extract_blocks(frame))
 
 
+def test_drawn_borders_are_taken_told_and_replayed(files, capsys):
+    frame = ilf.load_frame(*files)
+    labels = np.where(np.arange(80) < 40, 1, 2) * np.ones((60, 1), np.int32)
+    drawn = np.zeros((60, 80), bool)
+    drawn[:, 39:41] = True
+    ilf.io.write_labels("labels.png", labels)
+    ilf.io.write_mask("mask.png", drawn)
+    flags = ["complete", *files, "--no-cloud", "--quiet", "--labels", "labels.png", "--drawn", "mask.png"]
+    assert main([*flags, "--out", "out"]) == 0
+    depth = np.load("out/depth.npy")
+    assert np.array_equal(depth, ilf.complete(frame, labels, drawn=drawn).depth, equal_nan=True)
+    assert main(["info", "out/run.json"]) == 0
+    assert "borders in drawn.png" in capsys.readouterr().out
+    assert main(["complete", "--replay", "out/run.json", "--out", "again", "--quiet"]) == 0
+    assert contents("again") == contents("out")
+    cv2.imwrite("small.png", np.zeros((9, 80), np.uint8))
+    assert "the mask is 80 x 9" in fails(capsys, *flags[:-1], "small.png")
+    again = ["complete", "--replay", "out/run.json", "--drawn", "mask.png"]
+    assert "leave out --drawn" in fails(capsys, *again, status=2)
+
+
 def test_blocks_are_extracted_around_those_that_stay(files, capsys):
     drawn = np.zeros((60, 80), np.uint8)
     drawn[10:30, 30:50] = 7
