@@ -187,11 +187,12 @@ class Workspace(QObject):
         """Take another map and what is known of it; of the blocks that it keeps, what was known of them."""
         old, patch = session.notes, patch_between(session.labels, labels)
         if patch is None:
-            session.take_notes(replace(notes, infos=old.infos, own=old.own))
+            session.take_notes(replace(notes, infos=old.infos, own=old.own, drawn=old.drawn))
             (self.results_changed if session is self._session else self.sessions_changed).emit()
             return
         notes.infos = {label: info for label, info in old.infos.items() if label in notes.kept}
         notes.own = {label: own for label, own in old.own.items() if label in notes.kept}
+        notes.drawn = None if old.drawn is None else old.drawn & np.isin(labels, list(notes.kept))
         session.undo_stack.push(EditLabels(self, session, patch, text, notes=notes))
 
     def edit_labels(self, patch: LabelPatch | None, text: str) -> bool:

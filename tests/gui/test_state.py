@@ -634,7 +634,7 @@ def test_the_depth_of_an_edited_block_stays_to_be_seen_as_stale(
     changed = np.isin(session.labels, (1, 3)) & np.isfinite(before)
     np.testing.assert_array_equal(session.stale, changed)
     assert session.update_depth() is None, "nothing has changed since"
-    again = complete(session.frame, session.labels, QUICK).results
+    again = session.run(QUICK).complete().results
     workspace.store_results(session, [again[3]])
     session.update_depth()
     assert not session.stale[session.labels == 3].any()
@@ -658,7 +658,7 @@ def test_the_present_depth_is_that_of_the_completion_whatever_happens(
         )
         if random.random() < 0.5:
             wanted = session.changed_blocks()[:2]
-            done = complete(session.frame, np.where(np.isin(session.labels, wanted), session.labels, 0), QUICK)
+            done = session.run(QUICK, wanted).complete()
             workspace.store_results(session, list(done.results.values()))
         for _ in range(random.integers(0, 3)):
             session.undo_stack.undo()
@@ -669,6 +669,32 @@ def test_the_present_depth_is_that_of_the_completion_whatever_happens(
         assert not np.isin(session.labels, [0, *session.valid_results()])[session.stale].any()
         session._tally, counts = None, session.counts()
         assert session.counts() == counts
+
+
+def test_borders_that_come_by_an_edit_are_drawn_ones(workspace: Workspace, session: Session) -> None:
+    assert session.run(QUICK).drawn is None
+    edit(workspace, 3)
+    drawn = session.run(QUICK).drawn
+    np.testing.assert_array_equal(
+        drawn[:6, :7],
+        np.array(
+            [[False] * 4 + [True] * 2 + [False]] * 3
+            + [[True] * 5 + [True, False], [True] * 5 + [False] * 2, [False] * 7]
+        ),
+    )
+    assert not drawn[:, 28:].any(), "extracted borders stay what they are"
+    session.undo_stack.undo()
+    assert session.run(QUICK).drawn is None
+    session.undo_stack.redo()
+    np.testing.assert_array_equal(session.run(QUICK).drawn, drawn)
+    again = Session.of(session.run(QUICK), "run.json", "run.json")
+    np.testing.assert_array_equal(again.run(QUICK).drawn, drawn)
+    fresh = np.full(session.frame.shape, 7, np.int32)
+    workspace.set_extracted(session, extraction(session, fresh), BlockParameters())
+    kept = session.labels == 3
+    np.testing.assert_array_equal(session.notes.drawn, drawn & kept)
+    workspace.replace_labels(fresh, "Load blocks")
+    assert session.run(QUICK).drawn is None
 
 
 def test_depth_that_is_distrusted_is_missing_and_undo_brings_it_back(
