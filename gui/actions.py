@@ -115,6 +115,23 @@ COMMANDS = (
     Command("give_up", "&Give up", "", "Esc", "Drop the stroke or line that is under way"),
     Command("brush_smaller", "Smaller brush", "", "["),
     Command("brush_larger", "Larger brush", "", "]"),
+    Command(
+        "next_suspect",
+        "Next s&uspicious place",
+        "ph.crosshair",
+        "F8",
+        "Go to the next place where blocks or filled depth look wrong, the most harmful first",
+    ),
+    Command("previous_suspect", "Pre&vious suspicious place", "ph.caret-left", "Shift+F8", "Go back to the one before"),
+    Command("leave_suspect", "&Leave it", "ph.check", "Ctrl+F8", "This place is right as it is: do not show it again"),
+    Command(
+        "suggest_distrust",
+        "Su&ggest distrusted depth",
+        "ph.warning",
+        "",
+        "Look for known depth that is likely wrong: flying pixels, speckles, glass; you take it or leave it",
+    ),
+    Command("take_suggested", "&Distrust them", "ph.check", "", "Let the marked depth count as missing"),
     Command("fit", "&Fit frame", "ph.arrows-out", "Ctrl+0", "Show the whole frame"),
     Command("one_to_one", "&One to one", "ph.frame-corners", "Ctrl+9", "One image pixel on one screen pixel"),
     Command(

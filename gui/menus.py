@@ -22,6 +22,7 @@ _MENUS = {
     "&Edit": "undo redo | select_all delete_blocks merge_blocks lock_blocks new_block | tool_select "
     "tool_paint tool_erase tool_split | brush_smaller brush_larger give_up",
     "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks | zoom_block select_all",
+    "Re&view": "next_suspect previous_suspect leave_suspect | suggest_distrust",
     "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | guess clear_results",
 }
 _OPACITY = 45
@@ -41,7 +42,7 @@ class ToolBar(QToolBar):
         self.brush.setFixedWidth(80)
         self.addWidget(self.brush_size)
         self.addWidget(self.brush)
-        _fill(self, entries(actions, "| new_block merge_blocks delete_blocks |"))
+        _fill(self, entries(actions, "| new_block merge_blocks delete_blocks | next_suspect |"))
         self.addWidget(QLabel(" Blocks "))
         self.opacity = QSlider(Qt.Orientation.Horizontal)
         self.opacity.setRange(0, 100)
