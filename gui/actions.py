@@ -180,6 +180,23 @@ COMMANDS = (
     Command("shrink_blocks", "S&hrink", "ph.arrows-in-simple", "Ctrl+-", "Let the chosen blocks lose their rim"),
     Command("smooth_blocks", "S&mooth", "ph.waves", "Ctrl+Shift+M", "Make the outlines of the chosen blocks smooth"),
     Command("hide_blocks", "Show or h&ide", "ph.eye", "Ctrl+H", "Show the chosen blocks over the picture, or do not"),
+    Command(
+        "next_suspect",
+        "Next s&uspicious place",
+        "ph.crosshair",
+        "F8",
+        "Go to the next place where blocks or filled depth look wrong, the most harmful first",
+    ),
+    Command("previous_suspect", "Pre&vious suspicious place", "ph.caret-left", "Shift+F8", "Go back to the one before"),
+    Command("leave_suspect", "&Leave it", "ph.check", "Ctrl+F8", "This place is right as it is: do not show it again"),
+    Command(
+        "suggest_distrust",
+        "Su&ggest distrusted depth",
+        "ph.warning",
+        "",
+        "Look for known depth that is likely wrong: flying pixels, speckles, glass; you take it or leave it",
+    ),
+    Command("take_suggested", "&Distrust them", "ph.check", "", "Let the marked depth count as missing"),
     Command("fit", "&Fit frame", "ph.arrows-out", "Ctrl+0", "Show the whole frame"),
     Command("one_to_one", "&One to one", "ph.frame-corners", "Ctrl+9", "One image pixel on one screen pixel"),
     Command(

@@ -32,6 +32,9 @@ from gui.frames.presenter import FramesPresenter
 from gui.frames.replays import ReplayPresenter
 from gui.history.history_view import HistoryView
 from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar, show_about
+from gui.review.distrust import DistrustPresenter
+from gui.review.presenter import ReviewPresenter
+from gui.review.strip import ReviewStrip
 from gui.state.workspace import Workspace
 from gui.status.bar import StatusBar
 from gui.status.commands import CommandsPresenter
@@ -91,6 +94,10 @@ class MainWindow(QMainWindow):
         self.notes = Notes(self, self.messages, self.log)
         self.views = LinkedViews()
         self.effect_line = EffectLine()
+        self.review_strip = ReviewStrip(
+            [actions[name] for name in ["previous_suspect", "next_suspect", "leave_suspect"]]
+        )
+        self.distrust_strip = ReviewStrip([actions["take_suggested"]])
         self.cloud = CloudView()
         self.curves = CurvesPanel()
         self.frames = FrameList()
@@ -119,6 +126,8 @@ class MainWindow(QMainWindow):
         self.filter_presenter = FilterPresenter(workspace, runs, self.filter_panel, actions["live"])
         self.live = LiveSolver(workspace, runs, actions["live"])
         self.effect = EffectPresenter(workspace, runs, self.view_presenter, self.effect_line, actions["live"])
+        self.review = ReviewPresenter(workspace, self.views, self.review_strip, actions["leave_suspect"])
+        self.distrust = DistrustPresenter(workspace, self.views, self.distrust_strip, actions["take_suggested"])
         self.curve_presenter = CurvesPresenter(workspace, self.curves)
         self.cloud_presenter = CloudPresenter(workspace, self.cloud)
         tools = {name: actions[f"tool_{name}"] for name in self.editor.tools}
@@ -136,7 +145,8 @@ class MainWindow(QMainWindow):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addWidget(self.views, 1)
-        column.addWidget(self.effect_line)
+        for line in (self.review_strip, self.distrust_strip, self.effect_line):
+            column.addWidget(line)
         self.centre.addTab(self.images, "Images")
         self.centre.addTab(self.cloud, "Point cloud")
         self.setCentralWidget(self.centre)
@@ -236,6 +246,10 @@ class MainWindow(QMainWindow):
             "give_up": editor.escape,
             "brush_smaller": lambda: editor.step_brush(-1),
             "brush_larger": lambda: editor.step_brush(1),
+            "next_suspect": lambda: self.review.go(1),
+            "previous_suspect": lambda: self.review.go(-1),
+            "leave_suspect": self.review.leave,
+            "suggest_distrust": self.distrust.suggest,
             "fit": self.views.fit,
             "one_to_one": self.views.one_to_one,
             "next_frame": lambda: self.frame_presenter.turn(1),
@@ -257,6 +271,7 @@ class MainWindow(QMainWindow):
         self.runs.finished.connect(self.replays.show_verdict)
         self.stages.extraction_wished.connect(self.loader.extract)
         self.stages.view_wished.connect(lambda: self.centre.setCurrentWidget(self.images))
+        self.review.shown.connect(lambda: self.centre.setCurrentWidget(self.images))
         self.views.set_pointer_handler(self._point)
         self.views.cursorMoved.connect(self.readout.point_at)
         self.views.contextMenuRequested.connect(self.context_menu.show)
@@ -269,6 +284,9 @@ class MainWindow(QMainWindow):
         self.runs.resolved.connect(notes.glimpse)
         self.runs.failed.connect(lambda error: notes.report("The run stopped", error))
         self.errors.failed.connect(lambda error: notes.report("Expected error", error))
+        self.review.failed.connect(lambda error: notes.report("Suspicious places", error))
+        self.distrust.failed.connect(lambda error: notes.report("Distrusted depth", error))
+        self.distrust.message.connect(notes.tell)
         self.loader.failed.connect(notes.report)
         self.loader.message.connect(notes.tell)
         self.editor.message.connect(notes.tell)
@@ -327,16 +345,8 @@ class MainWindow(QMainWindow):
         if not (self.documents.may_close() and self._may_stop_experiments()):
             event.ignore()
             return
-        for worker in (
-            self.runs,
-            self.errors,
-            self.effect,
-            self.stages,
-            self.editor.guides,
-            self.loader,
-            self.documents,
-            self.experiments,
-        ):
+        reviews, views = (self.review, self.distrust), (self.errors, self.effect, self.stages, self.editor.guides)
+        for worker in (self.runs, *reviews, *views, self.loader, self.documents, self.experiments):
             worker.shutdown()
         self.refresh.stop()
         self._docks.remember()

@@ -38,6 +38,7 @@ _MENUS = {
     "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | give_up",
     "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",
+    "Re&view": "next_suspect previous_suspect leave_suspect | suggest_distrust",
     "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | guess clear_results",
 }
 _OPACITY = 45
@@ -57,7 +58,7 @@ class ToolBar(QToolBar):
         spring = QWidget()  # what is right of it stays where it is when another tool has other options
         spring.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self.addWidget(spring)
-        _fill(self, entries(actions, "new_block merge_blocks delete_blocks clean_up |"))
+        _fill(self, entries(actions, "new_block merge_blocks delete_blocks clean_up | next_suspect |"))
         self.addWidget(QLabel(" Blocks "))
         self.opacity = QSlider(Qt.Orientation.Horizontal)
         self.opacity.setRange(0, 100)
