@@ -30,7 +30,16 @@ COMMANDS = (
     Command(
         "open_run", "Open &run…", "ph.clock-counter-clockwise", "", "Open a run.json: its frame, blocks and parameters"
     ),
-    Command("load_blocks", "Load &blocks…", "ph.squares-four", "", "Replace the blocks by a label map (PNG)"),
+    Command(
+        "load_blocks",
+        "Load &blocks…",
+        "ph.squares-four",
+        "",
+        "Replace the blocks by those of a label map, labelme or COCO file, or of a folder of masks",
+    ),
+    Command(
+        "save_blocks", "Save b&locks…", "", "", "Write the blocks as label map (PNG), COCO or labelme file, with names"
+    ),
     Command("export", "&Export…", "ph.export", "Ctrl+E", "Write completed depth, blocks, curves, cloud and run.json"),
     Command("save_picture", "Save &picture of the window…", "ph.camera", "", "Save what the window shows as PNG"),
     Command("close_frame", "&Close frame", "ph.x", "Ctrl+W", "Close the present frame"),
@@ -87,7 +96,29 @@ COMMANDS = (
         "",
         "Guess the depth that no block could complete, for programs that need all of it; it is marked as guessed",
     ),
+    Command(
+        "reset_own",
+        "&Reset own values",
+        "ph.eraser",
+        "",
+        "Let the chosen blocks have the values of all blocks again",
+    ),
+    Command(
+        "copy_own",
+        "C&opy own values",
+        "ph.copy",
+        "",
+        "Give the other chosen blocks the own values of the first",
+    ),
     Command("clear_results", "C&lear results", "ph.backspace", "", "Forget the completed depth of this frame"),
+    Command(
+        "look_before",
+        "Look &before the last edit",
+        "ph.eye",
+        "",
+        "Show blocks and depth as they were before the last edit; the same while B is held",
+        checkable=True,
+    ),
     Command("tool_select", "&Select", "ph.cursor", "Ctrl+1", "Choose blocks", group="tool"),
     Command(
         "tool_border",
@@ -149,6 +180,23 @@ COMMANDS = (
     Command("shrink_blocks", "S&hrink", "ph.arrows-in-simple", "Ctrl+-", "Let the chosen blocks lose their rim"),
     Command("smooth_blocks", "S&mooth", "ph.waves", "Ctrl+Shift+M", "Make the outlines of the chosen blocks smooth"),
     Command("hide_blocks", "Show or h&ide", "ph.eye", "Ctrl+H", "Show the chosen blocks over the picture, or do not"),
+    Command(
+        "next_suspect",
+        "Next s&uspicious place",
+        "ph.crosshair",
+        "F8",
+        "Go to the next place where blocks or filled depth look wrong, the most harmful first",
+    ),
+    Command("previous_suspect", "Pre&vious suspicious place", "ph.caret-left", "Shift+F8", "Go back to the one before"),
+    Command("leave_suspect", "&Leave it", "ph.check", "Ctrl+F8", "This place is right as it is: do not show it again"),
+    Command(
+        "suggest_distrust",
+        "Su&ggest distrusted depth",
+        "ph.warning",
+        "",
+        "Look for known depth that is likely wrong: flying pixels, speckles, glass; you take it or leave it",
+    ),
+    Command("take_suggested", "&Distrust them", "ph.check", "", "Let the marked depth count as missing"),
     Command("fit", "&Fit frame", "ph.arrows-out", "Ctrl+0", "Show the whole frame"),
     Command("one_to_one", "&One to one", "ph.frame-corners", "Ctrl+9", "One image pixel on one screen pixel"),
     Command(

@@ -34,11 +34,12 @@ BLOCK_MENU = (
 )
 _TOOLS = "tool_select tool_border tool_outline tool_split tool_paint tool_erase tool_give tool_distrust"
 _MENUS = {
-    "&File": "open open_sample open_run | load_blocks export save_picture | close_frame quit",
+    "&File": "open open_sample open_run | load_blocks save_blocks export save_picture | close_frame quit",
     "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | give_up",
     "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",
-    "&Run": "run run_selected run_all | pause step cancel | live | guess clear_results",
+    "Re&view": "next_suspect previous_suspect leave_suspect | suggest_distrust",
+    "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | guess clear_results",
 }
 _OPACITY = 45
 
@@ -57,7 +58,7 @@ class ToolBar(QToolBar):
         spring = QWidget()  # what is right of it stays where it is when another tool has other options
         spring.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self.addWidget(spring)
-        _fill(self, entries(actions, "new_block merge_blocks delete_blocks clean_up |"))
+        _fill(self, entries(actions, "new_block merge_blocks delete_blocks clean_up | next_suspect |"))
         self.addWidget(QLabel(" Blocks "))
         self.opacity = QSlider(Qt.Orientation.Horizontal)
         self.opacity.setRange(0, 100)
@@ -84,7 +85,7 @@ def fill_menu_bar(
     for title, names in _MENUS.items():
         _fill(bar.addMenu(title), entries(actions, names))
     view = bar.addMenu("&View")
-    _fill(view, entries(actions, "fit one_to_one zoom_block | next_frame previous_frame | full_screen"))
+    _fill(view, entries(actions, "fit one_to_one zoom_block look_before | next_frame previous_frame | full_screen"))
     view.addSeparator()
     view.addActions(list(toggles))
     view.addSeparator()

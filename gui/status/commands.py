@@ -21,6 +21,9 @@ _FRAME_ACTIONS = (
     "brush_larger",
     "similar_only",
     "to_no_block",
+    "next_suspect",
+    "previous_suspect",
+    "suggest_distrust",
     "fit",
     "one_to_one",
     *(f"stage_{name}" for name in STAGES),
@@ -49,6 +52,7 @@ class CommandsPresenter(QObject):
         paused = runs.state is RunState.PAUSED
         actions.enable(shown, *_FRAME_ACTIONS)
         actions.enable(shown and free, "extract", "load_blocks")
+        actions.enable(bool(counts), "save_blocks")
         actions.enable(bool(chosen), "zoom_block")
         actions.enable(bool(unlocked), "delete_blocks", "grow_blocks", "shrink_blocks", "smooth_blocks")
         actions.enable(bool(counts), "clean_up")
@@ -59,6 +63,9 @@ class CommandsPresenter(QObject):
         actions.enable((free and bool(counts)) or (shown and runs.session is session and paused), "step")
         actions.enable(runs.state in (RunState.RUNNING, RunState.PAUSED, RunState.GUESSING), "pause", "cancel")
         actions.enable(bool(free and session and session.valid_results() and not session.guessed), "guess")
-        actions.enable(bool(session and session.valid_results()), "clear_results")
+        actions.enable(bool(session and session.results.kept), "clear_results")
+        own = session.notes.own if session else {}
+        actions.enable(not chosen.isdisjoint(own), "reset_own")
+        actions.enable(bool(session and len(session.selected) > 1 and session.selected[0] in own), "copy_own")
         actions["pause"].setChecked(paused)
         actions["pause"].setText("Resume" if paused else "&Pause")

@@ -60,6 +60,19 @@ class ViewsPresenter(QObject):
             guessed = completion.guessed if completion is not None and completion.guessed.any() else None
             self._views.set_result(session.present_depth(), guessed)
 
+    def show_other(self, labels: NDArray[np.int32], depth: NDArray[np.float32] | None) -> None:
+        """Show other blocks of the present frame, int32 (H, W), and other completed depth [m], None for none, for a
+        while."""
+        table = colour_table(self._workspace.session, int(labels.max()))
+        self._views.set_blocks(labels, table)
+        self._views.set_result(depth)
+        self._table = None
+
+    def show_present(self) -> None:
+        """Show the blocks and the depth that there are."""
+        self.show_blocks()
+        self.show_depth()
+
     def zoom_to_blocks(self) -> None:
         """Show the chosen blocks large."""
         session = self._workspace.session
@@ -70,9 +83,9 @@ class ViewsPresenter(QObject):
             )
 
 
-def colour_table(session: Session) -> NDArray[np.uint8]:
-    """RGBA by label for the overlay, chosen labels without pixels included; hidden blocks are transparent."""
-    top = max([int(session.labels.max()), *session.selected])
+def colour_table(session: Session, least: int = 0) -> NDArray[np.uint8]:
+    """RGBA by label for the overlay, up to `least` and all chosen labels; hidden blocks are transparent."""
+    top = max([int(session.labels.max()), least, *session.selected])
     table = np.zeros((top + 1, 4), np.uint8)
     for label in range(1, top + 1):
         info = session.info(label)

@@ -375,9 +375,9 @@ def test_preset_box_keeps_the_two_scopes_apart(opened: MainWindow) -> None:
     workspace.set_parameters(ilf.preset("paper", centred=True))
     workspace.select([1])
     workspace.set_parameters(ilf.preset("released-code"), 1)
-    panel.set_scope(chosen_block=True)
+    panel.set_scope(chosen=True)
     opened.refresh.now()
     assert panel.presets.currentText() == "released-code"
-    panel.set_scope(chosen_block=False)
+    panel.set_scope(chosen=False)
     opened.refresh.now()
     assert panel.presets.currentText() == "paper (changed)"

@@ -92,9 +92,9 @@ def _faults(labels: Labels, smallest: int, box: Box, shape: tuple[int, ...]) -> 
             slivers[line] = False
     slivers[bits[labels == 0]] = False
     slivers[bits[small[parts]]] = False
-    slivers &= (
-        _neighbours_within(bits, np.where(thick, _regions(np.where(thick, parts, 0), background=0), 0), parts) == 1
-    )
+    if slivers.any():
+        bodies = _regions(np.where(thick, parts, 0), background=0)
+        slivers &= _bodies_beside(np.where(slivers[bits], bits, 0), bodies, parts, slivers.size) == 1
 
     areas = np.where(slivers[bits], bits + sizes.size, parts).astype(np.int32)
     faulty = np.concatenate([small, slivers])
@@ -121,17 +121,17 @@ def _rim(values: NDArray[np.int32]) -> tuple[NDArray[np.int32], ...]:
     return values[0], values[-1], values[:, 0], values[:, -1]
 
 
-def _neighbours_within(
-    bits: NDArray[np.int32], bodies: NDArray[np.int32], parts: NDArray[np.int32]
+def _bodies_beside(
+    bits: NDArray[np.int32], bodies: NDArray[np.int32], parts: NDArray[np.int32], count: int
 ) -> NDArray[np.intp]:
-    """How many thick bodies of its own part each thin bit touches."""
+    """How many thick bodies of its own part each of `count` thin bits touches."""
     found = []
     for (bit, beyond), (body_before, body), (one, other) in zip(sides(bits), sides(bodies), sides(parts), strict=True):
         for first, second in ((bit, body), (beyond, body_before)):
             touching = (first > 0) & (second > 0) & (one == other)
             found.append(np.stack([first[touching], second[touching]], axis=1))
     pairs = np.unique(np.concatenate(found), axis=0)
-    return np.bincount(pairs[:, 0], minlength=int(bits.max()) + 1)
+    return np.bincount(pairs[:, 0], minlength=count)
 
 
 def _given_away(labels: Labels, areas: NDArray[np.int32], faulty: Mask, locked: Collection[int]) -> Labels:

@@ -75,12 +75,26 @@ class CrackPaths:
         self._start, self._end = numbers[: len(cost)], numbers[len(cost) :]
         self._cost = cost
 
+    def parts(self) -> NDArray[np.intp]:
+        """Of every crack the number of the connected part that it belongs to."""
+        size = len(self.corners)
+        ways = coo_array((np.ones(self._cost.size), (self._start, self._end)), shape=(size, size))
+        numbers = np.asarray(connected_components(ways.tocsr(), directed=False)[1], np.intp)
+        return numbers[self._start]
+
     def nearest(self, point: NDArray[np.float64], among: NDArray[np.bool_]) -> tuple[int, float]:
         """The number of the corner nearest to a point (x, y), among the ends of some cracks, and its distance."""
         numbers = np.unique(np.concatenate([self._start[among], self._end[among]]))
         distance = np.hypot(*(self.corners[numbers] - point).T)
         best = int(np.argmin(distance))
         return int(numbers[best]), float(distance[best])
+
+    def length_to(self, corner: int, among: NDArray[np.bool_]) -> float:
+        """Length [px] of the way from a corner along the other cracks to the nearest of some; infinite without one."""
+        size, rest = len(self.corners), ~among
+        ways = coo_array((np.ones(np.count_nonzero(rest)), (self._start[rest], self._end[rest])), shape=(size, size))
+        length = dijkstra(ways.tocsr(), directed=False, indices=np.array(corner))
+        return float(length[np.concatenate([self._start[among], self._end[among]])].min())
 
     def between(self, one: int, other: int, without: NDArray[np.intp] | None = None) -> NDArray[np.intp] | None:
         """The numbers of the cracks of the cheapest path between two corners; None if there is none.
@@ -111,6 +125,16 @@ class CrackPaths:
         order = np.argsort(keys)
         return crack[order[np.searchsorted(keys[order], first * size + second)]]
 
+    def around(self, corner: int, among: NDArray[np.bool_]) -> NDArray[np.intp] | None:
+        """The numbers of the cracks of a way from a corner back to it, by one of some cracks at it."""
+        at_corner = np.flatnonzero(among & ((self._start == corner) | (self._end == corner)))
+        if at_corner.size == 0:
+            return None
+        first = at_corner[:1]
+        beyond = int(self._start[first[0]] + self._end[first[0]] - corner)
+        back = self.between(beyond, corner, without=first)
+        return None if back is None else np.concatenate([first, back])
+
     def line(self, one: int, cracks: NDArray[np.intp]) -> NDArray[np.float64]:
         """The corners (x, y) along a path that starts at a corner."""
         walked = [one]
@@ -127,10 +151,9 @@ class CrackPaths:
         members = np.flatnonzero(part == np.argmax(sizes))
         ends = members[np.bincount(np.concatenate([self._start, self._end]), minlength=size)[members] == 1]
         if ends.size == 0:
-            first = int(np.flatnonzero(part[self._start] == part[members[0]])[0])
-            one, other = int(self._start[first]), int(self._end[first])
-            around = self.between(one, other, without=np.array([first]))
-            return self.line(one, np.append(around, first)) if around is not None else self.corners[[one, other]] * 1.0
+            corner = int(members[0])
+            around = self.around(corner, np.ones(self._cost.size, bool))
+            return self.line(corner, np.empty(0, np.intp) if around is None else around)
         one = int(ends[0])
         for _ in range(2):
             distance = dijkstra(graph, directed=False, indices=np.array(one))
