@@ -143,11 +143,20 @@ class Progress:
     result: BlockResult | None = None
 
 
-def compose(frame: RGBDFrame, results: Mapping[int, BlockResult]) -> Completion:
-    """The frame's depth with the blocks' results put in; pixels of no block keep their raw depth."""
-    depth = frame.depth.copy()
-    for result in results.values():
-        depth[result.block.box][result.block.mask] = result.depth
+def compose(frame: RGBDFrame, results: Mapping[int, BlockResult], base: Completion | None = None) -> Completion:
+    """The frame's depth with the blocks' results put in; pixels of no block keep their raw depth.
+
+    With `base`, a completion of the same frame without guesses, only what differs from it is put in anew.
+    """
+    former = {} if base is None else base.results
+    depth = (frame.depth if base is None else base.depth).copy()
+    for label, result in former.items():
+        if results.get(label) is not result:
+            box, mask = result.block.box, result.block.mask
+            depth[box][mask] = frame.depth[box][mask]
+    for label, result in results.items():
+        if former.get(label) is not result:
+            depth[result.block.box][result.block.mask] = result.depth
     filled = ~frame.known & np.isfinite(depth)
     in_order = dict(sorted(results.items()))
     return Completion(depth, filled, in_order, np.zeros_like(filled), notes_of(in_order))

@@ -29,6 +29,7 @@ _STATES = {
     "not recoverable": ("ph.x-circle", "error"),
     "nothing missing": ("ph.minus-circle", "muted"),
     "values changed": ("ph.arrows-clockwise", "warning"),
+    "edited": ("ph.pencil-simple", "warning"),
 }
 
 
@@ -47,7 +48,7 @@ class BlockRow:
     defect_rate : float
         Share of pixels without depth, 0-1.
     state : str
-        "ready", "queued", "running", "values changed", or the value of a `Status`.
+        "ready", "queued", "running", "values changed", "edited", or the value of a `Status`.
     detail : str
         Tooltip of the state.
     iterations : int
@@ -55,6 +56,8 @@ class BlockRow:
     sigma_i : float
         Of the last iteration [m]; NaN where there was none.
     visible, locked : bool
+    own : str
+        Which parameters of the filter have values of the block's own, in words; "" for none.
     """
 
     label: int
@@ -68,6 +71,7 @@ class BlockRow:
     sigma_i: float = math.nan
     visible: bool = True
     locked: bool = False
+    own: str = ""
 
 
 class Column(IntEnum):
@@ -187,10 +191,12 @@ class BlockModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return _alignment(column)
         if role == Qt.ItemDataRole.ForegroundRole:
-            return self._foreground(row)
+            return self._foreground(row, column)
         if role == Qt.ItemDataRole.ToolTipRole:
             if column == Column.STATE:
                 return f"{row.state}\n{row.detail}".strip()
+            if column == Column.NAME and row.own:
+                return f"Has values of its own: {row.own}"
             return _HEADERS[column][1]
         return None
 
@@ -211,7 +217,7 @@ class BlockModel(QAbstractTableModel):
             ):
                 index = self.index(number, column)
                 self.dataChanged.emit(index, index)
-        if before.visible != row.visible:
+        if (before.visible, before.own) != (row.visible, row.own):
             self._announce(number, number)
 
     def _announce(self, first: int, last: int) -> None:
@@ -226,8 +232,10 @@ class BlockModel(QAbstractTableModel):
             return QColor(*row.colour)
         return self._states[row.state] if column == Column.STATE else None
 
-    def _foreground(self, row: BlockRow) -> QColor | None:
-        return None if row.visible else self._colours.muted
+    def _foreground(self, row: BlockRow, column: Column) -> QColor | None:
+        if not row.visible:
+            return self._colours.muted
+        return self._colours.accent if row.own and column == Column.NAME else None
 
 
 def _text(row: BlockRow, column: Column) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QPoint, Signal
+from PySide6.QtCore import QObject
 
 from gui.state.session import Session
 from gui.state.workspace import Workspace
@@ -13,15 +13,7 @@ from ilf.blocks import Box
 
 
 class ViewsPresenter(QObject):
-    """Pictures of the frame, overlay and outlines of its blocks, depth out.
-
-    Signals
-    -------
-    menu_wished(QPoint)
-        The user wants the commands on the chosen blocks, at a place on the screen.
-    """
-
-    menu_wished = Signal(QPoint)
+    """Pictures of the frame, overlay and outlines of its blocks, depth out."""
 
     def __init__(self, workspace: Workspace, views: LinkedViews) -> None:
         super().__init__(views)
@@ -32,7 +24,6 @@ class ViewsPresenter(QObject):
         self._boxes: list[Box] = []
         workspace.labels_changed.connect(self._boxes.append)
         workspace.stroke_changed.connect(self._boxes.append)
-        views.contextMenuRequested.connect(self._choose_for_menu)
 
     def show_frame(self) -> None:
         """Colour and depth in, if they are not there yet; the rest of the pictures goes with the frame before."""
@@ -69,6 +60,19 @@ class ViewsPresenter(QObject):
             guessed = completion.guessed if completion is not None and completion.guessed.any() else None
             self._views.set_result(session.present_depth(), guessed)
 
+    def show_other(self, labels: NDArray[np.int32], depth: NDArray[np.float32] | None) -> None:
+        """Show other blocks of the present frame, int32 (H, W), and other completed depth [m], None for none, for a
+        while."""
+        table = colour_table(self._workspace.session, int(labels.max()))
+        self._views.set_blocks(labels, table)
+        self._views.set_result(depth)
+        self._table = None
+
+    def show_present(self) -> None:
+        """Show the blocks and the depth that there are."""
+        self.show_blocks()
+        self.show_depth()
+
     def zoom_to_blocks(self) -> None:
         """Show the chosen blocks large."""
         session = self._workspace.session
@@ -78,19 +82,10 @@ class ViewsPresenter(QObject):
                 slice(int(rows.min()), int(rows.max()) + 1), slice(int(columns.min()), int(columns.max()) + 1)
             )
 
-    def _choose_for_menu(self, place: QPoint, x: float, y: float) -> None:
-        if not self._workspace.has_session:
-            return
-        session = self._workspace.session
-        label = session.label_at(x, y)
-        if label not in session.selected:
-            self._workspace.select([label] if label else [])
-        self.menu_wished.emit(place)
 
-
-def colour_table(session: Session) -> NDArray[np.uint8]:
-    """RGBA by label for the overlay, chosen labels without pixels included; hidden blocks are transparent."""
-    top = max([int(session.labels.max()), *session.selected])
+def colour_table(session: Session, least: int = 0) -> NDArray[np.uint8]:
+    """RGBA by label for the overlay, up to `least` and all chosen labels; hidden blocks are transparent."""
+    top = max([int(session.labels.max()), least, *session.selected])
     table = np.zeros((top + 1, 4), np.uint8)
     for label in range(1, top + 1):
         info = session.info(label)

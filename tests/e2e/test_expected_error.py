@@ -57,7 +57,7 @@ def test_a_view_that_is_not_shown_costs_nothing_until_it_is(opened: MainWindow, 
     opened.centre.setCurrentWidget(opened.cloud)
     opened.views.set_layout("expected-error")
     assert not opened.errors.busy
-    opened.centre.setCurrentWidget(opened.views)
+    opened.centre.setCurrentWidget(opened.images)
     qtbot.waitUntil(lambda: _picture(opened) is not None, timeout=WAIT_MS)
 
 
