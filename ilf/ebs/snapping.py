@@ -9,11 +9,11 @@ from scipy.ndimage import gaussian_filter1d, map_coordinates
 
 from ..edges.detectors import colour_gradient, gradient_strength
 from ..edges.pairs import Pairs
-from ..edges.relief import Relief, find_relief
+from ..edges.relief import Relief
 from ..frame import RGBDFrame
-from ..parameters import BlockParameters
 from ..per_frame import once_per_frame
 from .edit import Points
+from .usual_relief import usual_relief
 
 _NETWORK, _GRADIENT = 0.5, 0.5
 """What edge strength and colour gradient count beside a depth jump, which counts 1."""
@@ -49,7 +49,7 @@ class Snapper:
     """
 
     def __init__(self, frame: RGBDFrame, strength: NDArray[np.float32]) -> None:
-        self._evidence = _evidence(_relief(frame), _gradient(frame), strength)
+        self._evidence = _evidence(usual_relief(frame), _gradient(frame), strength)
 
     def snap(self, points: Points, leash: float) -> list[tuple[float, float]]:
         """The line along the strongest evidence within a leash of it.
@@ -140,9 +140,3 @@ def _at_both_sides(pairs: Pairs) -> NDArray[np.bool_]:
 @once_per_frame
 def _gradient(frame: RGBDFrame) -> NDArray[np.float32]:
     return gradient_strength(*colour_gradient(frame.rgb, 1.0))
-
-
-@once_per_frame
-def _relief(frame: RGBDFrame) -> Relief:
-    usual = BlockParameters()
-    return find_relief(frame.depth, usual.depth_jump, usual.depth_jump_share)
