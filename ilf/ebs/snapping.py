@@ -24,8 +24,8 @@ _ON_SURFACE = 0.2
 _WIDTH = 1.0
 """Blur [px] of depth jumps, so that they draw a line from beside them."""
 
-_AWAY, _BEND = 0.4, 0.3
-"""Cost of a move by the whole leash, and of a change of the move by 1 px from one pixel to the next: where there is no
+_AWAY, _BEND = 0.04, 0.3
+"""Cost of a move by 1 px, and of a change of the move by 1 px from one pixel to the next: where there is no
 evidence, the line stays as it is drawn."""
 
 _STEP = 0.5
@@ -79,7 +79,7 @@ class Snapper:
         moves = _STEP * np.arange(-reach, reach + 1)
         x, y = np.moveaxis(line[:, None] + moves[:, None] * across[:, None], -1, 0)
         evidence = map_coordinates(self._evidence, (y - 0.5, x - 0.5), order=1, mode="constant")
-        chosen = moves[_cheapest(_AWAY * np.abs(moves) / leash - evidence)]
+        chosen = moves[_cheapest(_AWAY * np.abs(moves) - evidence)]
         snapped = line + gaussian_filter1d(chosen, 1.0, mode="nearest")[:, None] * across
         return [(float(x), float(y)) for x, y in snapped]
 
