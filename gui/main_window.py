@@ -40,13 +40,17 @@ from gui.status.bar import StatusBar
 from gui.status.commands import CommandsPresenter
 from gui.status.presenter import StatusPresenter
 from gui.status.readout import ReadoutPresenter
+from gui.tools.block_commands import BlockCommands
+from gui.tools.context_menu import ContextMenu
 from gui.tools.editor import Editor
+from gui.tools.keys import ToolKeys
 from gui.tools.presenter import ToolsPresenter
 from gui.views.errors import ErrorPresenter
 from gui.views.linked_views import LinkedViews
 from gui.views.pointer import PointerEvent
 from gui.views.presenter import ViewsPresenter
 from gui.widgets.log import LogPanel
+from gui.widgets.message_strip import MessageStrip
 from gui.widgets.notes import Notes
 from gui.work.live import LiveSolver
 from gui.work.refresh import Refresh
@@ -86,7 +90,8 @@ class MainWindow(QMainWindow):
         actions = self.actions_
         self.status = StatusBar()
         self.log = LogPanel()
-        self.notes = Notes(self, self.status, self.log)
+        self.messages = MessageStrip(self)
+        self.notes = Notes(self, self.messages, self.log)
         self.views = LinkedViews()
         self.effect_line = EffectLine()
         going = [actions[name] for name in ["previous_suspect", "next_suspect", "close_review"]]
@@ -108,6 +113,8 @@ class MainWindow(QMainWindow):
     def _make_presenters(self) -> None:
         workspace, runs, loader, actions = self.workspace, self.runs, self.loader, self.actions_
         self.editor = Editor(workspace, self.views, self)
+        self.block_commands = BlockCommands(workspace, self.editor)
+        self.keys = ToolKeys(self, self.editor, self.views)
         self.documents = Documents(self, self.picture, workspace, loader, runs, self.notes)
         self.replays = ReplayPresenter(self.notes)
         self.frame_presenter = FramesPresenter(workspace, self.frames)
@@ -123,7 +130,8 @@ class MainWindow(QMainWindow):
         self.curve_presenter = CurvesPresenter(workspace, self.curves)
         self.cloud_presenter = CloudPresenter(workspace, self.cloud)
         tools = {name: actions[f"tool_{name}"] for name in self.editor.tools}
-        self.tool_presenter = ToolsPresenter(self.editor, tools, self.tool_bar.brush, self.tool_bar.brush_size)
+        self.tool_presenter = ToolsPresenter(self.editor, tools, self.tool_bar.options)
+        self.context_menu = ContextMenu(workspace, self.editor, entries(actions, BLOCK_MENU), self.views)
         self.commands = CommandsPresenter(workspace, runs, loader, actions)
         self.status_presenter = StatusPresenter(workspace, runs, loader, self.editor, self.status)
         self.readout = ReadoutPresenter(workspace, self.status.readout)
@@ -191,29 +199,39 @@ class MainWindow(QMainWindow):
         # not a part: what is done next may come before the next turn, and must be allowed or not by then
         for signal in (turned, blocks, infos, selected, results, values, running, loading, coming):
             signal.connect(lambda *_: self.commands.show())
-        add("tools", self.tool_presenter.show, (turned, self.editor.tool_changed, self.editor.brush_changed))
-        add("hint", self.status_presenter.show_hint, (turned, self.editor.tool_changed, loading))
+        add("tools", self.tool_presenter.show, (turned, self.editor.tool_changed, self.editor.options_changed))
+        add(
+            "hint",
+            self.status_presenter.show_hint,
+            (turned, self.editor.tool_changed, self.editor.hint_changed, loading),
+        )
         add("progress", self.status_presenter.show_progress, (turned, running, loading), (coming,))
         add("readout", self.readout.show, (turned, blocks, infos, results, workspace.error_changed), (coming, depth))
 
     def _connect_commands(self) -> None:
-        runs, editor, documents = self.runs, self.editor, self.documents
+        runs, editor, blocks, documents = self.runs, self.editor, self.block_commands, self.documents
         handlers: dict[str, Callable[[], object]] = {
             "open": documents.ask_open,
             "open_sample": documents.open_sample,
             "open_run": documents.ask_open_run,
             "load_blocks": documents.ask_load_blocks,
+            "save_blocks": documents.ask_save_blocks,
             "export": documents.ask_export,
             "save_picture": documents.ask_save_picture,
             "close_frame": documents.close_frame,
             "quit": self.close,
             "extract": self.stages.extract,
-            "new_block": editor.new_block,
-            "delete_blocks": editor.delete_selected,
-            "merge_blocks": editor.merge_selected,
-            "lock_blocks": editor.toggle_locks,
+            "new_block": blocks.new,
+            "delete_blocks": blocks.delete,
+            "merge_blocks": blocks.merge,
+            "lock_blocks": blocks.toggle_locks,
+            "hide_blocks": blocks.toggle_visibility,
+            "grow_blocks": blocks.grow,
+            "shrink_blocks": blocks.shrink,
+            "smooth_blocks": blocks.smooth,
+            "clean_up": blocks.clean_up,
             "zoom_block": self.view_presenter.zoom_to_blocks,
-            "select_all": editor.select_all,
+            "select_all": blocks.select_all,
             "run": runs.start_changed,
             "run_all": runs.start,
             "run_selected": runs.start_chosen,
@@ -224,9 +242,9 @@ class MainWindow(QMainWindow):
             "reset_own": self.filter_presenter.reset_own,
             "copy_own": self.filter_presenter.copy_own,
             "clear_results": runs.clear_results,
-            "give_up": editor.cancel,
-            "brush_smaller": lambda: editor.change_brush(-1),
-            "brush_larger": lambda: editor.change_brush(1),
+            "give_up": editor.escape,
+            "brush_smaller": lambda: editor.step_brush(-1),
+            "brush_larger": lambda: editor.step_brush(1),
             "next_suspect": lambda: self.review.go(1),
             "previous_suspect": lambda: self.review.go(-1),
             "leave_suspect": self.review.leave,
@@ -250,6 +268,7 @@ class MainWindow(QMainWindow):
         stage_cell.stageChanged.connect(lambda name: self.actions_[f"stage_{name}"].setChecked(True))
         stage_cell.set_hints({name: self.actions_[f"stage_{name}"].toolTip() for name in STAGES})
         self.loader.extracted.connect(self.stages.hold)
+        self.loader.extracted.connect(self.editor.guides.hold)
         self.loader.replayed.connect(self.replays.show_differences)
         self.runs.finished.connect(self.replays.show_verdict)
         self.stages.extraction_wished.connect(self.loader.extract)
@@ -257,7 +276,7 @@ class MainWindow(QMainWindow):
         self.review.shown.connect(lambda: self.centre.setCurrentWidget(self.images))
         self.views.set_pointer_handler(self._point)
         self.views.cursorMoved.connect(self.readout.point_at)
-        self.view_presenter.menu_wished.connect(self.block_presenter.show_menu)
+        self.views.contextMenuRequested.connect(self.context_menu.show)
         self.blocks.activated.connect(lambda _: self.view_presenter.zoom_to_blocks())
         self.frames.removeRequested.connect(documents.remove_frame)
 
@@ -274,6 +293,11 @@ class MainWindow(QMainWindow):
         self.loader.message.connect(notes.tell)
         self.editor.message.connect(notes.tell)
         self.filter_presenter.message.connect(notes.tell)
+        self.editor.slivers_left.connect(
+            lambda left: notes.offer(f"{left} sliver{'s' * (left != 1)} left.", self.actions_["clean_up"])
+        )
+        self.editor.guides.failed.connect(lambda error: notes.report("Edges of the frame", error))
+        self.block_commands.message.connect(notes.tell)
         self.experiments.message.connect(notes.tell)
 
     def _show_title(self) -> None:
@@ -323,7 +347,7 @@ class MainWindow(QMainWindow):
         if not (self.documents.may_close() and self._may_stop_experiments()):
             event.ignore()
             return
-        reviews, views = (self.review, self.distrust), (self.errors, self.effect, self.stages)
+        reviews, views = (self.review, self.distrust), (self.errors, self.effect, self.stages, self.editor.guides)
         for worker in (self.runs, *reviews, *views, self.loader, self.documents, self.experiments):
             worker.shutdown()
         self.refresh.stop()

@@ -6,22 +6,38 @@ from collections.abc import Iterable, Mapping
 
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtGui import QAction, QActionGroup
-from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QMenu, QMenuBar, QMessageBox, QSlider, QToolBar, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QComboBox,
+    QLabel,
+    QMenu,
+    QMenuBar,
+    QMessageBox,
+    QSizePolicy,
+    QSlider,
+    QToolBar,
+    QWidget,
+)
 
 import ilf
 from gui import theme
 from gui.actions import Actions
+from gui.tools.options_row import OptionsRow
 from gui.views.colour_maps import DEPTH_MAPS
 from gui.views.layouts import CELLS, LAYOUT_TEXTS, LAYOUTS
 from gui.views.linked_views import LinkedViews
 from ilf.drawing.stages import STAGES
 
-BLOCK_MENU = "run_selected zoom_block | merge_blocks delete_blocks lock_blocks | new_block fit"
+BLOCK_MENU = (
+    "run_selected zoom_block | merge_blocks delete_blocks lock_blocks hide_blocks | "
+    "grow_blocks shrink_blocks smooth_blocks clean_up | new_block fit"
+)
+_TOOLS = "tool_select tool_border tool_outline tool_split tool_paint tool_erase tool_give tool_distrust"
 _MENUS = {
-    "&File": "open open_sample open_run | load_blocks export save_picture | close_frame quit",
-    "&Edit": "undo redo | select_all delete_blocks merge_blocks lock_blocks new_block | tool_select "
-    "tool_paint tool_erase tool_split | brush_smaller brush_larger give_up",
-    "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks | zoom_block select_all",
+    "&File": "open open_sample open_run | load_blocks save_blocks export save_picture | close_frame quit",
+    "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | give_up",
+    "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
+    "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",
     "Re&view": "next_suspect previous_suspect leave_suspect | suggest_distrust",
     "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | guess clear_results",
 }
@@ -29,20 +45,20 @@ _OPACITY = 45
 
 
 class ToolBar(QToolBar):
-    """The commands that are needed all the time, with brush, opacity and layout."""
+    """The commands that are needed all the time, with the tool's options, opacity and layout."""
 
     def __init__(self, actions: Mapping[str, QAction] | Actions, views: LinkedViews, window: QWidget) -> None:
         super().__init__("Tools", window)
         self.setObjectName("Tools")
         self.setMovable(False)
-        _fill(self, entries(actions, "open export | undo redo | tool_select tool_paint tool_erase tool_split"))
-        self.brush_size = QLabel()
-        self.brush = QSlider(Qt.Orientation.Horizontal)
-        self.brush.setRange(1, 60)
-        self.brush.setFixedWidth(80)
-        self.addWidget(self.brush_size)
-        self.addWidget(self.brush)
-        _fill(self, entries(actions, "| new_block merge_blocks delete_blocks | next_suspect |"))
+        _fill(self, entries(actions, f"open export | undo redo | {_TOOLS} |"))
+        by_amount = [actions[name] for name in ("grow_blocks", "shrink_blocks", "smooth_blocks")]
+        self.options = OptionsRow(actions["similar_only"], actions["to_no_block"], by_amount)
+        self.addWidget(self.options)
+        spring = QWidget()  # what is right of it stays where it is when another tool has other options
+        spring.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        self.addWidget(spring)
+        _fill(self, entries(actions, "new_block merge_blocks delete_blocks clean_up | next_suspect |"))
         self.addWidget(QLabel(" Blocks "))
         self.opacity = QSlider(Qt.Orientation.Horizontal)
         self.opacity.setRange(0, 100)
@@ -100,6 +116,8 @@ def show_about(window: QWidget) -> None:
 
 
 def _fill(menu: QMenu | QToolBar, actions: Iterable[QAction | None]) -> None:
+    if isinstance(menu, QMenu):
+        menu.setToolTipsVisible(True)
     for action in actions:
         if action is None:
             menu.addSeparator()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,17 +16,17 @@ from gui.state.workspace import Workspace
 from gui.views.presenter import ViewsPresenter
 from gui.work.latest_question import LatestQuestion
 from gui.work.runs import RunController, RunState
-from ilf.outcomes import BlockResult, Completion
+from ilf.ebs.edit import LabelPatch
+from ilf.outcomes import Completion
 from ilf.run import Effect, Run, edit_effect
-
-Results = Mapping[int, BlockResult]
 
 
 @dataclass(frozen=True, eq=False)
 class _Question:
     """An edit, the run that the frame is after it, and what was completed before and after."""
 
-    change: Change
+    patch: LabelPatch
+    forward: bool
     run: Run
     before: Completion | None
     after: Completion | None
@@ -119,7 +118,7 @@ class EffectPresenter(QObject):
             return  # they are still to be solved
         self._asked = True
         run = session.run(self._workspace.parameters)
-        self._questions.ask(_Question(self._change, run, self._before, self._present))
+        self._questions.ask(_Question(self._change.patch, self._change.forward, run, self._before, self._present))
 
     def _there(self, session: Session) -> frozenset[int]:
         return frozenset() if self._change is None else self._change.blocks & session.counts().keys()
@@ -128,8 +127,9 @@ class EffectPresenter(QObject):
         self._present = self._workspace.session.completion() if self._workspace.has_session else None
 
     def _say(self, question: _Question, effect: Effect | None, note: str = "") -> None:
-        if question.change is self._change:
-            self._line.say(_title(question.change), effect, note)
+        change = self._change
+        if change is not None and (change.patch, change.forward) == (question.patch, question.forward):
+            self._line.say(_title(change), effect, note)
 
 
 def _title(change: Change) -> str:
@@ -140,6 +140,6 @@ def _find(question: _Question) -> Effect:
     """Off the GUI's thread."""
     labels: NDArray[np.int32] = question.run.blocks.copy()
     labels.flags.writeable = True
-    (question.change.patch.revert if question.change.forward else question.change.patch.apply)(labels)
+    (question.patch.revert if question.forward else question.patch.apply)(labels)
     before = replace(question.run, blocks=labels)
-    return edit_effect(before, question.run, question.change.patch, (question.before, question.after))
+    return edit_effect(before, question.run, question.patch, (question.before, question.after))

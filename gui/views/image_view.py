@@ -13,6 +13,7 @@ from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QResizeEvent, 
 from gui.theme import Colours
 
 from .items import HaloPath, Hatch
+from .preview import PreviewItem
 from .view_transform import ViewTransform
 
 _CROSS_GAP = 9
@@ -56,7 +57,7 @@ class ImageView(pg.GraphicsView):
         self._hatches: list[Hatch] = []
         self.hatch = self.add_hatch(-1)
         self.outline = HaloPath(2, _WHITE, 190, 5)
-        self.preview = HaloPath(1.5, _WHITE, 150, 6)
+        self.preview = PreviewItem(6)
         # two items, so that a moving cursor repaints two thin strips instead of the view
         self._cross = tuple(HaloPath(1, QColor(255, 255, 255, 190), 70, 7) for _ in range(2))
         for item in (self.outline, self.preview, *self._cross):
@@ -118,8 +119,9 @@ class ImageView(pg.GraphicsView):
         # the visible part as scene rectangle leaves nothing to scroll
         self.setSceneRect(drawn.inverted()[0].mapRect(QRectF(QRect(0, 0, size.width(), size.height()))))
         self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, scale * ratio < 1)
-        for item in (self.outline, self.preview, *self._cross):
+        for item in (self.outline, *self._cross):
             item.set_pixel_size(1 / scale)
+        self.preview.set_pixel_size(1 / scale)
 
     def to_image(self, position: QPointF) -> QPointF:
         """Image coordinates of the middle of the screen pixel at a position in the viewport.

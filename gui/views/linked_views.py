@@ -20,6 +20,7 @@ from .layouts import CELLS, GRIDS, LAYOUTS
 from .navigation import Navigation
 from .overlay import BlockOverlay, block_outline
 from .pointer import PointerHandler
+from .preview import Preview
 from .result_cells import DepthCell, DifferenceCell, ErrorCell, missing_brush
 from .view_cell import ViewCell
 from .view_transform import ViewTransform
@@ -218,14 +219,18 @@ class LinkedViews(QWidget):
         self._selected = tuple(labels)
         self._draw_outline()
 
-    def set_preview(self, path: QPainterPath | None) -> None:
-        """Draw what a tool is about to do, in image coordinates, in all views; None removes it."""
+    def set_preview(self, preview: Preview | None) -> None:
+        """Draw what a tool is about to do in all views; None removes it."""
         for view in self._views:
-            view.preview.set_path(path)
+            view.preview.set_preview(preview)
 
     def set_pointer_handler(self, handler: PointerHandler | None) -> None:
         """Send pointer events of all views to a tool; None lets the left button pan."""
         self._navigation.set_handler(handler)
+
+    def set_space(self, held: bool) -> None:
+        """Whether the space key is held, wherever it was pressed: the left button pans meanwhile."""
+        self._navigation.set_space(held)
 
     # colours
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QPoint, Signal
+from PySide6.QtCore import QObject
 
 from gui.state.session import Session
 from gui.state.workspace import Workspace
@@ -13,15 +13,7 @@ from ilf.blocks import Box
 
 
 class ViewsPresenter(QObject):
-    """Pictures of the frame, overlay and outlines of its blocks, depth out.
-
-    Signals
-    -------
-    menu_wished(QPoint)
-        The user wants the commands on the chosen blocks, at a place on the screen.
-    """
-
-    menu_wished = Signal(QPoint)
+    """Pictures of the frame, overlay and outlines of its blocks, depth out."""
 
     def __init__(self, workspace: Workspace, views: LinkedViews) -> None:
         super().__init__(views)
@@ -32,7 +24,6 @@ class ViewsPresenter(QObject):
         self._boxes: list[Box] = []
         workspace.labels_changed.connect(self._boxes.append)
         workspace.stroke_changed.connect(self._boxes.append)
-        views.contextMenuRequested.connect(self._choose_for_menu)
 
     def show_frame(self) -> None:
         """Colour and depth in, if they are not there yet; the rest of the pictures goes with the frame before."""
@@ -90,15 +81,6 @@ class ViewsPresenter(QObject):
             self._views.zoom_to(
                 slice(int(rows.min()), int(rows.max()) + 1), slice(int(columns.min()), int(columns.max()) + 1)
             )
-
-    def _choose_for_menu(self, place: QPoint, x: float, y: float) -> None:
-        if not self._workspace.has_session:
-            return
-        session = self._workspace.session
-        label = session.label_at(x, y)
-        if label not in session.selected:
-            self._workspace.select([label] if label else [])
-        self.menu_wished.emit(place)
 
 
 def colour_table(session: Session, least: int = 0) -> NDArray[np.uint8]:

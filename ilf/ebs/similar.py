@@ -90,10 +90,10 @@ def _reached(
     open_ground = (like & weak & ~jumps).astype(np.uint8)
     open_ground[row, column] = 1
     cv2.floodFill(open_ground, None, (column, row), 2, flags=4)
-    reached = open_ground == 2
+    reached, edge = open_ground == 2, like & ~(weak & ~jumps)
     last = reached
     for _ in range(_INTO_EDGE):
-        last = (cv2.dilate(last.astype(np.uint8), _CROSS) > 0) & like & ~reached
+        last = (cv2.dilate(last.astype(np.uint8), _CROSS) > 0) & edge & ~reached
         reached = reached | last
         # a jump lies behind the pixel that is marked: that one may be swept, those behind it not
         last = last & ~jumps

@@ -18,13 +18,13 @@ from .edit import Points
 _NETWORK, _GRADIENT = 0.5, 0.5
 """What edge strength and colour gradient count beside a depth jump, which counts 1."""
 
-_ON_SURFACE = 0.3
+_ON_SURFACE = 0.2
 """What they count where known depth says that the surface goes on."""
 
 _WIDTH = 1.0
 """Blur [px] of depth jumps, so that they draw a line from beside them."""
 
-_AWAY, _BEND = 0.25, 0.3
+_AWAY, _BEND = 0.4, 0.3
 """Cost of a move by the whole leash, and of a change of the move by 1 px from one pixel to the next: where there is no
 evidence, the line stays as it is drawn."""
 

@@ -10,10 +10,16 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 from skimage.segmentation import watershed
 
+from ..edges.pairs import apart, both, mark
+from ..edges.relief import Relief, find_relief
+from ..errors import InputError
 from ..frame import RGBDFrame
+from ..parameters import BlockParameters
+from .boundaries import contract, regions_between, snap_to_jumps
 from .edit import split
 from .edit.cracks import CrackPaths, find_cracks
 from .edit.patches import box_of
+from .merging import RegionGraph
 
 _SAMPLES = 90
 """Samples of depth along the longer side of the block's box, at most."""
@@ -27,6 +33,18 @@ larger of a constant and one that grows with depth."""
 
 _BETTER = 0.55
 """Two planes must leave at most this share of the deviation that one curved surface leaves."""
+
+_LEAST = 60
+"""Pixels that a part beyond a jump has at least."""
+
+_SEEN = 0.5
+"""Share of their border along which depth jumps between two parts."""
+
+_BELOW_JUMPS = 0.9
+"""Factor on the edge strength beside jumps, which must stand above it."""
+
+_ALL_BUT_JUMPS = 2.0
+"""Cost of a border up to which regions are one surface: more than any without a jump."""
 
 _ROUNDS = 12
 
@@ -58,14 +76,49 @@ def suggest_split(
     if box is None:
         return None
     block = labels[box] == label
-    sides = _two_surfaces(np.where(block, frame.depth[box], np.float32(np.nan)))
-    if sides is None:
-        return None
-    line = _border(_parted(block, sides, strength[box]))
+    depth = np.where(block, frame.depth[box], np.float32(np.nan))
+    parts = _at_jumps(frame.rgb[box], depth, block, strength[box])
+    if parts is None:
+        sides = _two_surfaces(depth)
+        parts = None if sides is None else _parted(block, sides, strength[box])
+    line = None if parts is None else _border(parts)
     if line is None:
         return None
     points = [(float(x), float(y)) for x, y in line + np.array([box[1].start, box[0].start])]
     return points if split(labels, label, points) is not None else None
+
+
+def _at_jumps(
+    rgb: NDArray[np.uint8], depth: NDArray[np.float32], block: NDArray[np.bool_], strength: NDArray[np.float32]
+) -> NDArray[np.int32] | None:
+    """The block's pixels in two parts, 1 and 2, with a jump along most of their border; None without one."""
+    usual = BlockParameters()
+    relief = find_relief(depth, usual.depth_jump, usual.depth_jump_share)
+    if not any(pairs.any() for pairs in relief.jumps):
+        return None
+    edges = mark(relief.jumps)
+    guide = np.where(edges, np.float32(1), np.float32(_BELOW_JUMPS) * strength)
+    regions = snap_to_jumps(contract(regions_between(edges, 1.0, block), guide, block), relief.jumps)
+    try:
+        graph = RegionGraph(regions, strength, RGBDFrame(rgb, depth), relief)
+    except InputError:  # alone, such far or near depth would be none in metres
+        return None
+    graph.merge_below(_ALL_BUT_JUMPS)
+    surfaces = graph.labels()
+    least = max(_SHARE * np.count_nonzero(block), _LEAST)
+    for surface in range(1, int(surfaces.max()) + 1):
+        part = surfaces == surface
+        if least <= np.count_nonzero(part) <= np.count_nonzero(block) / 2 and _jump_share(part, block, relief) >= _SEEN:
+            return np.where(block, np.where(part, np.int32(2), np.int32(1)), np.int32(0))
+    return None
+
+
+def _jump_share(part: NDArray[np.bool_], block: NDArray[np.bool_], relief: Relief) -> float:
+    """Share of a part's border to the rest of its block along which depth jumps."""
+    border = [rim & inside for rim, inside in zip(apart(part.astype(np.int32)), both(block), strict=True)]
+    length = sum(np.count_nonzero(some) for some in border)
+    along = sum(np.count_nonzero(some & jumps) for some, jumps in zip(border, relief.jumps, strict=True))
+    return along / max(length, 1)
 
 
 def _two_surfaces(depth: NDArray[np.float32]) -> NDArray[np.int32] | None:

@@ -78,7 +78,7 @@ def test_a_stroke_paints_what_the_brush_sweeps_and_is_one_undoable_step(editing:
     right = int(before[24, 50])
     _click(editing, (50, 24))
     editing.actions_["tool_paint"].trigger()
-    editing.editor.brush_radius = 3.0
+    editing.editor.options.brush_radius = 3.0
     _drag(editing, [(20, 24), (14, 24), (10, 30)])
     assert session.labels[24, 17] == right
     assert session.labels[27, 12] == right
@@ -97,12 +97,15 @@ def test_erasing_takes_from_the_chosen_block_only_and_alt_swaps(editing: MainWin
     before = session.labels.copy()
     _click(editing, (50, 24))
     editing.actions_["tool_erase"].trigger()
-    editing.editor.brush_radius = 4.0
+    editing.editor.options.brush_radius = 4.0
     _drag(editing, [(26, 24), (34, 24)])
     changed = session.labels != before
     assert changed.any()
     assert (before[changed] == before[24, 50]).all()
-    assert (session.labels[changed] == 0).all()
+    assert (session.labels[changed] == before[24, 5]).all(), "the neighbour gets them"
+    editing.editor.set_option("to_no_block", True)
+    _drag(editing, [(40, 24), (48, 24)])
+    assert session.labels[24, 44] == 0
     _drag(editing, [(40, 24), (34, 24)], Qt.KeyboardModifier.AltModifier)
     assert session.labels[24, 34] == before[24, 50]
 
@@ -230,7 +233,7 @@ def test_two_quick_dabs_are_two_undoable_steps(editing: MainWindow) -> None:
     before = session.labels.copy()
     _click(editing, (50, 24))
     editing.actions_["tool_paint"].trigger()
-    editing.editor.brush_radius = 2.0
+    editing.editor.options.brush_radius = 2.0
     viewport = editing.views.cells["colour"].view.viewport()
     _click(editing, (10, 10))
     QTest.mouseDClick(viewport, Qt.MouseButton.LeftButton, pos=_place(editing, (20, 20)))

@@ -533,6 +533,31 @@ def test_loaded_blocks_leave_locked_ones_alone(workspace: Workspace, session: Se
     assert session.undo_stack.undoText() == "Load blocks"
 
 
+def test_loaded_blocks_bring_their_names_also_where_locked_ones_have_their_numbers(
+    workspace: Workspace, session: Session
+) -> None:
+    session.change_info(2, name="Mine", locked=True)
+    before = session.labels.copy()
+    loaded = np.where(before == 2, 7, 2).astype(np.int32)
+    loaded[:1][before[:1] != 2] = 1
+    workspace.replace_labels(loaded, "Load blocks", {1: "Wall", 2: "Floor", 7: "Under the locked one"})
+    names = {label: session.info(label).name for label in session.counts()}
+    assert names.pop(2) == "Mine"
+    assert sorted(names.values()) == ["Floor", "Wall"]
+    floor = next(label for label, name in names.items() if name == "Floor")
+    np.testing.assert_array_equal(session.labels == floor, loaded == 2)
+    workspace.undo_group.undo()
+    assert session.info(1).name == "Block 1"
+
+
+def test_the_same_blocks_with_other_names_are_one_step(workspace: Workspace, session: Session) -> None:
+    workspace.replace_labels(session.labels.copy(), "Load blocks", {1: "Wall", 2: "Block 2"})
+    assert session.info(1).name == "Wall"
+    assert session.undo_stack.count() == 1
+    workspace.undo_group.undo()
+    assert session.info(1).name == "Block 1"
+
+
 # parameters
 
 

@@ -86,6 +86,13 @@ def test_what_a_line_cuts_off_goes_to_the_other_block() -> None:
     assert np.array_equal(after, _halves(20))
 
 
+def test_what_lies_amidst_a_swept_area_is_not_swapped() -> None:
+    labels, wanted = _halves(40), _halves(28)
+    labels[25:35, 32:36] = 2
+    labels[5:10, 50:55] = wanted[5:10, 50:55] = 1
+    assert np.array_equal(_redrawn(labels, [(28.0, -1.0), (28.0, 61.0)]), wanted)
+
+
 def test_no_block_may_be_a_neighbour_and_what_lies_between_stays() -> None:
     labels, wanted = _halves(40), _halves(30)
     for some in (labels, wanted):

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.spatial import cKDTree
+from skimage.measure import label as connected_regions
 
 from .areas import parity
 from .cracks import OFF_FRAME, CrackPaths, Cracks, find_cracks
-from .patches import LabelPatch, Labels, Points, bounds, grown, patch_within
+from .patches import LabelPatch, Labels, Mask, Points, bounds, grown, patch_within
 
 _BEYOND_CROP = -2
 """In place of a label, where the label map goes on beyond what is looked at."""
@@ -30,19 +31,18 @@ _RIM = 150, 300
 _CLOSES = 0.1
 """Share of a line's length that its ends may be apart for it to be closed."""
 
-_REACH, _REACH_SHARE = 12.0, 0.25
+_REACH, _REACH_SHARE = 16.0, 0.25
 """How far the ends of a line may be off the border that it is about: pixels, or a share of its length if larger; twice
 that where both blocks end."""
 
-_AT_OUTLINE, _CLEARLY = 6.0, 0.75
-"""How near [px] to another block or to the frame's rim an end of the line may be to be led there, and what share of its
-distance to the border that may be."""
+_AT_OUTLINE = 6.0
+"""How near [px] to another block or to the frame's rim an end of the line may be to be led there."""
+
+_AROUND, _NEAR_END = 3.0, 4.0
+"""How far from there it may be to the border along the outline: a multiple of the straight way, and pixels more."""
 
 _OFF_PAIR = 25.0
 """What a line that runs through other blocks counts in the choice of the pair, in pixels off the border."""
-
-_NEAR_END = 2.0
-"""How much farther [px] than by the border and the outline the border's end may be to be near."""
 
 _CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
 
@@ -129,8 +129,8 @@ def _redrawn(labels: Labels, line: NDArray[np.float64], length: float, locked: C
         return None
     inside = np.flatnonzero(np.isin(under, pair))
     line = line[inside[0] : inside[-1] + 1]
-    cracks = cracks[np.isin(cracks.sides, pair).any(axis=1)]
-    between = np.asarray(np.isin(cracks.sides, pair).all(axis=1))
+    cracks = _in_one_piece(cracks[np.isin(cracks.sides, pair).any(axis=1)], pair, line)
+    between = _between(cracks, pair)
     paths = CrackPaths(cracks, np.where(between, _ALONG_BORDER, _ALONG_OUTLINE))
     trimmed = inside[0] > 0, inside[-1] < len(under) - 1
     one, other = (_joint(paths, point, between, cut) for point, cut in zip((line[0], line[-1]), trimmed, strict=True))
@@ -138,9 +138,7 @@ def _redrawn(labels: Labels, line: NDArray[np.float64], length: float, locked: C
     for stretch in _stretches(paths, one, other, between):
         old = paths.line(one, stretch)
         swept = parity(np.concatenate([line, old[::-1]]), (labels.shape[0], labels.shape[1]))
-        after = labels.copy()
-        after[swept & (labels == pair[0])] = pair[1]
-        after[swept & (labels == pair[1])] = pair[0]
+        after = _swapped(labels, swept, pair, cracks[stretch])
         if best is None or np.count_nonzero(after != labels) < np.count_nonzero(best != labels):
             best = after
     return None if best is None else _without_fragments(labels, best, pair)
@@ -177,6 +175,46 @@ def _at_outline(cracks: Cracks, pair: NDArray[np.int32], point: NDArray[np.float
     return bool(np.any(np.hypot(*(outline - point).T) <= _AT_OUTLINE))
 
 
+def _between(cracks: Cracks, pair: tuple[int, int]) -> NDArray[np.bool_]:
+    """Which cracks are the border between two labels."""
+    return np.asarray(np.isin(cracks.sides, pair).all(axis=1))
+
+
+def _in_one_piece(cracks: Cracks, pair: tuple[int, int], line: NDArray[np.float64]) -> Cracks:
+    """Those cracks that are connected with the stretch of border to which the ends of the line are nearest."""
+    parts = CrackPaths(cracks, np.ones(len(cracks.start))).parts()
+    middle, between = cracks.middle, _between(cracks, pair)
+    off = np.full((2, int(parts.max()) + 1), np.inf)
+    for some, end in zip(off, (line[0], line[-1]), strict=True):
+        np.minimum.at(some, parts[between], np.hypot(*(middle[between] - end).T))
+    return cracks[parts == np.argmin(off.sum(axis=0))]
+
+
+def _swapped(labels: Labels, swept: Mask, pair: tuple[int, int], stretch: Cracks) -> Labels:
+    """The map in which areas of a pair of labels inside what is swept change hands, if they are at a stretch of border.
+
+    What lies amidst such an area has the label already that all around it gets.
+    """
+    after = labels.copy()
+    box = bounds(swept)
+    if box is None:
+        return after
+    inside = np.where(swept & np.isin(labels, pair), labels + 1, 0)
+    areas = np.zeros(labels.shape, np.int32)
+    areas[box] = connected_regions(inside[box], background=0, connectivity=1)
+    # the pixels right of and left of an upright crack, below and above a level one
+    column, row = np.minimum(stretch.start, stretch.end).T
+    upright = stretch.start[:, 0] == stretch.end[:, 0]
+    at_stretch = np.zeros(int(areas.max()) + 1, bool)
+    at_stretch[areas[row, column]] = True
+    at_stretch[areas[row - ~upright, column - upright]] = True
+    at_stretch[0] = False
+    changing = at_stretch[areas] if len(stretch.start) else areas > 0
+    after[changing & (labels == pair[0])] = pair[1]
+    after[changing & (labels == pair[1])] = pair[0]
+    return after
+
+
 def _joint(paths: CrackPaths, point: NDArray[np.float64], between: NDArray[np.bool_], trimmed: bool) -> int:
     """The corner that an end of the line is led to."""
     at_border, border_off = paths.nearest(point, between)
@@ -185,10 +223,10 @@ def _joint(paths: CrackPaths, point: NDArray[np.float64], between: NDArray[np.bo
     at_outline, outline_off = paths.nearest(point, ~between)
     if trimmed:
         return at_outline if outline_off < border_off else at_border
-    # where the border itself ends near by, the line is to end like it
-    beside_end = border_off >= 1 and paths.to_junction(point, between) <= outline_off + border_off + _NEAR_END
-    limit = _AT_OUTLINE if beside_end else min(_AT_OUTLINE, _CLEARLY * border_off)
-    return at_outline if outline_off <= limit else at_border
+    if outline_off > _AT_OUTLINE or border_off < 1:
+        return at_border
+    # only where the border itself ends near by, the line is to end like it
+    return at_outline if paths.length_to(at_outline, between) <= _AROUND * border_off + _NEAR_END else at_border
 
 
 def _stretches(paths: CrackPaths, one: int, other: int, between: NDArray[np.bool_]) -> list[NDArray[np.intp]]:

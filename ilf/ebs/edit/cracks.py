@@ -75,6 +75,13 @@ class CrackPaths:
         self._start, self._end = numbers[: len(cost)], numbers[len(cost) :]
         self._cost = cost
 
+    def parts(self) -> NDArray[np.intp]:
+        """Of every crack the number of the connected part that it belongs to."""
+        size = len(self.corners)
+        ways = coo_array((np.ones(self._cost.size), (self._start, self._end)), shape=(size, size))
+        numbers = np.asarray(connected_components(ways.tocsr(), directed=False)[1], np.intp)
+        return numbers[self._start]
+
     def nearest(self, point: NDArray[np.float64], among: NDArray[np.bool_]) -> tuple[int, float]:
         """The number of the corner nearest to a point (x, y), among the ends of some cracks, and its distance."""
         numbers = np.unique(np.concatenate([self._start[among], self._end[among]]))
@@ -82,11 +89,12 @@ class CrackPaths:
         best = int(np.argmin(distance))
         return int(numbers[best]), float(distance[best])
 
-    def to_junction(self, point: NDArray[np.float64], among: NDArray[np.bool_]) -> float:
-        """Distance from a point (x, y) to the nearest corner at which some cracks meet others; infinite without one."""
-        inner, outer = (np.concatenate([self._start[chosen], self._end[chosen]]) for chosen in (among, ~among))
-        junctions = self.corners[np.intersect1d(inner, outer)]
-        return float(np.hypot(*(junctions - point).T).min(initial=np.inf))
+    def length_to(self, corner: int, among: NDArray[np.bool_]) -> float:
+        """Length [px] of the way from a corner along the other cracks to the nearest of some; infinite without one."""
+        size, rest = len(self.corners), ~among
+        ways = coo_array((np.ones(np.count_nonzero(rest)), (self._start[rest], self._end[rest])), shape=(size, size))
+        length = dijkstra(ways.tocsr(), directed=False, indices=np.array(corner))
+        return float(length[np.concatenate([self._start[among], self._end[among]])].min())
 
     def between(self, one: int, other: int, without: NDArray[np.intp] | None = None) -> NDArray[np.intp] | None:
         """The numbers of the cracks of the cheapest path between two corners; None if there is none.
