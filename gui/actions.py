@@ -196,7 +196,9 @@ COMMANDS = (
         "",
         "Look for known depth that is likely wrong: flying pixels, speckles, glass; you take it or leave it",
     ),
+    Command("close_review", "&Close", "ph.x", "", "Look at no more suspicious places"),
     Command("take_suggested", "&Distrust them", "ph.check", "", "Let the marked depth count as missing"),
+    Command("leave_suggested", "Leave them", "ph.x", "", "Trust the marked depth on"),
     Command("fit", "&Fit frame", "ph.arrows-out", "Ctrl+0", "Show the whole frame"),
     Command("one_to_one", "&One to one", "ph.frame-corners", "Ctrl+9", "One image pixel on one screen pixel"),
     Command(

@@ -94,10 +94,9 @@ class MainWindow(QMainWindow):
         self.notes = Notes(self, self.messages, self.log)
         self.views = LinkedViews()
         self.effect_line = EffectLine()
-        self.review_strip = ReviewStrip(
-            [actions[name] for name in ["previous_suspect", "next_suspect", "leave_suspect"]]
-        )
-        self.distrust_strip = ReviewStrip([actions["take_suggested"]])
+        going = [actions[name] for name in ["previous_suspect", "next_suspect", "close_review"]]
+        self.review_strip = ReviewStrip(going, [actions["leave_suspect"]])
+        self.distrust_strip = ReviewStrip([], [actions["take_suggested"], actions["leave_suggested"]])
         self.cloud = CloudView()
         self.curves = CurvesPanel()
         self.frames = FrameList()
@@ -127,7 +126,7 @@ class MainWindow(QMainWindow):
         self.live = LiveSolver(workspace, runs, actions["live"])
         self.effect = EffectPresenter(workspace, runs, self.view_presenter, self.effect_line, actions["live"])
         self.review = ReviewPresenter(workspace, self.views, self.review_strip, actions["leave_suspect"])
-        self.distrust = DistrustPresenter(workspace, self.views, self.distrust_strip, actions["take_suggested"])
+        self.distrust = DistrustPresenter(workspace, self.views, self.distrust_strip)
         self.curve_presenter = CurvesPresenter(workspace, self.curves)
         self.cloud_presenter = CloudPresenter(workspace, self.cloud)
         tools = {name: actions[f"tool_{name}"] for name in self.editor.tools}
@@ -249,7 +248,10 @@ class MainWindow(QMainWindow):
             "next_suspect": lambda: self.review.go(1),
             "previous_suspect": lambda: self.review.go(-1),
             "leave_suspect": self.review.leave,
+            "close_review": self.review.close,
             "suggest_distrust": self.distrust.suggest,
+            "take_suggested": self.distrust.take,
+            "leave_suggested": self.distrust.leave,
             "fit": self.views.fit,
             "one_to_one": self.views.one_to_one,
             "next_frame": lambda: self.frame_presenter.turn(1),
