@@ -6,6 +6,7 @@ from functools import partial
 
 from gui.tools.base import Host, Point, Press, Tool, line_path, snapped
 from gui.tools.pen import Pen
+from gui.tools.select import choose
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
 from ilf.ebs.edit import redraw_border
@@ -42,8 +43,7 @@ class BorderTool(Tool):
             if press.drags:
                 self._redraw(line, host)
             else:
-                label = host.session.label_at(*press.point)
-                host.select([label] if label else [])
+                choose(press.point, event, host)
         return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a press like any other
 
     def cancel(self, host: Host) -> bool:

@@ -103,10 +103,10 @@ class Driver:
 
     def _size_brush(self, radius: float, count: Count) -> None:
         editor = self.window.editor
-        while editor.brush_radius != radius:
-            before = editor.brush_radius
+        while editor.options.brush_radius != radius:
+            before = editor.options.brush_radius
             self._command("brush_smaller" if before > radius else "brush_larger", count)
-            if (editor.brush_radius - radius) * (before - radius) < 0 or editor.brush_radius == before:
+            if (editor.options.brush_radius - radius) * (before - radius) < 0 or editor.options.brush_radius == before:
                 raise ValueError(f"There is no brush of {radius:g} px.")
 
     def _click(self, action: Click) -> None:
