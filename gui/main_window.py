@@ -37,13 +37,15 @@ from gui.status.readout import ReadoutPresenter
 from gui.tools.editor import Editor
 from gui.tools.presenter import ToolsPresenter
 from gui.views.errors import ErrorPresenter
+from gui.views.layouts import CORRECT
 from gui.views.linked_views import LinkedViews
 from gui.views.pointer import PointerEvent
 from gui.views.presenter import ViewsPresenter
+from gui.views.view_bar import ViewBar
 from gui.widgets.log import LogPanel
 from gui.widgets.notes import Notes
 from gui.work.refresh import Refresh
-from gui.work.runs import RunController
+from gui.work.runs import RunController, RunState
 from ilf.drawing.stages import STAGES
 
 
@@ -56,8 +58,8 @@ class MainWindow(QMainWindow):
     def __init__(self, remembers: bool = True) -> None:
         super().__init__()
         self.setAcceptDrops(True)
-        self._docks = Docks(self, remembers)
         self._make_state()
+        self.panels = Docks(self, self.actions_["fold_panels"], remembers)
         self._make_widgets()
         self._make_presenters()
         self._make_layout()
@@ -66,7 +68,7 @@ class MainWindow(QMainWindow):
         self._connect_messages()
         self.commands.show()
         self.refresh.draw_all()
-        self._docks.size_window()
+        self.panels.size_window()
 
     def _make_state(self) -> None:
         self.workspace = Workspace(self)
@@ -89,7 +91,8 @@ class MainWindow(QMainWindow):
             [actions[name] for name in ["run", "run_selected", "pause", "step", "cancel", "live"]]
         )
         self.extraction_panel = ExtractionPanel(actions["extract"])
-        self.tool_bar = ToolBar(actions, self.views, self)
+        self.tool_bar = ToolBar(actions, self)
+        self.view_bar = ViewBar(self.views, [actions["layout_correct"], actions["fit"]])
         self.experiments = ExperimentsMenu(self)
 
     def _make_presenters(self) -> None:
@@ -116,18 +119,23 @@ class MainWindow(QMainWindow):
         self.centre.setDocumentMode(True)
         self.centre.addTab(self.views, "Images")
         self.centre.addTab(self.cloud, "Point cloud")
+        self.centre.setCornerWidget(self.view_bar)
+        self.centre.currentChanged.connect(
+            lambda _: self.view_bar.setVisible(self.centre.currentWidget() is self.views)
+        )
         self.setCentralWidget(self.centre)
         parameters = QTabWidget()
         parameters.setDocumentMode(True)
         parameters.addTab(self.filter_panel, "Filter")
         parameters.addTab(self.extraction_panel, "Extraction")
         self.parameter_tabs = parameters
-        area, docks = Qt.DockWidgetArea, self._docks
-        docks.add("Frames", self.frames, area.LeftDockWidgetArea)
-        docks.add("Blocks", self.blocks, area.LeftDockWidgetArea)
-        docks.add("Parameters", parameters, area.RightDockWidgetArea)
-        docks.add("Convergence", self.curves, area.BottomDockWidgetArea)
-        docks.add("Log", self.log, area.BottomDockWidgetArea, behind="Convergence")
+        area, docks = Qt.DockWidgetArea, self.panels
+        # one column, and the pictures have the height of the window: there they can be largest
+        docks.add("Frames", self.frames, area.RightDockWidgetArea, "ph.image", 1.3)
+        docks.add("Blocks", self.blocks, area.RightDockWidgetArea, "ph.stack", 2.2, is_open=True)
+        docks.add("Parameters", parameters, area.RightDockWidgetArea, "ph.sliders-horizontal", 3.2, is_open=True)
+        docks.add("Convergence", self.curves, area.RightDockWidgetArea, "ph.chart-line", 2.6)
+        docks.add("Log", self.log, area.BottomDockWidgetArea, "ph.list-dashes")
         self.setCorner(Qt.Corner.BottomLeftCorner, area.LeftDockWidgetArea)
         self.setCorner(Qt.Corner.BottomRightCorner, area.RightDockWidgetArea)
         self.setStatusBar(self.status)
@@ -200,6 +208,7 @@ class MainWindow(QMainWindow):
             "brush_larger": lambda: editor.change_brush(1),
             "fit": self.views.fit,
             "one_to_one": self.views.one_to_one,
+            "layout_correct": partial(self.views.toggle_layout, CORRECT),
             "next_frame": lambda: self.frame_presenter.turn(1),
             "previous_frame": lambda: self.frame_presenter.turn(-1),
             "about": lambda: show_about(self),
@@ -217,6 +226,8 @@ class MainWindow(QMainWindow):
         self.runs.finished.connect(self.replays.show_verdict)
         self.stages.extraction_wished.connect(self.loader.extract)
         self.stages.view_wished.connect(lambda: self.centre.setCurrentWidget(self.views))
+        self.views.layoutChanged.connect(self._show_layout)
+        self.runs.state_changed.connect(self._open_curves)
         self.views.set_pointer_handler(self._point)
         self.views.cursorMoved.connect(self.readout.point_at)
         self.view_presenter.menu_wished.connect(self.block_presenter.show_menu)
@@ -241,6 +252,15 @@ class MainWindow(QMainWindow):
     def _point(self, event: PointerEvent) -> bool:
         self.refresh.now()  # what the pointer is at is what the user sees
         return self.editor.pointer(event)
+
+    def _show_layout(self, name: str) -> None:
+        """Correcting has open panels of its own: at first none, for a picture as large as can be."""
+        self.actions_["layout_correct"].setChecked(name == CORRECT)
+        self.panels.use(CORRECT if name == CORRECT else "")
+
+    def _open_curves(self) -> None:
+        if self.runs.state is RunState.RUNNING:
+            self.panels.offer("Convergence")
 
     def _show_full_screen(self, on: bool) -> None:
         (self.showFullScreen if on else self.showNormal)()
@@ -271,6 +291,7 @@ class MainWindow(QMainWindow):
             return
         if event.type() == QEvent.Type.PaletteChange:
             self.actions_.draw_icons()
+            self.panels.draw_icons(self.palette())
         elif event.type() == QEvent.Type.WindowStateChange:
             with QSignalBlocker(self.actions_["full_screen"]):
                 self.actions_["full_screen"].setChecked(self.isFullScreen())
@@ -283,7 +304,7 @@ class MainWindow(QMainWindow):
         for worker in (self.runs, self.errors, self.stages, self.loader, self.documents, self.experiments):
             worker.shutdown()
         self.refresh.stop()
-        self._docks.remember()
+        self.panels.remember()
         super().closeEvent(event)
 
     def _may_stop_experiments(self) -> bool:
@@ -295,6 +316,6 @@ class MainWindow(QMainWindow):
     def showEvent(self, event: QShowEvent) -> None:
         """Take the last layout, or at the first start the default one; load what is not needed at once."""
         super().showEvent(event)
-        self._docks.arrange()
+        self.panels.arrange()
         self.refresh.mark("error", "cloud", "stages")  # what is drawn for those who look at it alone
         self.experiments.load_soon()

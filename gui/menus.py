@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtGui import QAction, QActionGroup
-from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QMenu, QMenuBar, QMessageBox, QSlider, QToolBar, QWidget
+from PySide6.QtWidgets import QApplication, QLabel, QMenu, QMenuBar, QMessageBox, QSlider, QToolBar, QWidget
 
 import ilf
 from gui import theme
@@ -24,41 +24,23 @@ _MENUS = {
     "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks | zoom_block select_all",
     "&Run": "run run_selected | pause step cancel | live | guess clear_results",
 }
-_OPACITY = 45
 
 
 class ToolBar(QToolBar):
-    """The commands that are needed all the time, with brush, opacity and layout."""
+    """The commands that are needed all the time, with the brush."""
 
-    def __init__(self, actions: Mapping[str, QAction] | Actions, views: LinkedViews, window: QWidget) -> None:
+    def __init__(self, actions: Mapping[str, QAction] | Actions, window: QWidget) -> None:
         super().__init__("Tools", window)
         self.setObjectName("Tools")
         self.setMovable(False)
-        _fill(self, entries(actions, "open export | undo redo | tool_select tool_paint tool_erase tool_split"))
+        _fill(self, entries(actions, "open export | run | undo redo | tool_select tool_paint tool_erase tool_split"))
         self.brush_size = QLabel()
         self.brush = QSlider(Qt.Orientation.Horizontal)
         self.brush.setRange(1, 60)
         self.brush.setFixedWidth(80)
         self.addWidget(self.brush_size)
         self.addWidget(self.brush)
-        _fill(self, entries(actions, "| new_block merge_blocks delete_blocks |"))
-        self.addWidget(QLabel(" Blocks "))
-        self.opacity = QSlider(Qt.Orientation.Horizontal)
-        self.opacity.setRange(0, 100)
-        self.opacity.setFixedWidth(80)
-        self.opacity.setToolTip("Opacity of the blocks over the colour image")
-        self.opacity.valueChanged.connect(lambda value: views.set_overlay_opacity(value / 100))
-        self.opacity.setValue(_OPACITY)
-        self.addWidget(self.opacity)
-        self.layouts = QComboBox()
-        for name, text in LAYOUT_TEXTS.items():
-            self.layouts.addItem(text, name)
-        self.layouts.setToolTip("Which views are shown; a double-click on a title shows one alone")
-        self.layouts.activated.connect(lambda _: views.set_layout(self.layouts.currentData()))
-        views.layoutChanged.connect(lambda name: self.layouts.setCurrentIndex(LAYOUTS.index(name)))
-        self.addSeparator()
-        self.addWidget(self.layouts)
-        _fill(self, entries(actions, "fit"))
+        _fill(self, entries(actions, "| new_block merge_blocks delete_blocks"))
 
 
 def fill_menu_bar(
@@ -70,8 +52,10 @@ def fill_menu_bar(
     view = bar.addMenu("&View")
     _fill(view, entries(actions, "fit one_to_one zoom_block | next_frame previous_frame | full_screen"))
     view.addSeparator()
+    view.addAction(actions["fold_panels"])
     view.addActions(list(toggles))
     view.addSeparator()
+    _fill(view, entries(actions, "layout_correct"))
     view.addMenu(_layout_menu(views, view))
     stages = view.addMenu("&Stage of the extraction")
     _fill(stages, entries(actions, " ".join(f"stage_{name}" for name in STAGES)))

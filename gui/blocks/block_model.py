@@ -73,16 +73,26 @@ class BlockRow:
 class Column(IntEnum):
     """Columns of the table, from the left."""
 
-    VISIBLE = 0
-    LOCKED = 1
-    COLOUR = 2
-    NAME = 3
-    STATE = 4
-    MISSING = 5
+    COLOUR = 0
+    NAME = 1
+    MISSING = 2
+    STATE = 3
+    VISIBLE = 4
+    LOCKED = 5
     ITERATIONS = 6
     SIGMA = 7
     PIXELS = 8
 
+
+OPTIONAL = {
+    Column.VISIBLE: "Shown",
+    Column.LOCKED: "Locked",
+    Column.ITERATIONS: "Iterations",
+    Column.SIGMA: "Deviation \u03c3",
+    Column.PIXELS: "Pixels",
+}
+"""Columns that the user can do without, and what they are called where that is chosen."""
+HIDDEN_AT_FIRST = (Column.ITERATIONS, Column.SIGMA, Column.PIXELS)
 
 _HEADERS = {
     Column.VISIBLE: ("", "Shown in the views. Click the eye, or press Space for the selected blocks."),

@@ -48,7 +48,8 @@ class ImageView(pg.GraphicsView):
         super().__init__(useOpenGL=False)
         self.setCentralItem(None)
         self.viewport().setMouseTracking(True)
-        self.setMinimumSize(64, 48)
+        self.share = 1.0
+        """Screen pixels per image pixel over those that the transform says, for a view of another size."""
         self._frame = QRectF()
         self._message = ""
         self._muted = QColor()
@@ -109,7 +110,7 @@ class ImageView(pg.GraphicsView):
 
     def show_transform(self, transform: ViewTransform) -> None:
         """Show what the transform says."""
-        scale, size, ratio = transform.scale, self.viewport().size(), self.devicePixelRatioF()
+        scale, size, ratio = transform.scale * self.share, self.viewport().size(), self.devicePixelRatioF()
         # whole device pixels: at 1:1 every image pixel then covers exactly one
         dx = round((size.width() / 2 - transform.x * scale) * ratio) / ratio
         dy = round((size.height() / 2 - transform.y * scale) * ratio) / ratio

@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QPoint, QSize, Qt, Signal
-from PySide6.QtGui import QPainterPath
-from PySide6.QtWidgets import QGridLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtCore import QEvent, QPoint, QRect, QSize, Qt, Signal
+from PySide6.QtGui import QPainterPath, QResizeEvent
+from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
 from gui import theme
 from gui.views.stage_cell import StageCell
@@ -16,7 +16,7 @@ from ilf.drawing.levels import robust_depth_levels
 
 from .colour_maps import depth_table
 from .empty_hint import EmptyHint
-from .layouts import CELLS, GRIDS, LAYOUTS
+from .layouts import CELLS, CORRECT, CORRECT_VIEWS, GRIDS, LAYOUTS, correct_places, grid_places
 from .navigation import Navigation
 from .overlay import BlockOverlay, block_outline
 from .pointer import PointerHandler
@@ -25,10 +25,13 @@ from .view_cell import ViewCell
 from .view_transform import ViewTransform
 
 _NO_RESULT = "No result yet"
+_LEAST_ROOM = QSize(256, 192)
 
 
 class LinkedViews(QWidget):
     """Six views of one frame, up to four at a time, with one pan, one zoom and one crosshair.
+
+    A small view beside a large one shows the same part of the frame, smaller.
 
     The left button goes to the pointer handler first and pans if that does not want it; the middle button and
     space + left pan; the wheel zooms at the cursor; arrows, plus and minus do the same by keyboard.
@@ -58,6 +61,7 @@ class LinkedViews(QWidget):
         self._levels = (0.0, 1.0)
         self._selected: tuple[int, ...] = ()
         self._layout_name = self._layout_before = "grid"
+        self._large = CORRECT_VIEWS[0]
 
         handle = self._navigation.handle
         colour = ViewCell(*CELLS["colour"], handle)
@@ -72,11 +76,8 @@ class LinkedViews(QWidget):
         self.cells["colour"].view.place(self._overlay.item, 1)
 
         self._hint = EmptyHint()
-        self._sheet = QWidget()
-        self._sheet.setObjectName("sheet")
-        self._grid = QGridLayout(self._sheet)
-        self._grid.setContentsMargins(0, 0, 0, 0)
-        self._grid.setSpacing(1)
+        self._sheet = _Sheet()
+        self._sheet.resized.connect(self._place)
         self._pages = QStackedWidget()
         self._pages.addWidget(self._hint)
         self._pages.addWidget(self._sheet)
@@ -87,7 +88,7 @@ class LinkedViews(QWidget):
         for name, cell in self.cells.items():
             # before it is made visible: without a parent it would be a window
             cell.setParent(self._sheet)
-            cell.strip.doubleClicked.connect(lambda name=name: self._toggle_single(name))
+            cell.strip.doubleClicked.connect(lambda name=name: self._enlarge(name))
             cell.view.resized.connect(self._fit_to_room)
         for name in ("depth-out", "difference", "expected-error"):
             self.cells[name].view.set_message(_NO_RESULT)
@@ -127,7 +128,7 @@ class LinkedViews(QWidget):
         self.cells["colour"].view.set_picture(rgb)
         self.auto_levels()
         self._pages.setCurrentWidget(self._sheet)
-        self._fit_to_room()
+        self._place()
 
     def clear(self) -> None:
         """Show no frame, only the hint how to open one."""
@@ -275,36 +276,62 @@ class LinkedViews(QWidget):
             raise ValueError(f"layout must be one of {', '.join(LAYOUTS)}, not {name!r}")
         if name == self._layout_name:
             return
-        if self._layout_name in GRIDS:
+        if len(self._shown_names()) > 1:
             self._layout_before = self._layout_name
         self._layout_name = name
         self._arrange()
         self.layoutChanged.emit(name)
 
-    def _toggle_single(self, name: str) -> None:
-        self.set_layout(self._layout_before if self._layout_name == name else name)
+    @property
+    def layout_name(self) -> str:
+        """Which of `LAYOUTS` is shown."""
+        return self._layout_name
 
-    def _shown(self) -> list[ViewCell]:
-        return [self.cells[name] for name in GRIDS.get(self._layout_name, (self._layout_name,))]
+    def toggle_layout(self, name: str) -> None:
+        """Show a layout, or, if it is shown, the one of several views before it."""
+        back = self._layout_before if self._layout_before != name else LAYOUTS[0]
+        self.set_layout(back if self._layout_name == name else name)
+
+    def _enlarge(self, name: str) -> None:
+        """A double-click on a title: the large place for a small view, else all of the room, or back."""
+        if self._layout_name == CORRECT and name != self._large:
+            self._large = name
+            self._arrange()
+        else:
+            self.toggle_layout(name)
+
+    def _shown_names(self) -> tuple[str, ...]:
+        """Views of the present layout; the first is the one that the others go by."""
+        if self._layout_name == CORRECT:
+            return (self._large, *(name for name in CORRECT_VIEWS if name != self._large))
+        return GRIDS[self._layout_name][0] if self._layout_name in GRIDS else (self._layout_name,)
 
     def _arrange(self) -> None:
-        shown = self._shown()
-        places = tuple(GRIDS.get(self._layout_name, {self._layout_name: (0, 0)}).values())
-        for cell in self.cells.values():
-            self._grid.removeWidget(cell)
-            cell.setVisible(cell in shown)
-        for cell, (row, column) in zip(shown, places, strict=True):
-            self._grid.addWidget(cell, row, column)
-        rows, columns = (max(place[axis] for place in places) for axis in (0, 1))
-        for index in range(len(self.cells)):
-            self._grid.setRowStretch(index, int(index <= rows))
-            self._grid.setColumnStretch(index, int(index <= columns))
+        shown = self._shown_names()
+        for name, cell in self.cells.items():
+            cell.setVisible(name in shown)
+        self._place()
+
+    def _place(self) -> None:
+        """Give the cells their places, and show all of the frame that was shown before."""
+        names, room = self._shown_names(), self._sheet.size()
+        size = room.width(), room.height()
+        if self._layout_name == CORRECT:
+            strip = self.cells["colour"].strip.height()
+            places = correct_places(len(names) - 1, *size, self._transform.aspect, strip)
+        else:
+            places = grid_places(len(names), GRIDS[self._layout_name][1] if len(names) > 1 else 1, *size)
+        for name, place in zip(names, places, strict=True):
+            self.cells[name].setGeometry(QRect(*place))
         self._fit_to_room()
 
     def _fit_to_room(self) -> None:
-        sizes = [cell.view.viewport().size() for cell in self._shown()]
-        room = QSize(min(size.width() for size in sizes), min(size.height() for size in sizes))
-        self._transform.set_view(room.width(), room.height())
+        """Show what the transform says in views of the size that they have now."""
+        names = self._shown_names()
+        sizes = [self.cells[name].view.viewport().size() for name in names]
+        self._transform.set_view(sizes[0].width(), sizes[0].height())
+        for name, view_size in zip(names, sizes, strict=True):
+            self.cells[name].view.share = self._transform.share(view_size.width(), view_size.height())
         self._show_transform()
 
     def _show_transform(self) -> None:
@@ -312,8 +339,8 @@ class LinkedViews(QWidget):
             view.show_transform(self._transform)
 
     def _move_cursor(self, pixel: tuple[int, int] | None) -> None:
-        for view in self._views:
-            view.show_cursor(pixel)
+        for cell in self.cells.values():
+            cell.show_cursor(pixel)
         self.cursorMoved.emit(pixel)
 
     def _set_cursor_shape(self, shape: Qt.CursorShape) -> None:
@@ -350,3 +377,18 @@ class LinkedViews(QWidget):
         if event.type() == QEvent.Type.PaletteChange:
             self._take_theme()
         super().changeEvent(event)
+
+
+class _Sheet(QWidget):
+    """What the cells stand on; says when there is other room for them."""
+
+    resized = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("sheet")
+        self.setMinimumSize(_LEAST_ROOM)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.resized.emit()

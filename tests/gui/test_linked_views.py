@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QApplication
 from gui import theme
 from gui.views.colour_bar import log_ticks, round_ticks, tick_text
 from gui.views.colour_maps import depth_table, error_table
+from gui.views.layouts import correct_places
 from gui.views.linked_views import LinkedViews
 from gui.views.overlay import BlockOverlay, block_outline
 from gui.views.pointer import PointerEvent, PointerKind
@@ -184,8 +185,7 @@ def test_zoom_stays_within_its_limits_and_fit_comes_back(views):
 def test_a_resize_keeps_a_fitted_frame_whole_and_any_other_zoom_unchanged(views, qtbot):
     views.resize(1300, 1000)
     qtbot.waitUntil(lambda: view_of(views).viewport().height() > 400)
-    for name in views.cells:
-        view = view_of(views, name)
+    for view in (cell.view for cell in views.cells.values() if cell.isVisible()):
         corner = view.viewportTransform().map(QPointF(WIDTH, HEIGHT))
         assert view.viewport().rect().contains(corner.toPoint())
     views.zoom_to(slice(10, 20), slice(10, 20))
@@ -382,6 +382,53 @@ def test_layouts_and_the_double_click_on_a_title(views, qtbot):
     assert [name for name, cell in views.cells.items() if not cell.isVisible()] == ["expected-error", "extraction"]
     with pytest.raises(ValueError, match="grid"):
         views.set_layout("both")
+
+
+def test_correct_has_one_large_view_and_any_small_one_takes_its_place(views, qtbot):
+    def widths():
+        return {name: cell.width() for name, cell in views.cells.items() if cell.isVisible()}
+
+    views.zoom_to(slice(10, 20), slice(10, 20))
+    views.set_layout("correct")
+    assert max(widths(), key=widths().get) == "colour"
+    assert widths()["colour"] > 2 * widths()["depth-out"]
+    large, small = view_of(views), view_of(views, "depth-out")
+    across = [view.viewport().width() / view.transform().m11() for view in (large, small)]
+    assert across[0] == pytest.approx(across[1], rel=0.1), "a small view shows the same, smaller"
+    QTest.mousePress(small.viewport(), Qt.MouseButton.MiddleButton, pos=QPoint(50, 50))
+    before = small.to_image(QPointF(50, 50)), large.to_image(QPointF(50, 50))
+    QTest.mouseMove(small.viewport(), QPoint(60, 50))
+    QTest.mouseRelease(small.viewport(), Qt.MouseButton.MiddleButton, pos=QPoint(60, 50))
+    assert small.to_image(QPointF(60, 50)).x() == pytest.approx(before[0].x(), abs=1 / small.transform().m11())
+    assert large.to_image(QPointF(50, 50)).x() < before[1].x()
+    QTest.mouseDClick(views.cells["depth-out"].strip, LEFT)
+    assert max(widths(), key=widths().get) == "depth-out"
+    QTest.mouseDClick(views.cells["depth-out"].strip, LEFT)
+    assert list(widths()) == ["depth-out"]
+    QTest.mouseDClick(views.cells["depth-out"].strip, LEFT)
+    assert (views.layout_name, max(widths(), key=widths().get)) == ("correct", "depth-out")
+
+
+@pytest.mark.parametrize(("room", "at_the_right"), [((1200, 600), True), ((700, 900), False)])
+def test_the_small_views_stand_where_the_pictures_become_largest(room, at_the_right):
+    large, *small = correct_places(3, *room, 4 / 3, 18)
+    assert (small[0].left > 0) is at_the_right
+    assert all(place.left + place.width <= room[0] and place.top + place.height <= room[1] for place in (large, *small))
+    assert large.picture_area(4 / 3, 18) > 4 * max(place.picture_area(4 / 3, 18) for place in small)
+
+
+def test_a_colour_bar_gives_way_to_the_cursor(views):
+    view, cell = view_of(views), views.cells["depth-in"]
+    at = cell.bar.geometry().center()
+    beside = cell.bar.geometry().topLeft() - QPoint(30, 0)
+
+    def look(point):
+        QTest.mouseMove(view.viewport(), point - cell.view.pos())
+        return cell.grab().toImage().pixelColor(at).getRgb()
+
+    over, through = look(beside), look(at)
+    assert over != through
+    assert look(beside) == over
 
 
 def test_without_a_frame_there_is_a_hint_and_a_deaf_mouse(views):

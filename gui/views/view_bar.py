@@ -1,0 +1,50 @@
+"""What is shown of the frame: opacity of the blocks and layout, at the side of the views' tab."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QSlider, QToolButton, QWidget
+
+from gui.views.layouts import LAYOUT_TEXTS, LAYOUTS
+from gui.views.linked_views import LinkedViews
+
+_OPACITY = 45
+
+
+class ViewBar(QWidget):
+    """Slider and box that go with the linked views, and buttons for actions.
+
+    Parameters
+    ----------
+    views : LinkedViews
+    actions : iterable of QAction
+        A button for each, at the right.
+    """
+
+    def __init__(self, views: LinkedViews, actions: Iterable[QAction]) -> None:
+        super().__init__()
+        self.opacity = QSlider(Qt.Orientation.Horizontal)
+        self.opacity.setRange(0, 100)
+        self.opacity.setFixedWidth(80)
+        self.opacity.setToolTip("Opacity of the blocks over the colour image")
+        self.opacity.valueChanged.connect(lambda value: views.set_overlay_opacity(value / 100))
+        self.opacity.setValue(_OPACITY)
+        self.layouts = QComboBox()
+        for name, text in LAYOUT_TEXTS.items():
+            self.layouts.addItem(text, name)
+        self.layouts.setToolTip("Which views are shown; a double-click on a title shows one large or alone")
+        self.layouts.activated.connect(lambda _: views.set_layout(self.layouts.currentData()))
+        views.layoutChanged.connect(lambda name: self.layouts.setCurrentIndex(LAYOUTS.index(name)))
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 4, 1)
+        layout.setSpacing(4)
+        for widget in (QLabel("Blocks"), self.opacity, self.layouts):
+            layout.addWidget(widget)
+        for action in actions:
+            button = QToolButton()
+            button.setAutoRaise(True)
+            button.setDefaultAction(action)
+            layout.addWidget(button)
