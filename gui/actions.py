@@ -50,7 +50,16 @@ COMMANDS = (
     ),
     Command("zoom_block", "&Zoom to block", "ph.magnifying-glass-plus", "Ctrl+J", "Show the chosen block large"),
     Command("select_all", "Select &all blocks", "ph.selection-all", "Ctrl+A", "Choose every block"),
-    Command("run", "&Run all blocks", "ph.play", "F5", "Complete the depth of all blocks"),
+    Command(
+        "run",
+        "&Run what changed",
+        "ph.play",
+        "F5",
+        "Complete the depth of all blocks that have no result as they are now",
+    ),
+    Command(
+        "run_all", "Run &all blocks", "", "Ctrl+F5", "Complete the depth of all blocks, also where nothing changed"
+    ),
     Command(
         "run_selected",
         "Run &chosen blocks",
@@ -66,7 +75,7 @@ COMMANDS = (
         "&Live",
         "ph.lightning",
         "Ctrl+Shift+L",
-        "Solve the chosen block anew whenever a value of the filter changes",
+        "Solve blocks anew whenever they are edited, and the chosen one whenever a value of the filter changes",
         checkable=True,
     ),
     Command(

@@ -44,6 +44,7 @@ from gui.views.presenter import ViewsPresenter
 from gui.views.view_bar import ViewBar
 from gui.widgets.log import LogPanel
 from gui.widgets.notes import Notes
+from gui.work.live import LiveSolver
 from gui.work.refresh import Refresh
 from gui.work.runs import RunController, RunState
 from ilf.drawing.stages import STAGES
@@ -106,6 +107,7 @@ class MainWindow(QMainWindow):
         self.stages = StagePresenter(workspace, self.views, self.extraction_panel, self.notes)
         self.block_presenter = BlocksPresenter(workspace, runs, self.blocks, entries(actions, BLOCK_MENU))
         self.filter_presenter = FilterPresenter(workspace, runs, self.filter_panel, actions["live"])
+        self.live = LiveSolver(workspace, runs, actions["live"])
         self.curve_presenter = CurvesPresenter(workspace, self.curves)
         self.cloud_presenter = CloudPresenter(workspace, self.cloud)
         tools = {name: actions[f"tool_{name}"] for name in self.editor.tools}
@@ -196,7 +198,8 @@ class MainWindow(QMainWindow):
             "lock_blocks": editor.toggle_locks,
             "zoom_block": self.view_presenter.zoom_to_blocks,
             "select_all": editor.select_all,
-            "run": runs.start,
+            "run": runs.start_changed,
+            "run_all": runs.start,
             "run_selected": runs.start_chosen,
             "pause": runs.toggle_pause,
             "step": runs.step,

@@ -22,7 +22,7 @@ _MENUS = {
     "&Edit": "undo redo | select_all delete_blocks merge_blocks lock_blocks new_block | tool_select "
     "tool_paint tool_erase tool_split | brush_smaller brush_larger give_up",
     "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks | zoom_block select_all",
-    "&Run": "run run_selected | pause step cancel | live | guess clear_results",
+    "&Run": "run run_selected run_all | pause step cancel | live | guess clear_results",
 }
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +13,9 @@ from .errors import InputError
 
 Box = tuple[slice, slice]
 """Rows and columns of a bounding box."""
+
+_DENSE = 1 << 20
+"""Label maps with larger numbers have many that are no block's."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +50,8 @@ def checked_labels(labels: NDArray[np.integer], shape: tuple[int, int]) -> NDArr
     return array.astype(np.int32, copy=False)
 
 
-def find_blocks(labels: NDArray[np.int32]) -> dict[int, Block]:
-    """All blocks of a label map, by label in rising order.
+def find_blocks(labels: NDArray[np.int32], only: Collection[int] | None = None) -> dict[int, Block]:
+    """All blocks of a label map, by label in rising order; or just some, in the order of `only` if that has one.
 
     Examples
     --------
@@ -56,14 +61,18 @@ def find_blocks(labels: NDArray[np.int32]) -> dict[int, Block]:
     [3, 7]
     >>> blocks[7].box, blocks[7].mask.tolist()
     ((slice(0, 2, None), slice(1, 3, None)), [[True, True], [False, True]])
+    >>> list(find_blocks(labels, [7, 5]))
+    [7]
     """
     from scipy.ndimage import find_objects
 
-    present = np.unique(labels)
-    compact = np.searchsorted(present, labels)
-    offset = 0 if present.size and present[0] == 0 else 1
-    boxes = find_objects(compact + offset)
-    return {
-        int(label): Block(int(label), (rows, columns), labels[rows, columns] == label)
-        for label, (rows, columns) in zip(present[1 - offset :], boxes, strict=True)
-    }
+    if labels.size and labels.max() < _DENSE:
+        present: Iterator[int] = itertools.count(1)
+        found = find_objects(labels)
+    else:
+        numbers = np.unique(labels)
+        offset = 0 if numbers.size and numbers[0] == 0 else 1
+        present, found = iter(numbers[1 - offset :].tolist()), find_objects(np.searchsorted(numbers, labels) + offset)
+    boxes = {label: (box[0], box[1]) for label, box in zip(present, found, strict=False) if box is not None}
+    wanted = boxes if only is None else (only if isinstance(only, Sequence) else sorted(only))
+    return {label: Block(label, boxes[label], labels[boxes[label]] == label) for label in wanted if label in boxes}

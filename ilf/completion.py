@@ -35,7 +35,7 @@ class CompletionRun(Iterator[Progress]):
         Label map, 0 = no block.
     parameters : Parameters or mapping of label to Parameters
     only : collection of int, optional
-        Run just these blocks.
+        Run just these blocks; in the order of a sequence, if they run one after the other.
     threads : int, optional
         Blocks that run at the same time; as many as there are cores if left out. With 1 they run one after the other
         in the caller's thread, each `next()` exactly one iteration.
@@ -59,8 +59,7 @@ class CompletionRun(Iterator[Progress]):
         extraction: BlockParameters | None = None,
     ) -> None:
         self._frame = frame
-        blocks = find_blocks(checked_labels(labels, frame.shape))
-        self.blocks = {label: block for label, block in blocks.items() if only is None or label in only}
+        self.blocks = find_blocks(checked_labels(labels, frame.shape), only)
         self.results: dict[int, BlockResult] = {}
         self._parameters = {label: _parameters_for(parameters, label) for label in self.blocks}
         self._live: dict[int, Stepper] = {}

@@ -80,6 +80,8 @@ class BlockResult:
         What the user should know of how it came about: none if all is as asked for.
     edges : BlockParameters or None
         What the edges that the filter took were found with (`edge_parameters`); None for the pass band.
+    drawn : ndarray of bool or None
+        Which of the block's pixels have a drawn border, in the order of `depth`; None if none has.
     """
 
     block: Block
@@ -90,6 +92,7 @@ class BlockResult:
     network: str | None = None
     notes: tuple[str, ...] = ()
     edges: BlockParameters | None = None
+    drawn: NDArray[np.bool_] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,11 +142,20 @@ class Progress:
     result: BlockResult | None = None
 
 
-def compose(frame: RGBDFrame, results: Mapping[int, BlockResult]) -> Completion:
-    """The frame's depth with the blocks' results put in; pixels of no block keep their raw depth."""
-    depth = frame.depth.copy()
-    for result in results.values():
-        depth[result.block.box][result.block.mask] = result.depth
+def compose(frame: RGBDFrame, results: Mapping[int, BlockResult], base: Completion | None = None) -> Completion:
+    """The frame's depth with the blocks' results put in; pixels of no block keep their raw depth.
+
+    With `base`, a completion of the same frame without guesses, only what differs from it is put in anew.
+    """
+    former = {} if base is None else base.results
+    depth = (frame.depth if base is None else base.depth).copy()
+    for label, result in former.items():
+        if results.get(label) is not result:
+            box, mask = result.block.box, result.block.mask
+            depth[box][mask] = frame.depth[box][mask]
+    for label, result in results.items():
+        if former.get(label) is not result:
+            depth[result.block.box][result.block.mask] = result.depth
     filled = ~frame.known & np.isfinite(depth)
     in_order = dict(sorted(results.items()))
     return Completion(depth, filled, in_order, np.zeros_like(filled), notes_of(in_order))

@@ -29,6 +29,7 @@ _STATES = {
     "not recoverable": ("ph.x-circle", "error"),
     "nothing missing": ("ph.minus-circle", "muted"),
     "values changed": ("ph.arrows-clockwise", "warning"),
+    "edited": ("ph.pencil-simple", "warning"),
 }
 
 
@@ -47,7 +48,7 @@ class BlockRow:
     defect_rate : float
         Share of pixels without depth, 0-1.
     state : str
-        "ready", "queued", "running", "values changed", or the value of a `Status`.
+        "ready", "queued", "running", "values changed", "edited", or the value of a `Status`.
     detail : str
         Tooltip of the state.
     iterations : int

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from gui.blocks.block_table import BlockRow
-from gui.state.session import BlockCounts, Session
+from gui.state.session import Session
+from gui.state.tally import BlockCounts
 from gui.work.runs import RunController
 from ilf.outcomes import BlockResult
 from ilf.parameters import Parameters
@@ -20,7 +21,7 @@ def block_rows(session: Session, runs: RunController, common: Parameters) -> lis
     rows = []
     for label, count in counts.items():
         info = session.info(label)
-        anew = own_run and runs.resolving == label
+        anew = own_run and label in runs.resolving
         records = [] if anew else session.results.live.get(label, [])
         result = results.get(label)
         if records:
@@ -34,6 +35,8 @@ def block_rows(session: Session, runs: RunController, common: Parameters) -> lis
             state = "values changed" if outdated else str(outcome.status)
             iterations, sigma = outcome.iterations, outcome.sigma_i
             detail = _detail(result, outdated)
+        elif label in session.results.kept:
+            state, detail, iterations, sigma = "edited", "The block has changed since it was run.", 0, math.nan
         else:
             state, detail, iterations, sigma = "ready", "", 0, math.nan
         rows.append(

@@ -44,4 +44,4 @@ class FilterPresenter(QObject):
         label = self._workspace.chosen
         self._workspace.set_parameters(parameters, label if label and self._panel.for_chosen_block else None)
         if label and self._live.isChecked() and label in self._workspace.session.counts():
-            self._runs.resolve(label)
+            self._runs.resolve([label])

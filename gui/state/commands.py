@@ -2,12 +2,48 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+import time
+from collections.abc import Collection, Mapping
+from typing import Any, NamedTuple, Protocol
 
 from PySide6.QtGui import QUndoCommand
 
-from gui.state.session import BlockNotes, Session
+from gui.state.results import Held
+from gui.state.session import BlockNotes, OwnValues, Session, touched_by
 from ilf.ebs.edit import LabelPatch
+from ilf.frame import RGBDFrame
+from ilf.parameters import Parameters
+
+OwnChange = Mapping[int, tuple[OwnValues | None, OwnValues | None]]
+"""Block label -> its own values before and after, None for none."""
+
+DRAG_S = 0.7
+"""Values of the same parameters that come within so many seconds are one step."""
+
+
+class Change(NamedTuple):
+    """An edit of a label map that has been made, undone or made again.
+
+    Attributes
+    ----------
+    session : Session
+    patch : LabelPatch
+        As the edit was first made.
+    forward : bool
+        False where it has been undone.
+    text : str
+        What the edit is called.
+    """
+
+    session: Session
+    patch: LabelPatch
+    forward: bool
+    text: str
+
+    @property
+    def blocks(self) -> frozenset[int]:
+        """Blocks that have gained or lost pixels."""
+        return touched_by(self.patch)
 
 
 class Notices(Protocol):
@@ -17,12 +53,24 @@ class Notices(Protocol):
         """The label map is about to change."""
         ...
 
-    def note_labels_changed(self, session: Session, patch: LabelPatch) -> None:
-        """The label map has changed."""
+    def note_labels_changed(self, session: Session, patch: LabelPatch, change: Change | None = None) -> None:
+        """The label map has changed; with `change`, by an edit."""
         ...
 
     def note_infos_changed(self, session: Session) -> None:
         """A name, colour or lock has changed."""
+        ...
+
+    def note_results_changed(self, session: Session) -> None:
+        """Results have gone or come back."""
+        ...
+
+    def note_distrusted_changed(self, session: Session) -> None:
+        """Other depth is distrusted."""
+        ...
+
+    def take_parameters(self, session: Session, common: Parameters | None, own: Mapping[int, OwnValues | None]) -> None:
+        """Other parameters: the common ones unless None, and blocks' own values, None for none."""
         ...
 
 
@@ -55,31 +103,33 @@ class EditLabels(QUndoCommand):
             self._notices.prepare_change(self._session)
             self._session.apply(self._patch)
         self._done = False
-        self._swap_notes()
-        self._notices.note_labels_changed(self._session, self._patch)
+        self._tell(forward=True)
 
     def undo(self) -> None:
         """Take it back."""
         self._notices.prepare_change(self._session)
         self._session.apply(self._patch, forward=False)
-        self._swap_notes()
-        self._notices.note_labels_changed(self._session, self._patch)
+        self._tell(forward=False)
 
-    def _swap_notes(self) -> None:
+    def _tell(self, forward: bool) -> None:
+        change = None
         if self._other_notes is not None:
             self._other_notes = self._session.take_notes(self._other_notes)
+        else:
+            change = Change(self._session, self._patch, forward, self.text())
+        self._notices.note_labels_changed(self._session, self._patch, change)
 
 
 class EditInfo(QUndoCommand):
-    """A change of a block's name, colour or lock."""
+    """A change of blocks' names, colours or locks."""
 
-    def __init__(self, notices: Notices, session: Session, label: int, text: str, **changes: Any) -> None:
+    def __init__(self, notices: Notices, session: Session, changes: Mapping[int, Mapping[str, Any]], text: str) -> None:
         super().__init__(text)
         self._notices = notices
         self._session = session
-        self._label = label
-        info = session.info(label)
-        self._before = {name: getattr(info, name) for name in changes}
+        self._before = {
+            label: {name: getattr(session.info(label), name) for name in values} for label, values in changes.items()
+        }
         self._after = changes
 
     def redo(self) -> None:
@@ -90,6 +140,101 @@ class EditInfo(QUndoCommand):
         """Take it back."""
         self._change(self._before)
 
-    def _change(self, values: dict[str, Any]) -> None:
-        self._session.change_info(self._label, **values)
+    def _change(self, changes: Mapping[int, Mapping[str, Any]]) -> None:
+        for label, values in changes.items():
+            self._session.change_info(label, **values)
         self._notices.note_infos_changed(self._session)
+
+
+class EditParameters(QUndoCommand):
+    """A change of the common parameters, or of blocks' own values.
+
+    Parameters
+    ----------
+    common : (Parameters, Parameters) or None
+        Before and after; None where they stay.
+    own : mapping of int to (mapping or None, mapping or None)
+        Block label -> its own values before and after, None for none.
+    names : collection of str
+        The parameters that change.
+    """
+
+    def __init__(
+        self,
+        notices: Notices,
+        session: Session,
+        common: tuple[Parameters, Parameters] | None,
+        own: OwnChange,
+        names: Collection[str],
+        text: str,
+    ) -> None:
+        super().__init__(text)
+        self._notices = notices
+        self._session = session
+        self._common = common
+        self._own = own
+        self._names = frozenset(names)
+        self._time = time.monotonic()
+
+    def extend(self, common: tuple[Parameters, Parameters] | None, own: OwnChange, names: Collection[str]) -> bool:
+        """Go on to other values of the same parameters, if they come at once, as when a slider moves."""
+        now = time.monotonic()
+        same = (self._common is None) == (common is None) and self._own.keys() == own.keys()
+        if not same or self._names != frozenset(names) or now - self._time > DRAG_S:
+            return False
+        if self._common is not None and common is not None:
+            self._common = self._common[0], common[1]
+        self._own = {label: (self._own[label][0], own[label][1]) for label in own}
+        self._time = now
+        self.redo()
+        return True
+
+    def redo(self) -> None:
+        """Make the change."""
+        self._take(1)
+
+    def undo(self) -> None:
+        """Take it back."""
+        self._take(0)
+
+    def _take(self, which: int) -> None:
+        common = None if self._common is None else self._common[which]
+        self._notices.take_parameters(
+            self._session, common, {label: values[which] for label, values in self._own.items()}
+        )
+
+
+class ClearResults(QUndoCommand):
+    """All results of a frame go."""
+
+    def __init__(self, notices: Notices, session: Session) -> None:
+        super().__init__("Clear results")
+        self._notices = notices
+        self._session = session
+        self._others = Held({})
+
+    def redo(self) -> None:
+        """Make the change."""
+        self._others = self._session.swap_results(self._others)
+        self._notices.note_results_changed(self._session)
+
+    undo = redo
+
+
+class Distrust(QUndoCommand):
+    """Other depth of the frame is distrusted."""
+
+    def __init__(self, notices: Notices, session: Session, frame: RGBDFrame, text: str) -> None:
+        super().__init__(text)
+        self._notices = notices
+        self._session = session
+        self._other = frame
+
+    def redo(self) -> None:
+        """Make the change."""
+        former = self._session.frame
+        self._session.take_frame(self._other)
+        self._other = former
+        self._notices.note_distrusted_changed(self._session)
+
+    undo = redo

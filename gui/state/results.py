@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +16,28 @@ Preview = tuple[Block, NDArray[np.float32]]
 """A block that runs, and the depth [m] at its pixels as it stands."""
 
 
+class Kept(NamedTuple):
+    """A result, and the distrusted depth of the frame that it is of."""
+
+    result: BlockResult
+    distrusted: NDArray[np.bool_] | None
+
+
+class Held(NamedTuple):
+    """All results of a frame: of blocks, the expected error of a completion, the guess of one."""
+
+    kept: dict[int, list[Kept]]
+    error: tuple[Completion, NDArray[np.float32]] | None = None
+    guess: tuple[Completion, Completion] | None = None
+
+
 class Results:
     """Results, live records and previews of a frame's blocks. The workspace alone changes them.
 
     Attributes
     ----------
     kept : dict
-        Block label -> BlockResult, also where the block has other pixels since: undo may bring them back.
+        Block label -> all results that it has had, the latest last: undo may bring back what they are of.
     live : dict
         Label -> records so far of the blocks that run, the one that began last at the end.
     previews : dict
@@ -29,7 +45,7 @@ class Results:
     """
 
     def __init__(self) -> None:
-        self.kept: dict[int, BlockResult] = {}
+        self.kept: dict[int, list[Kept]] = {}
         self.live: dict[int, list[IterationRecord]] = {}
         self.previews: dict[int, Preview] = {}
         self._error: tuple[Completion, NDArray[np.float32]] | None = None
@@ -76,11 +92,11 @@ class Results:
         """Where blocks stand now; those that have ended meanwhile are left out."""
         self.previews |= {block.label: (block, depth) for block, depth in previews if block.label in self.live}
 
-    def add(self, results: Iterable[BlockResult]) -> None:
-        """Blocks have ended; what they gave is not exported yet."""
+    def add(self, results: Iterable[BlockResult], distrusted: NDArray[np.bool_] | None) -> None:
+        """Blocks of a frame with such distrusted depth have ended; what they gave is not exported yet."""
         for result in results:
             label = result.block.label
-            self.kept[label] = result
+            self.kept.setdefault(label, []).append(Kept(result, distrusted))
             self.live.pop(label, None)
             self.previews.pop(label, None)
         self._changes += 1
@@ -91,11 +107,11 @@ class Results:
         if not previews_stay:
             self.previews.clear()
 
-    def clear(self) -> None:
-        """Forget all results; of what is forgotten, nothing is left to be exported."""
-        self.kept.clear()
-        self._error = self._guess = None
-        self._saved = self._changes
+    def swap(self, other: Held) -> Held:
+        """Take other results, none or those of before; the former ones are returned."""
+        former = Held(self.kept, self._error, self._guess)
+        self.kept, self._error, self._guess = other
+        return former
 
     @property
     def unsaved(self) -> bool:

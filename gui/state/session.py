@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
@@ -10,7 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QUndoStack
 
-from gui.state.results import Results
+from gui.state.results import Held, Kept, Preview, Results
+from gui.state.shown_depth import ShownDepth
+from gui.state.tally import BlockCounts, BlockTally
+from ilf.blocks import Block, Box
+from ilf.declarations import Value
 from ilf.drawing.block_pictures import block_colour
 from ilf.ebs.edit import LabelPatch
 from ilf.ebs.reextraction import made_by_hand
@@ -23,6 +27,10 @@ from ilf.run import Replay, Run
 
 LARGEST_LABEL = 65535
 """Label maps are exported as 16-bit images."""
+
+
+OwnValues = Mapping[str, Value]
+"""Parameter -> value."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +51,10 @@ class BlockNotes:
     ----------
     infos : dict
         Block label -> BlockInfo. Kept for labels that are gone, so that undo brings names back.
-    parameters : dict
-        Block label -> parameters of its own, where they differ from those of all blocks.
+    own : dict
+        Block label -> values of its own, parameter by parameter, in place of those of all blocks.
+    drawn : ndarray of bool or None
+        Pixels of blocks whose border was drawn by hand; None if there are none.
     extraction : BlockParameters or None
         What the blocks were extracted with.
     network : str or None
@@ -58,25 +68,13 @@ class BlockNotes:
     """
 
     infos: dict[int, BlockInfo] = field(default_factory=dict)
-    parameters: dict[int, Parameters] = field(default_factory=dict)
+    own: dict[int, OwnValues] = field(default_factory=dict)
+    drawn: NDArray[np.bool_] | None = None
     extraction: BlockParameters | None = None
     network: str | None = None
     extracted: NDArray[np.int32] | None = None
     kept: frozenset[int] = frozenset()
     handmade: frozenset[int] = frozenset()
-
-
-@dataclass(frozen=True)
-class BlockCounts:
-    """Pixels of a block, and those of them with raw depth."""
-
-    pixels: int
-    known: int
-
-    @property
-    def defect_rate(self) -> float:
-        """Share of pixels without raw depth, 0-1."""
-        return 1.0 - self.known / self.pixels if self.pixels else 0.0
 
 
 class Session:
@@ -109,7 +107,11 @@ class Session:
         """Whether what is still missing after a run is to be guessed."""
         self.again: Replay | None = None
         """The record that the session was opened from."""
-        self._counts: dict[int, BlockCounts] | None = None
+        self.common = Parameters()
+        """Parameters of all blocks that have no values of their own: the workspace's."""
+        self._shown = ShownDepth(frame)
+        self._tally: BlockTally | None = None
+        self._fitting: dict[int, list[BlockResult]] = {}
         self._valid: dict[int, BlockResult] | None = None
         self._completion: Completion | None = None
         self._edits = 0
@@ -128,15 +130,15 @@ class Session:
         session.notes.extracted = None if run.edited else session.labels.copy()
         return session
 
-    def run(self, common: Parameters, only: Iterable[int] | None = None, dense: bool = False) -> Run:
+    def run(self, common: Parameters, only: Collection[int] | None = None, dense: bool = False) -> Run:
         """What a run of the frame as it is now is made of.
 
         Parameters
         ----------
         common : Parameters
             Of all blocks that have none of their own.
-        only : iterable of int, optional
-            Run just these blocks.
+        only : collection of int, optional
+            Run just these blocks, in this order if it has one.
         dense : bool
             Whether the rest is guessed.
         """
@@ -145,8 +147,8 @@ class Session:
             self.frame,
             self.labels,
             common,
-            {label: own for label, own in notes.parameters.items() if label in self.counts()},
-            None if only is None else frozenset(only),
+            {label: self.parameters_of(label, common) for label in notes.own if label in self.counts()},
+            only,
             dense=dense,
             extraction=notes.extraction,
             edited=self.edited,
@@ -227,57 +229,106 @@ class Session:
         self._forget_results()
         return former
 
+    def take_frame(self, frame: RGBDFrame) -> None:
+        """Take over the same frame with other distrusted depth."""
+        self.frame = frame
+        self._tally = self._completion = None
+        self._shown.take_frame(frame)
+        self._forget_results()
+
+    def take_common(self, parameters: Parameters) -> None:
+        """Take over other parameters of all blocks."""
+        self.common = parameters
+        self._valid = None
+
     def set_labels(self, labels: NDArray[np.int32]) -> None:
         """Take over another label map."""
         self.labels[:] = labels
-        self._forget()
+        self._tally = None
+        self._forget_results()
 
     def apply(self, patch: LabelPatch, forward: bool = True) -> None:
         """Make or take back a change of the label map."""
+        if self._tally is not None:
+            self._tally.take_out(patch.box)
         (patch.apply if forward else patch.revert)(self.labels)
-        self._forget()
+        if self._tally is not None:
+            self._tally.add(patch.box)
+        self._shown.note(patch.box)
+        for label in touched_by(patch):
+            self._forget_result(label)
 
     def add_guess(self, base: Completion, guess: Completion) -> None:
         """Keep the guess of what a completion leaves missing; it holds as long as that is the present one."""
         self.results.note_guess(base, guess)
+        self._shown.note_all()
+
+    def add_previews(self, previews: Sequence[Preview]) -> None:
+        """Blocks that run have other depth."""
+        self.results.add_previews(previews)
+        for block, _ in previews:
+            self._shown.note(block.box)
+
+    def end_run(self, previews_stay: bool = False) -> None:
+        """Nothing runs any more; with `previews_stay`, another run of the same is about to begin."""
+        for block, _ in self.results.previews.values():
+            self._shown.note(block.box)
+        self.results.end_run(previews_stay)
 
     def add_results(self, results: Sequence[BlockResult]) -> None:
         """Keep blocks' results; they are not exported yet."""
-        self.results.add(results)
-        self._forget_results()
+        self.results.add(results, self.frame.distrusted)
+        self._shown.keep(results)
+        for result in results:
+            self._forget_result(result.block.label)
 
-    def clear_results(self) -> None:
-        """Forget all results."""
-        self.results.clear()
+    def swap_results(self, other: Held) -> Held:
+        """Take other results, none or those of before; the former ones are returned."""
+        former = self.results.swap(other)
+        self._shown.forget()
+        for results in other.kept.values():
+            self._shown.keep(result for result, _ in results)
         self._forget_results()
+        return former
 
     def counts(self) -> dict[int, BlockCounts]:
         """Block label -> counts, in rising order of labels."""
-        if self._counts is None:
-            self._counts = self._count()
-        return self._counts
-
-    def _count(self) -> dict[int, BlockCounts]:
-        top = int(self.labels.max()) + 1
-        pixels = np.bincount(self.labels.ravel(), minlength=top)
-        known = np.bincount(self.labels[self.frame.known], minlength=top)
-        return {
-            int(label): BlockCounts(int(pixels[label]), int(known[label]))
-            for label in np.flatnonzero(pixels)
-            if label > 0
-        }
+        if self._tally is None:
+            self._tally = BlockTally(self.labels, self.frame.known)
+        return self._tally.counts()
 
     def parameters_of(self, label: int, common: Parameters) -> Parameters:
-        """Parameters that a run of this block would take."""
-        return self.notes.parameters.get(label, common)
+        """Parameters that a run of this block would take: its own values over the common ones."""
+        own = self.notes.own.get(label)
+        return common.replace(**own) if own else common
 
     def valid_results(self) -> dict[int, BlockResult]:
-        """Results whose block has the very pixels that were run, and the extraction whose edges the filter saw, in
-        rising order of labels."""
+        """Results whose block has the very pixels and drawn borders that were run, whose depth was distrusted as it is
+        now, and whose filter saw the edges of the present extraction, in rising order of labels.
+
+        Of several, that of the present parameters; if there is none, the latest.
+        """
         if self._valid is None:
-            kept = self.results.kept
-            self._valid = {label: kept[label] for label in sorted(kept) if self._fits(kept[label])}
+            found = {label: self._best(label) for label in sorted(self.results.kept)}
+            self._valid = {label: result for label, result in found.items() if result is not None}
         return self._valid
+
+    def changed_blocks(self) -> list[int]:
+        """Blocks that have no result, or one of another state or of other parameters, in rising order."""
+        return [label for label in self.counts() if not self.is_up_to_date(label)]
+
+    def is_up_to_date(self, label: int) -> bool:
+        """Whether there is a result of the block as it is now."""
+        result = self.valid_results().get(label)
+        return result is not None and result.parameters.same_effect(self.parameters_of(label, self.common))
+
+    def _best(self, label: int) -> BlockResult | None:
+        if label not in self._fitting:
+            self._fitting[label] = [kept.result for kept in reversed(self.results.kept[label]) if self._fits(kept)]
+            if self._fitting[label]:
+                self._shown.note(self._fitting[label][0].block.box)
+        fitting, wanted = self._fitting[label], self.parameters_of(label, self.common)
+        return next((result for result in fitting if result.parameters.same_effect(wanted)), next(iter(fitting), None))
 
     def completion(self) -> Completion | None:
         """The completed depth as far as blocks have been run, and the guess of the rest if there is one.
@@ -298,7 +349,7 @@ class Session:
             if known is not None and _same(known.results, results):
                 self._completion = known
                 return known
-        self._completion = compose(self.frame, results) if results else None
+        self._completion = compose(self.frame, results, self._completion) if results else None
         return self._completion
 
     def expected_error(self) -> NDArray[np.float32] | None:
@@ -306,14 +357,20 @@ class Session:
         return self.results.error_of(self.completion())
 
     def present_depth(self) -> NDArray[np.float32] | None:
-        """What is completed, and over it the last that is known of the blocks that run; None if there is neither."""
-        completion, previews = self.completion(), self.results.previews
-        depth = None if completion is None else completion.depth
-        if previews:
-            depth = (self.frame.depth if depth is None else depth).copy()
-            for block, preview in previews.values():
-                depth[block.box][block.mask] = preview
-        return depth
+        """What is completed, and over it the last that is known of the blocks that run or have changed since; None if
+        there is neither. Changed in place when it changes."""
+        self.update_depth()
+        return self._shown.depth if self.results.kept or self.results.previews else None
+
+    @property
+    def stale(self) -> NDArray[np.bool_]:
+        """Pixels of the present depth that are of a former state of their block."""
+        return self._shown.stale
+
+    def update_depth(self) -> Box | None:
+        """Bring the present depth up to date; where it has changed (rows, columns), None if nowhere."""
+        completion = self.completion()
+        return self._shown.update(self.labels, self.valid_results(), completion, self.results.previews.values())
 
     def records_of(self, label: int) -> Sequence[IterationRecord]:
         """Records of the block while it runs, else those of its result."""
@@ -323,25 +380,49 @@ class Session:
         result = self.valid_results().get(label)
         return () if result is None else result.history
 
-    def _fits(self, result: BlockResult) -> bool:
+    def _fits(self, kept: Kept) -> bool:
+        result, distrusted = kept
         block = result.block
         if result.edges != edge_parameters(result.parameters, self.notes.extraction):
             return False
+        count = self.counts().get(block.label)
+        if count is None or count.pixels != result.depth.size:
+            return False
         if not np.array_equal(self.labels[block.box] == block.label, block.mask):
             return False
-        count = self.counts().get(block.label)
-        return count is not None and count.pixels == np.count_nonzero(block.mask)
+        return _equal(distrusted, self.frame.distrusted) and _equal(result.drawn, self._drawn_at(block))
+
+    def _drawn_at(self, block: Block) -> NDArray[np.bool_] | None:
+        """Which of a block's pixels have drawn borders; None if none has."""
+        if self.notes.drawn is None:
+            return None
+        drawn = self.notes.drawn[block.box][block.mask]
+        return drawn if drawn.any() else None
 
     def _note_edit(self) -> None:
         self._edits += 1
 
-    def _forget(self) -> None:
-        """What was worked out from the labels no longer holds."""
-        self._counts = None
-        self._forget_results()
+    def _forget_result(self, label: int) -> None:
+        """What was worked out from a block and its results no longer holds."""
+        self._valid = None
+        for result in self._fitting.pop(label, ()):
+            self._shown.note(result.block.box)
 
     def _forget_results(self) -> None:
         self._valid = None
+        self._fitting.clear()
+        self._shown.note_all()
+
+
+def touched_by(patch: LabelPatch) -> frozenset[int]:
+    """Blocks that gain or lose pixels by a change of the label map."""
+    changed = patch.before != patch.after
+    return frozenset(np.union1d(patch.before[changed], patch.after[changed]).tolist()) - {0}
+
+
+def _equal(one: NDArray[np.bool_] | None, other: NDArray[np.bool_] | None) -> bool:
+    """Whether two masks, None for none, are the same."""
+    return one is other or (one is not None and other is not None and np.array_equal(one, other))
 
 
 def _same(some: Mapping[int, BlockResult], others: Mapping[int, BlockResult]) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoGroup, QUndoStack
 
-from gui.state.commands import EditInfo, EditLabels
+from gui.state.commands import Change, ClearResults, Distrust, EditInfo, EditLabels, EditParameters
 from gui.state.results import Preview
-from gui.state.session import BlockNotes, Session
+from gui.state.session import BlockNotes, OwnValues, Session
 from ilf.ebs import Extraction
 from ilf.ebs.edit import LabelPatch, patch_between
 from ilf.ebs.reextraction import flow_around, keep_under
@@ -58,6 +58,10 @@ class Workspace(QObject):
     """Blocks that run have other depth."""
     error_changed = Signal()
     """The expected error of the results has been worked out."""
+    edited = Signal(object)
+    """An edit of the label map has been made, undone or made again: a `Change`."""
+    distrusted_changed = Signal()
+    """Other depth of the present frame is distrusted."""
     selection_changed = Signal()
     parameters_changed = Signal()
     """Of the filter."""
@@ -112,6 +116,7 @@ class Workspace(QObject):
         """
         if recorded is not None:
             self._take_recorded(session, recorded)
+        session.take_common(self.parameters)
         self.sessions.append(session)
         self.undo_group.addStack(session.undo_stack)
         self.sessions_changed.emit()
@@ -119,12 +124,12 @@ class Workspace(QObject):
 
     def _take_recorded(self, session: Session, recorded: Run) -> None:
         if not self.sessions:
-            self.set_parameters(recorded.parameters)
+            self._take_common(recorded.parameters)
         if recorded.extraction is not None:
             self.set_extraction_parameters(recorded.extraction)
         labels = set(session.counts()) if recorded.only is None else set(recorded.only)
-        own = {label: recorded.parameters_of(label) for label in labels}
-        session.notes.parameters.update({label: one for label, one in own.items() if one != self.parameters})
+        own = {label: own_values(recorded.parameters_of(label), self.parameters) for label in labels}
+        session.notes.own.update({label: values for label, values in own.items() if values})
         if labels != set(session.counts()):
             session.selected = sorted(labels)
 
@@ -161,7 +166,7 @@ class Workspace(QObject):
         labels = extraction.blocks
         around = flow_around(session.labels, kept, labels, used.smallest_block(labels.size))
         # a block that only was locked is not made by hand: it goes when it is unlocked
-        notes = BlockNotes({}, {}, used, extraction.network, around.copy(), kept, handmade & kept)
+        notes = BlockNotes({}, {}, None, used, extraction.network, around.copy(), kept, handmade & kept)
         self._replace(session, around, "Extract blocks", notes)
         return Kept(len(locked), len(by_hand), kept == set(session.counts()))
 
@@ -181,11 +186,11 @@ class Workspace(QObject):
         """Take another map and what is known of it; of the blocks that it keeps, what was known of them."""
         old, patch = session.notes, patch_between(session.labels, labels)
         if patch is None:
-            session.take_notes(replace(notes, infos=old.infos, parameters=old.parameters))
+            session.take_notes(replace(notes, infos=old.infos, own=old.own))
             (self.results_changed if session is self._session else self.sessions_changed).emit()
             return
         notes.infos = {label: info for label, info in old.infos.items() if label in notes.kept}
-        notes.parameters = {label: own for label, own in old.parameters.items() if label in notes.kept}
+        notes.own = {label: own for label, own in old.own.items() if label in notes.kept}
         session.undo_stack.push(EditLabels(self, session, patch, text, notes=notes))
 
     def edit_labels(self, patch: LabelPatch | None, text: str) -> bool:
@@ -236,7 +241,11 @@ class Workspace(QObject):
 
     def edit_info(self, label: int, text: str, **changes: Any) -> None:
         """Rename, recolour or lock a block as one undoable step."""
-        self.session.undo_stack.push(EditInfo(self, self.session, label, text, **changes))
+        self.edit_infos({label: changes}, text)
+
+    def edit_infos(self, changes: Mapping[int, Mapping[str, Any]], text: str) -> None:
+        """Rename, recolour or lock blocks as one undoable step."""
+        self.session.undo_stack.push(EditInfo(self, self.session, changes, text))
 
     def set_lock(self, label: int, locked: bool) -> None:
         """Lock or unlock a block as one undoable step."""
@@ -247,6 +256,22 @@ class Workspace(QObject):
         """Show or hide a block in the overlay. A matter of view, so not undoable."""
         self.session.change_info(label, visible=visible)
         self.infos_changed.emit()
+
+    def set_distrusted(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
+        """Distrust just the depth at these pixels, bool (H, W), as one undoable step; False if it is so already.
+
+        Raises
+        ------
+        InputError
+            If no depth were left.
+        """
+        session = self.session
+        frame = session.frame.distrusting(mask)
+        former, wanted = session.frame.distrusted, frame.distrusted
+        if former is wanted or (former is not None and wanted is not None and np.array_equal(former, wanted)):
+            return False
+        session.undo_stack.push(Distrust(self, session, frame, text))
+        return True
 
     def select(self, labels: list[int]) -> None:
         """Choose blocks; the first is the one that edits and curves are about."""
@@ -264,7 +289,7 @@ class Workspace(QObject):
 
     def add_previews(self, session: Session, previews: Sequence[Preview]) -> None:
         """Blocks that run have other depth."""
-        session.results.add_previews(previews)
+        session.add_previews(previews)
         if session is self._session:
             self.previews_changed.emit()
 
@@ -280,13 +305,13 @@ class Workspace(QObject):
 
     def end_run(self, session: Session, previews_stay: bool = False) -> None:
         """Nothing of the frame runs any more; with `previews_stay`, it will again at once."""
-        session.results.end_run(previews_stay)
+        session.end_run(previews_stay)
         (self.results_changed if session is self._session else self.sessions_changed).emit()
 
     def clear_results(self) -> None:
-        """Forget all results of the present frame."""
-        self.session.clear_results()
-        self.results_changed.emit()
+        """Forget all results of the present frame, as one undoable step."""
+        if self.session.results.kept:
+            self.session.undo_stack.push(ClearResults(self, self.session))
 
     def store_error(self, session: Session, completion: Completion, error: NDArray[np.float32]) -> None:
         """Keep the expected error [m], float32 (H, W), of a completion; overtaken ones are dropped."""
@@ -297,14 +322,81 @@ class Workspace(QObject):
 
     # parameters
 
-    def set_parameters(self, parameters: Parameters, label: int | None = None) -> None:
-        """Parameters of all blocks, or of one; a block whose own equal the common ones has none of its own."""
-        if label is None:
-            self.parameters = parameters
-        elif parameters == self.parameters:
-            self.session.notes.parameters.pop(label, None)
-        else:
-            self.session.notes.parameters[label] = parameters
+    def set_parameters(self, parameters: Parameters, blocks: int | Collection[int] | None = None) -> None:
+        """Parameters of all blocks that have no values of their own, or of some blocks, as one undoable step.
+
+        Of blocks, the values that differ from the common ones become their own. What is set while a slider is being
+        moved is one step with what was set before.
+        """
+        if blocks is None:
+            self._edit_parameters((self.parameters, parameters), {}, _names(self.parameters, parameters))
+            return
+        labels = [blocks] if isinstance(blocks, int) else blocks
+        self._edit_own({label: own_values(parameters, self.parameters) for label in labels})
+
+    def set_own(self, values: OwnValues, blocks: Collection[int]) -> None:
+        """Give blocks some values of their own, one parameter beside the other; those equal to the common ones go."""
+        common, own = self.parameters.to_dict(), self.session.notes.own
+        merged = {label: {**own.get(label, {}), **values} for label in blocks}
+        self._edit_own(
+            {
+                label: {name: value for name, value in one.items() if value != common[name]}
+                for label, one in merged.items()
+            }
+        )
+
+    def reset_own(self, blocks: Collection[int]) -> None:
+        """Take all values of their own from blocks."""
+        self._edit_own({label: {} for label in blocks})
+
+    def copy_own(self, source: int, blocks: Collection[int]) -> None:
+        """Give blocks the very own values that another one has."""
+        values = self.session.notes.own.get(source, {})
+        self._edit_own(dict.fromkeys(blocks, values))
+
+    def _edit_own(self, wanted: Mapping[int, OwnValues]) -> None:
+        own = self.session.notes.own
+        changes = {
+            label: (own.get(label), values or None)
+            for label, values in wanted.items()
+            if values != (own.get(label) or {})
+        }
+        names = {name for before, after in changes.values() for name in _differing(before or {}, after or {})}
+        self._edit_parameters(None, changes, names)
+
+    def _edit_parameters(
+        self,
+        common: tuple[Parameters, Parameters] | None,
+        own: Mapping[int, tuple[OwnValues | None, OwnValues | None]],
+        names: Collection[str],
+    ) -> None:
+        if not names:
+            return
+        if self._session is None:
+            if common is not None:
+                self._take_common(common[1])
+            return
+        stack = self._session.undo_stack
+        last = stack.command(stack.index() - 1) if not stack.isClean() else None
+        if isinstance(last, EditParameters) and stack.index() == stack.count() and last.extend(common, own, names):
+            return
+        what = Parameters.declarations()[min(names)].label if len(names) == 1 else f"{len(names)} values of the filter"
+        blocks = f" of {self._session.info(min(own)).name}" if len(own) == 1 else f" of {len(own)} blocks"
+        stack.push(EditParameters(self, self._session, common, own, names, f"Set {what}{blocks if own else ''}"))
+
+    def take_parameters(self, session: Session, common: Parameters | None, own: Mapping[int, OwnValues | None]) -> None:
+        """Called by commands: other common parameters unless None, and blocks' own values, None for none."""
+        for label, values in own.items():
+            if values:
+                session.notes.own[label] = values
+            else:
+                session.notes.own.pop(label, None)
+        self._take_common(self.parameters if common is None else common)
+
+    def _take_common(self, parameters: Parameters) -> None:
+        self.parameters = parameters
+        for session in self.sessions:
+            session.take_common(parameters)
         self.parameters_changed.emit()
 
     def set_extraction_parameters(self, parameters: BlockParameters) -> None:
@@ -324,8 +416,8 @@ class Workspace(QObject):
         if session is self._session:
             self._end_strokes()
 
-    def note_labels_changed(self, session: Session, patch: LabelPatch) -> None:
-        """Called by commands after the label map has changed."""
+    def note_labels_changed(self, session: Session, patch: LabelPatch, change: Change | None = None) -> None:
+        """Called by commands after the label map has changed; with `change`, by an edit."""
         if session is not self._session:
             self.sessions_changed.emit()
             return
@@ -340,8 +432,35 @@ class Workspace(QObject):
         self.results_changed.emit()
         if gone:
             self.select([label for label in session.selected if label not in gone])
+        if change is not None:
+            self.edited.emit(change)
+
+    def note_results_changed(self, session: Session) -> None:
+        """Called by commands after results have gone or come back."""
+        (self.results_changed if session is self._session else self.sessions_changed).emit()
+
+    def note_distrusted_changed(self, session: Session) -> None:
+        """Called by commands after other depth is distrusted."""
+        if session is self._session:
+            self.distrusted_changed.emit()
+        self.note_results_changed(session)
 
     def note_infos_changed(self, session: Session) -> None:
         """Called by commands after a name, colour or lock has changed."""
         if session is self._session:
             self.infos_changed.emit()
+
+
+def own_values(parameters: Parameters, common: Parameters) -> OwnValues:
+    """The values that a block with such parameters has in place of the common ones."""
+    ours, values = parameters.to_dict(), common.to_dict()
+    return {name: value for name, value in ours.items() if value != values[name]}
+
+
+def _names(one: Parameters, other: Parameters) -> set[str]:
+    return _differing(one.to_dict(), other.to_dict())
+
+
+def _differing(one: OwnValues, other: OwnValues) -> set[str]:
+    """Names whose values differ, or that only one has."""
+    return {name for name in {*one, *other} if name not in one or name not in other or one[name] != other[name]}

@@ -53,7 +53,7 @@ class CommandsPresenter(QObject):
         actions.enable(bool(unlocked), "delete_blocks")
         actions.enable(len(unlocked) > 1, "merge_blocks")
         actions.enable(bool(session and session.selected), "lock_blocks")
-        actions.enable(free and bool(counts), "run")
+        actions.enable(free and bool(counts), "run", "run_all")
         actions.enable(free and bool(chosen), "run_selected")
         actions.enable((free and bool(counts)) or (shown and runs.session is session and paused), "step")
         actions.enable(runs.state in (RunState.RUNNING, RunState.PAUSED, RunState.GUESSING), "pause", "cancel")

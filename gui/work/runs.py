@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
@@ -45,16 +45,17 @@ class RunState(Enum):
     GUESSING = "guessing the rest"
     """What no block vouches for, after a run."""
     RESOLVING = "solving anew"
-    """One block, because its values have changed: it gives way to a run."""
+    """Some blocks, because they or their values have changed: they give way to a run."""
 
 
 @dataclass(frozen=True)
 class _FollowUp:
-    """What is to be done when a re-solve has ended, if its frame is still the present one; a run keeps its place."""
+    """What is to be done when a re-solve has ended, if its frame is still the present one: solve blocks anew, or
+    something else, whose place no re-solve takes."""
 
     session: Session
-    action: Callable[[], None]
-    is_run: bool
+    blocks: tuple[int, ...] = ()
+    action: Callable[[], None] | None = None
 
 
 class RunController(QObject):
@@ -98,7 +99,7 @@ class RunController(QObject):
         self._preview_time = 0.0
         self._stopping = False
         self._abandoned = False
-        self._resolving = 0
+        self._resolving: tuple[int, ...] = ()
         self._next: _FollowUp | None = None
         self._patience = QTimer(self, singleShot=True)
         self._patience.timeout.connect(self._worker.cancel)
@@ -127,8 +128,8 @@ class RunController(QObject):
         return self.state in (RunState.IDLE, RunState.RESOLVING)
 
     @property
-    def resolving(self) -> int:
-        """The block that is being solved anew; 0 for none."""
+    def resolving(self) -> tuple[int, ...]:
+        """The blocks that are being solved anew."""
         return self._resolving
 
     @property
@@ -148,10 +149,19 @@ class RunController(QObject):
     def start(self, only: set[int] | None = None, stepwise: bool = False) -> None:
         """Run all blocks of the present frame, or just some; with `stepwise`, one by one, and hold after a step."""
         if self._resolving:
-            self._follow_up(lambda: self.start(only, stepwise), 0, is_run=True)
+            self._follow_up(lambda: self.start(only, stepwise))
         else:
             # one core stays the window's
             self._begin(only, threads=1 if stepwise else max(available_cores() - 1, 1), paused=stepwise)
+
+    def start_changed(self) -> None:
+        """Run the blocks of the present frame that have no result of their present state and parameters."""
+        session = self._workspace.session
+        changed = session.changed_blocks()
+        if changed:
+            self.start(set(changed))
+        else:
+            self.ended.emit(f"{session.name}: all blocks are up to date. Run all again: Ctrl+F5.")
 
     def start_chosen(self) -> None:
         """Run the chosen blocks of the present frame."""
@@ -161,39 +171,55 @@ class RunController(QObject):
         session = self._workspace.session
         return set(session.selected) & set(session.counts())
 
-    def resolve(self, label: int) -> None:
-        """Solve a block of the present frame anew, with the values it has now; nothing happens during a run.
+    def resolve(self, blocks: Sequence[int], edited: bool = False) -> None:
+        """Solve blocks of the present frame anew, as they are now, in this order; nothing happens during a run.
 
-        Of the values that come while a re-solve is under way only the latest count: they are taken up when it ends,
-        and it ends soon.
+        Of what comes while a re-solve is under way only the latest counts: it is taken up when that ends, which is at
+        once if blocks have been edited, and otherwise soon. Blocks that had been left then are solved after it.
         """
         if self.state is RunState.IDLE:
-            self._begin({label}, threads=1, resolving=label)
-        elif self._resolving and (self._next is None or not self._next.is_run):
+            self._begin_resolve(blocks)
+        elif self._resolving and (self._next is None or self._next.action is None):
+            waiting = () if self._next is None else self._next.blocks
+            self._next = _FollowUp(self._workspace.session, (*blocks, *(one for one in waiting if one not in blocks)))
             age_ms = math.ceil(1000 * (time.perf_counter() - self._started))
-            self._follow_up(lambda: self.resolve(label), max(_PATIENCE_MS - age_ms, 0))
+            self._end_resolve_in(0 if edited else max(_PATIENCE_MS - age_ms, 0))
 
-    def _follow_up(self, action: Callable[[], None], patience_ms: int, is_run: bool = False) -> None:
-        """Do something with the present frame when the re-solve has ended, which is cancelled after a while."""
-        self._next = _FollowUp(self._workspace.session, action, is_run)
+    def _follow_up(self, action: Callable[[], None]) -> None:
+        """Do something else with the present frame when the re-solve has ended, which is at once."""
+        self._next = _FollowUp(self._workspace.session, action=action)
+        self._end_resolve_in(0)
+
+    def _end_resolve_in(self, patience_ms: int) -> None:
         if patience_ms == 0:
             self._patience.stop()
             self._worker.cancel()
         elif not self._patience.isActive():
             self._patience.start(patience_ms)
 
-    def _begin(self, only: set[int] | None, threads: int, paused: bool = False, resolving: int = 0) -> None:
+    def _begin(self, only: set[int] | None, threads: int, paused: bool = False) -> None:
         session = self._workspace.session
         run = session.run(self._workspace.parameters, only).steps(threads)
         self._run = run
+        self._start(session, lambda: run, paused)
+
+    def _begin_resolve(self, blocks: Sequence[int]) -> None:
+        session = self._workspace.session
+        there = session.counts()
+        self._resolving = tuple(label for label in blocks if label in there)
+        if not self._resolving:
+            self.state_changed.emit()
+            return
+        self._preview_time = max(self._preview_time, time.perf_counter() + _FIRST_PREVIEW_S)
+        run = session.run(self._workspace.parameters, self._resolving)
+        self._start(session, lambda: run.steps(1))
+
+    def _start(self, session: Session, make: Callable[[], RunSteps], paused: bool = False) -> None:
         self.session = session
         self._started = time.perf_counter()
-        self._resolving = resolving
-        if resolving:
-            self._preview_time = max(self._preview_time, self._started + _FIRST_PREVIEW_S)
 
         def job() -> Generator[Step, None, None]:
-            with run:
+            with make() as run:
                 for progress in run:
                     yield progress, self._due_previews(run)
 
@@ -204,7 +230,7 @@ class RunController(QObject):
         """Guess what the present frame's blocks leave missing."""
         completion = self._workspace.session.completion()
         if self._resolving:
-            self._follow_up(self.guess, 0, is_run=True)
+            self._follow_up(self.guess)
         elif self.free and completion is not None and not self._workspace.session.guessed:
             self._begin_guess(self._workspace.session, completion)
 
@@ -307,28 +333,40 @@ class RunController(QObject):
         run, self._run = self._run, None
         session, self.session = self.session, None
         done, self._done, self._begun = self._done, set(), set()
-        resolved, self._resolving = self._resolving, 0
+        resolved, self._resolving = self._resolving, ()
         following, self._next = self._next, None
         seconds = time.perf_counter() - self._started
         self._patience.stop()
         self._preview_time = 0.0
         self._stopping = self._abandoned = False
-        if run is None or session is None:
+        if session is None:
             return
         if following is not None and not self._workspace.is_present(following.session):
             following = None
         # another re-solve of what is shown takes its place: what it shows may stay until then
-        self._workspace.end_run(session, previews_stay=following is not None and not following.is_run)
-        if following is not None:
+        again = following is not None and following.action is None
+        self._workspace.end_run(session, previews_stay=again)
+        if following is None:
+            self.state_changed.emit()
+        elif following.action is not None:
             following.action()
         else:
-            self.state_changed.emit()
+            left = (label for label in resolved if label not in done and label not in following.blocks)
+            self._begin_resolve((*following.blocks, *left))
         if resolved:
-            if resolved in done:
-                outcome = run.results[resolved].outcome
-                name = session.info(resolved).name
-                self.resolved.emit(f"{name}: {outcome.iterations} iterations in {1000 * seconds:.0f} ms")
-            return
+            self._tell_resolved(session, [label for label in resolved if label in done], seconds)
+        elif run is not None:
+            self._tell_ended(session, run, how, done, seconds)
+
+    def _tell_resolved(self, session: Session, done: list[int], seconds: float) -> None:
+        results = session.valid_results()
+        done = [label for label in done if label in results]
+        if done:
+            count = sum(results[label].outcome.iterations for label in done)
+            what = session.info(done[0]).name if len(done) == 1 else f"{len(done)} blocks"
+            self.resolved.emit(f"{what}: {count} iterations in {1000 * seconds:.0f} ms")
+
+    def _tell_ended(self, session: Session, run: RunSteps, how: str, done: set[int], seconds: float) -> None:
         text = f"{session.name}: run {how}, {len(done)} block{'s' * (len(done) != 1)} in {seconds:.1f} s."
         lost = len(done - set(session.valid_results()))
         if lost:

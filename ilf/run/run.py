@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Collection, Generator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Self
@@ -38,8 +38,8 @@ class Run:
         Of all blocks but those that have their own; the preset "best" if left out.
     own : mapping of int to Parameters
         Block label -> parameters of its own.
-    only : frozenset of int, optional
-        Just these blocks are run.
+    only : collection of int, optional
+        Just these blocks are run; in the order of a sequence, if they run one after the other.
     dense : bool
         Whether the depth that is still missing after the blocks is guessed (`ilf.fill_rest`).
     extraction : BlockParameters, optional
@@ -70,7 +70,7 @@ class Run:
     blocks: NDArray[np.int32]
     parameters: Parameters = field(default_factory=preset)
     own: Mapping[int, Parameters] = field(default_factory=dict)
-    only: frozenset[int] | None = None
+    only: Collection[int] | None = None
     dense: bool = False
     extraction: BlockParameters | None = None
     edited: bool = False

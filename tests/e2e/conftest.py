@@ -64,7 +64,7 @@ def run_all(qtbot: QtBot) -> Callable[[MainWindow], None]:
 
     def run(window: MainWindow) -> None:
         with qtbot.waitSignal(window.runs.ended, timeout=WAIT_MS):
-            window.actions_["run"].trigger()
+            window.actions_["run_all"].trigger()
         assert window.runs.state is RunState.IDLE
         window.refresh.now()
 

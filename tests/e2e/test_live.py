@@ -69,7 +69,7 @@ def test_a_slider_solves_the_chosen_block_anew_and_no_other(
     assert len(opened.curves.records) == after[chosen].outcome.iterations
     assert _states(opened)[chosen] == "completed"
     assert (_states(opened)[other] == "values changed") is not own
-    assert workspace.undo_group.activeStack().count() == steps
+    assert workspace.undo_group.activeStack().count() == steps + 1
     assert not said
 
 
@@ -141,6 +141,8 @@ def test_a_frame_closes_without_a_question_during_a_re_solve(
     opened.workspace.select(list(opened.workspace.session.counts())[:1])
     opened.filter_panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
     assert opened.runs.state is RunState.RESOLVING
+    session = opened.workspace.session
+    opened.workspace.note_saved(session, session.saving())
     opened.actions_["close_frame"].trigger()
     assert not opened.workspace.has_session
     qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)

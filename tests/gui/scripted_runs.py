@@ -31,7 +31,7 @@ def record(i: int) -> IterationRecord:
 class Script:
     """What the scripted runs have been asked for, and how far they may go.
 
-    Every block takes `records` iterations, one after the other in rising order of labels; each step waits for `allow`.
+    Every block takes `records` iterations, one after the other; each step waits for `allow`.
     Results have the `notes`.
     """
 
@@ -57,8 +57,7 @@ class ScriptedSteps(Iterator[Progress]):
     def __init__(self, script: Script, run: Run, threads: int | None) -> None:
         self.run = run
         self.threads = threads
-        blocks = find_blocks(run.blocks)
-        self.blocks = {label: block for label, block in blocks.items() if run.only is None or label in run.only}
+        self.blocks = find_blocks(run.blocks, run.only)
         self.results: dict[int, BlockResult] = {}
         self.previews = 0
         self.closed = False

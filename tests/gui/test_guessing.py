@@ -62,7 +62,7 @@ def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench: Benc
     assert bench.runs.state is RunState.IDLE
     bench.runs.guess()
     assert bench.runs.state is RunState.IDLE, "there is nothing left to guess"
-    bench.runs.resolve(1)
+    bench.runs.resolve([1])
     until(lambda: bool(bench.resolved))
     assert not bench.session.guessed
     assert not bench.session.completion().guessed.any()
@@ -83,16 +83,13 @@ def test_a_guess_sees_the_edges_of_the_extraction(bench: Bench, until: Until, mo
     assert asked == [BlockParameters(depth_jump=0.3)]
 
 
-def test_clearing_during_a_guess_leaves_nothing_to_be_saved(
-    bench: Bench, until: Until, endless_guess: threading.Event
-) -> None:
+def test_clearing_during_a_guess_leaves_nothing(bench: Bench, until: Until, endless_guess: threading.Event) -> None:
     _run_with_a_gap(bench, until)
     bench.runs.guess()
     bench.runs.clear_results()
     endless_guess.set()
     until(lambda: bench.runs.state is RunState.IDLE)
     assert bench.session.completion() is None
-    assert not bench.session.unsaved
     assert bench.said == ["first: guess of the rest cancelled."]
 
 
@@ -149,7 +146,7 @@ def test_a_run_that_is_to_be_dense_guesses_the_rest_at_its_end(bench: Bench, unt
 
 def test_a_guess_waits_for_the_re_solve_under_way(bench: Bench, until: Until) -> None:
     _run_with_a_gap(bench, until)
-    bench.runs.resolve(1)
+    bench.runs.resolve([1])
     bench.runs.guess()
     until(lambda: bool(bench.said))
     assert bench.session.guessed
@@ -167,7 +164,7 @@ def test_how_long_it_took_is_said(bench: Bench, until: Until, monkeypatch: pytes
         bench.script.allow()
         until(lambda: bool(bench.said))
         assert word in bench.said.pop()
-    bench.runs.resolve(1)
+    bench.runs.resolve([1])
     clock[0] += 0.25
     until(lambda: bool(bench.resolved))
     assert bench.resolved[0].endswith("in 250 ms")

@@ -9,21 +9,26 @@ import pytest
 from PySide6.QtCore import QObject
 from pytestqt.qtbot import QtBot
 
-from gui.state.session import LARGEST_LABEL, BlockCounts, Session
-from gui.state.workspace import Kept, Workspace
+from gui.state.commands import DRAG_S
+from gui.state.results import Held
+from gui.state.session import LARGEST_LABEL, Session
+from gui.state.tally import BlockCounts
+from gui.state.workspace import Kept, Workspace, own_values
 from ilf.completion import complete
 from ilf.ebs import Extraction, extract
 from ilf.ebs.edit import patch_between
+from ilf.errors import InputError
 from ilf.frame import RGBDFrame
-from ilf.outcomes import BlockResult
+from ilf.outcomes import BlockResult, compose
 from ilf.parameters import BlockParameters, preset
 from ilf.run import Run
 
 QUICK = preset("paper", max_iterations=2)
+QUICK_OWN = own_values(QUICK, preset())
 SIGNALS = (
     *("about_to_change", "sessions_changed", "session_changed", "labels_changed", "stroke_changed", "infos_changed"),
     *("results_changed", "results_added", "records_added", "previews_changed", "error_changed", "selection_changed"),
-    *("parameters_changed", "extraction_changed"),
+    *("parameters_changed", "extraction_changed", "distrusted_changed"),
 )
 
 
@@ -147,7 +152,7 @@ def test_blocks_made_by_hand_are_those_that_were_and_those_that_have_gained_pixe
 
 
 def test_parameters_of_a_block_are_its_own_or_those_of_all(session: Session) -> None:
-    session.notes.parameters[2] = QUICK
+    session.notes.own[2] = QUICK_OWN
     assert session.parameters_of(2, preset()) == QUICK
     assert session.parameters_of(1, preset()) == preset()
 
@@ -170,9 +175,11 @@ def test_results_count_as_long_as_the_block_has_the_very_pixels(session: Session
     session.set_labels(elsewhere)
     assert list(session.valid_results()) == [], "one has lost pixels, the other gained some outside its box"
     session.set_labels(before)
-    session.clear_results()
+    kept = session.swap_results(Held({}))
     assert session.completion() is None
     assert session.valid_results() == {}
+    session.swap_results(kept)
+    assert list(session.valid_results()) == [1, 2]
 
 
 def test_what_is_unsaved(workspace: Workspace, session: Session, results: list[BlockResult]) -> None:
@@ -185,9 +192,6 @@ def test_what_is_unsaved(workspace: Workspace, session: Session, results: list[B
     assert session.unsaved, "more has come since"
     workspace.note_saved(session, session.saving())
     assert not session.unsaved
-    session.add_results(results)
-    session.clear_results()
-    assert not session.unsaved, "nothing is left to be exported"
 
     edit(workspace, 2)
     assert session.unsaved
@@ -322,7 +326,8 @@ def test_parameters_of_a_recorded_run(small_frame: RGBDFrame, small_labels: np.n
     recorded, alone = Session.of(run, "run.json", "run.json"), Workspace()
     alone.add_session(recorded, run)
     assert alone.parameters == QUICK
-    assert recorded.notes.parameters == {3: preset()}
+    assert recorded.parameters_of(3, QUICK) == preset()
+    assert list(recorded.notes.own) == [3]
     assert recorded.selected == []
     assert alone.extraction_parameters.granularity == 0.9
 
@@ -331,15 +336,15 @@ def test_parameters_of_a_recorded_run(small_frame: RGBDFrame, small_labels: np.n
     beside.add_session(session)
     beside.add_session(second, run)
     assert beside.parameters == preset()
-    assert second.notes.parameters == {2: QUICK, 3: QUICK}
+    assert second.notes.own == {2: QUICK_OWN, 3: QUICK_OWN}
     assert second.selected == [2, 3], "the blocks that were run"
     assert beside.extraction_parameters == BlockParameters()
 
 
 def test_what_a_run_is_made_of(session: Session, results: list[BlockResult]) -> None:
-    session.notes.parameters |= {2: preset(), 9: preset()}
-    run = session.run(QUICK, [1])
-    assert (run.parameters, dict(run.own), run.only) == (QUICK, {2: preset()}, {1})
+    session.notes.own |= {2: {"smoothness": 2.0}, 9: {"smoothness": 3.0}}
+    run = session.run(preset(), [1])
+    assert (run.parameters, dict(run.own), run.only) == (preset(), {2: preset(smoothness=2.0)}, [1])
     assert (run.extraction, run.edited, run.dense) == (BlockParameters(), False, False)
     np.testing.assert_array_equal(run.blocks, session.labels)
     session.set_labels(painted(session, 2))
@@ -463,7 +468,7 @@ def test_a_chosen_block_that_is_gone_is_chosen_no_more(workspace: Workspace, ses
 
 def test_a_new_extraction_flows_around_what_stays(workspace: Workspace, session: Session, told: list[str]) -> None:
     session.change_info(1, name="Floor", locked=True)
-    session.notes.parameters[1] = session.notes.parameters[2] = QUICK
+    session.notes.own |= {1: QUICK_OWN, 2: QUICK_OWN}
     used = BlockParameters(granularity=0.2)
     fresh = np.full(session.frame.shape, 7, np.int32)
     fresh[:24] = 5
@@ -477,10 +482,10 @@ def test_a_new_extraction_flows_around_what_stays(workspace: Workspace, session:
     assert session.notes.kept == {1}
     assert session.handmade() == set(), "a block that only was locked is not made by hand"
     assert session.info(1).name == "Floor"
-    assert session.notes.parameters == {1: QUICK}
+    assert session.notes.own == {1: QUICK_OWN}
     session.undo_stack.undo()
     np.testing.assert_array_equal(session.labels, before)
-    assert session.notes.parameters == {1: QUICK, 2: QUICK}
+    assert session.notes.own == {1: QUICK_OWN, 2: QUICK_OWN}
     assert session.notes.extraction == BlockParameters()
 
 
@@ -509,12 +514,12 @@ def test_blocks_made_by_hand_stay_unless_they_shall_not(
 
 def test_the_same_blocks_again_are_no_step_but_their_notes_are(workspace: Workspace, session: Session) -> None:
     session.change_info(1, name="Floor")
-    session.notes.parameters[2] = QUICK
+    session.notes.own[2] = QUICK_OWN
     used = BlockParameters(granularity=0.1)
     workspace.set_extracted(session, extraction(session, session.labels), used)
     assert session.undo_stack.count() == 0
     assert session.notes.extraction == used
-    assert (session.info(1).name, session.notes.parameters) == ("Floor", {2: QUICK})
+    assert (session.info(1).name, session.notes.own) == ("Floor", {2: QUICK_OWN})
 
 
 def test_loaded_blocks_leave_locked_ones_alone(workspace: Workspace, session: Session) -> None:
@@ -531,20 +536,160 @@ def test_loaded_blocks_leave_locked_ones_alone(workspace: Workspace, session: Se
 # parameters
 
 
-def test_parameters_of_all_blocks_and_of_one(workspace: Workspace, session: Session, told: list[str]) -> None:
+def test_parameters_of_all_blocks_and_of_some(workspace: Workspace, session: Session, told: list[str]) -> None:
     workspace.set_parameters(QUICK, 2)
-    assert session.notes.parameters == {2: QUICK}
+    assert session.notes.own == {2: QUICK_OWN}
     assert workspace.parameters == preset()
     workspace.set_parameters(preset(), 2)
-    assert session.notes.parameters == {}
+    assert session.notes.own == {}
     workspace.set_parameters(preset(), 1)
+    assert told == ["parameters_changed"] * 2, "the last changed nothing"
     workspace.set_parameters(QUICK)
     assert workspace.parameters == QUICK
-    assert told == ["parameters_changed"] * 4
     told.clear()
     workspace.set_extraction_parameters(BlockParameters(dilation=4))
     assert workspace.extraction_parameters.dilation == 4
     assert told == ["extraction_changed"]
+
+
+def test_own_values_stand_one_by_one_over_the_common_ones(workspace: Workspace, session: Session) -> None:
+    workspace.set_own({"smoothness": 2.0}, [1, 2])
+    workspace.set_own({"noise": 0.01}, [2])
+    assert session.notes.own == {1: {"smoothness": 2.0}, 2: {"smoothness": 2.0, "noise": 0.01}}
+    workspace.set_parameters(preset(slope_weight=0.5))
+    assert session.parameters_of(2, workspace.parameters) == preset(slope_weight=0.5, smoothness=2.0, noise=0.01)
+    workspace.set_own({"smoothness": 1.0}, [1])
+    assert list(session.notes.own) == [2], "what is equal to the common value is none of its own"
+    workspace.copy_own(2, [1])
+    assert session.notes.own[1] == session.notes.own[2]
+    workspace.reset_own([1, 2])
+    assert session.notes.own == {}
+    while session.undo_stack.canUndo():
+        session.undo_stack.undo()
+    assert (session.notes.own, workspace.parameters) == ({}, preset())
+    while session.undo_stack.canRedo():
+        session.undo_stack.redo()
+    assert (session.notes.own, workspace.parameters) == ({}, preset(slope_weight=0.5))
+
+
+def test_a_drag_of_a_value_is_one_step(workspace: Workspace, session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    now = 100.0
+    monkeypatch.setattr("gui.state.commands.time.monotonic", lambda: now)
+    for value in (2.0, 3.0, 4.0):
+        workspace.set_parameters(preset(smoothness=value))
+        now += DRAG_S / 2
+    assert (session.undo_stack.count(), session.unsaved) == (1, True)
+    now += DRAG_S
+    workspace.set_parameters(preset(smoothness=5.0))
+    workspace.set_parameters(preset(smoothness=5.0, noise=0.1))
+    texts = [session.undo_stack.text(i) for i in range(session.undo_stack.count())]
+    assert texts == ["Set Smoothness", "Set Smoothness", "Set Noise"]
+    session.undo_stack.setClean()
+    workspace.set_parameters(preset(smoothness=5.0, noise=0.2))
+    assert session.unsaved, "what is saved is not changed behind the user's back"
+    for wanted in ((5.0, 0.1), (5.0, 0.0), (4.0, 0.0), (1.0, 0.0)):
+        session.undo_stack.undo()
+        assert (workspace.parameters.smoothness, workspace.parameters.noise) == wanted
+
+
+def test_results_of_the_parameters_that_undo_brings_back_come_back(workspace: Workspace, session: Session) -> None:
+    first = list(complete(session.frame, session.labels, QUICK).results.values())
+    workspace.set_parameters(QUICK)
+    workspace.store_results(session, first)
+    other = QUICK.replace(max_iterations=3)
+    workspace.set_parameters(other, 1)
+    assert session.changed_blocks() == [1]
+    assert session.valid_results()[1] is first[0], "shown until there is another"
+    second = complete(session.frame, session.labels, other).results[1]
+    workspace.store_results(session, [second])
+    assert session.changed_blocks() == []
+    session.undo_stack.undo()
+    assert (session.valid_results()[1], session.changed_blocks()) == (first[0], [])
+    session.undo_stack.redo()
+    assert session.valid_results()[1] is second
+
+
+def test_clearing_results_can_be_undone(workspace: Workspace, session: Session, results: list[BlockResult]) -> None:
+    workspace.clear_results()
+    assert session.undo_stack.count() == 0, "there are none"
+    workspace.store_results(session, results)
+    depth = session.present_depth().copy()
+    workspace.clear_results()
+    assert (session.completion(), session.present_depth(), session.unsaved) == (None, None, True)
+    session.undo_stack.undo()
+    np.testing.assert_array_equal(session.present_depth(), depth)
+    assert list(session.completion().results.values()) == results
+
+
+def test_the_depth_of_an_edited_block_stays_to_be_seen_as_stale(
+    workspace: Workspace, session: Session, results: list[BlockResult]
+) -> None:
+    workspace.store_results(session, results)
+    before = session.present_depth().copy()
+    assert not session.stale.any()
+    edit(workspace, 3)
+    after = session.present_depth()
+    assert not session.valid_results().keys() & {1, 3}
+    np.testing.assert_array_equal(after, before)
+    changed = np.isin(session.labels, (1, 3)) & np.isfinite(before)
+    np.testing.assert_array_equal(session.stale, changed)
+    assert session.update_depth() is None, "nothing has changed since"
+    again = complete(session.frame, session.labels, QUICK).results
+    workspace.store_results(session, [again[3]])
+    session.update_depth()
+    assert not session.stale[session.labels == 3].any()
+    session.undo_stack.undo()
+    np.testing.assert_array_equal(session.present_depth(), before)
+    assert not session.stale.any()
+    session.undo_stack.redo()
+    assert list(session.valid_results()) == [2, 3], "what has been solved since is not lost either"
+
+
+def test_the_present_depth_is_that_of_the_completion_whatever_happens(
+    workspace: Workspace, session: Session, results: list[BlockResult]
+) -> None:
+    """What is kept up to date box by box is what would be made anew."""
+    random = np.random.default_rng(0)
+    workspace.store_results(session, results)
+    for _ in range(30):
+        rows, columns = (sorted(random.choice(40, 2, replace=False)) for _ in range(2))
+        edit(
+            workspace, int(random.integers(0, 4)), rows=np.s_[rows[0] : rows[1]], columns=np.s_[columns[0] : columns[1]]
+        )
+        if random.random() < 0.5:
+            wanted = session.changed_blocks()[:2]
+            done = complete(session.frame, np.where(np.isin(session.labels, wanted), session.labels, 0), QUICK)
+            workspace.store_results(session, list(done.results.values()))
+        for _ in range(random.integers(0, 3)):
+            session.undo_stack.undo()
+        fresh = compose(session.frame, session.valid_results())
+        np.testing.assert_array_equal((session.completion() or fresh).depth, fresh.depth)
+        shown = np.where(session.stale, fresh.depth, session.present_depth())
+        np.testing.assert_array_equal(shown, fresh.depth)
+        assert not np.isin(session.labels, [0, *session.valid_results()])[session.stale].any()
+        session._tally, counts = None, session.counts()
+        assert session.counts() == counts
+
+
+def test_depth_that_is_distrusted_is_missing_and_undo_brings_it_back(
+    workspace: Workspace, session: Session, results: list[BlockResult], told: list[str]
+) -> None:
+    workspace.store_results(session, results)
+    mask = np.zeros(session.frame.shape, bool)
+    mask[30:40, 5:20] = True
+    told.clear()
+    assert workspace.set_distrusted(mask, "Distrust depth")
+    assert not workspace.set_distrusted(mask.copy(), "Distrust depth")
+    assert told == ["distrusted_changed", "results_changed"]
+    assert np.isnan(session.frame.depth[mask]).all()
+    assert session.counts()[1].known == (session.frame.known & (session.labels == 1)).sum()
+    assert session.valid_results() == {}
+    session.undo_stack.undo()
+    assert session.frame.distrusted is None
+    assert list(session.valid_results()) == [1, 2]
+    with pytest.raises(InputError, match="nothing is left"):
+        workspace.set_distrusted(np.ones_like(mask), "Distrust depth")
+    assert session.frame.distrusted is None
 
 
 def test_results_go_with_the_extraction_whose_edges_the_filter_saw(workspace: Workspace, session: Session) -> None:
