@@ -93,7 +93,9 @@ class MainWindow(QMainWindow):
         )
         self.extraction_panel = ExtractionPanel(actions["extract"])
         self.tool_bar = ToolBar(actions, self)
-        self.view_bar = ViewBar(self.views, [actions["layout_correct"], actions["fit"]])
+        self.view_bar = ViewBar(
+            self.views, entries(actions, "contours_only block_names show_missing | layout_correct fit")
+        )
         self.experiments = ExperimentsMenu(self)
 
     def _make_presenters(self) -> None:
@@ -155,7 +157,7 @@ class MainWindow(QMainWindow):
         looked_at = views.layoutChanged, self.centre.currentChanged
         running, loading = runs.state_changed, self.loader.busy_changed
         add("title", self._show_title, (turned,))
-        add("picture", self.view_presenter.show_frame, (turned,))
+        add("picture", self.view_presenter.show_frame, (turned, workspace.distrusted_changed))
         add("frames", self.frame_presenter.show, (turned, workspace.sessions_changed, blocks, results), (coming,))
         add("blocks", self.view_presenter.show_blocks, (turned, blocks, workspace.stroke_changed, infos, selected))
         add("depth", self.view_presenter.show_depth, (turned, blocks, results), (coming, depth))
@@ -211,6 +213,7 @@ class MainWindow(QMainWindow):
             "brush_larger": lambda: editor.change_brush(1),
             "fit": self.views.fit,
             "one_to_one": self.views.one_to_one,
+            "shuffle_colours": self.block_presenter.shuffle_colours,
             "layout_correct": partial(self.views.toggle_layout, CORRECT),
             "next_frame": lambda: self.frame_presenter.turn(1),
             "previous_frame": lambda: self.frame_presenter.turn(-1),
@@ -220,6 +223,9 @@ class MainWindow(QMainWindow):
         for name, handler in handlers.items():
             self.actions_[name].triggered.connect(lambda _=False, handler=handler: handler())
         self.actions_["full_screen"].toggled.connect(self._show_full_screen)
+        self.actions_["contours_only"].toggled.connect(self.views.set_contours_only)
+        self.actions_["block_names"].toggled.connect(self.view_presenter.show_names)
+        self.actions_["show_missing"].toggled.connect(self.views.set_missing_shown)
         stage_cell = self.views.extraction
         self.actions_[f"stage_{stage_cell.stage}"].setChecked(True)
         stage_cell.stageChanged.connect(lambda name: self.actions_[f"stage_{name}"].setChecked(True))

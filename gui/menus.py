@@ -55,7 +55,7 @@ def fill_menu_bar(
     view.addAction(actions["fold_panels"])
     view.addActions(list(toggles))
     view.addSeparator()
-    _fill(view, entries(actions, "layout_correct"))
+    _fill(view, entries(actions, "contours_only block_names show_missing shuffle_colours | layout_correct"))
     view.addMenu(_layout_menu(views, view))
     stages = view.addMenu("&Stage of the extraction")
     _fill(stages, entries(actions, " ".join(f"stage_{name}" for name in STAGES)))

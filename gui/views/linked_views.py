@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +14,15 @@ from gui import theme
 from gui.views.stage_cell import StageCell
 from ilf.drawing.levels import robust_depth_levels
 
+from .block_names import InnerPoint, inner_points
 from .colour_maps import depth_table
 from .empty_hint import EmptyHint
 from .layouts import CELLS, CORRECT, CORRECT_VIEWS, GRIDS, LAYOUTS, correct_places, grid_places
 from .navigation import Navigation
-from .overlay import BlockOverlay, block_outline
+from .overlay import BlockOverlay
 from .pointer import PointerHandler
 from .result_cells import DepthCell, DifferenceCell, ErrorCell, missing_brush
+from .screen_layers import ScreenLayers
 from .view_cell import ViewCell
 from .view_transform import ViewTransform
 
@@ -54,12 +56,15 @@ class LinkedViews(QWidget):
         super().__init__(parent)
         self._transform = ViewTransform()
         self._navigation = Navigation(self._transform, self)
+        self._measured: NDArray[np.float32] | None = None
         self._depth_in: NDArray[np.float32] | None = None
         self._depth_out: NDArray[np.float32] | None = None
         self._guessed: NDArray[np.bool_] | None = None
         self._depth_map = "turbo"
         self._levels = (0.0, 1.0)
-        self._selected: tuple[int, ...] = ()
+        self._stale: NDArray[np.bool_] | None = None
+        self._names: Mapping[int, str] | None = None
+        self._shows_missing = self._distrusts = False
         self._layout_name = self._layout_before = "grid"
         self._large = CORRECT_VIEWS[0]
 
@@ -72,8 +77,9 @@ class LinkedViews(QWidget):
         cells = (colour, *self._depths, self._difference, self._error, self.extraction)
         self.cells: dict[str, ViewCell] = dict(zip((*CELLS, "extraction"), cells, strict=True))
         self._views = [cell.view for cell in self.cells.values()]
-        self._overlay = BlockOverlay()
-        self.cells["colour"].view.place(self._overlay.item, 1)
+        self._overlay = BlockOverlay(1)
+        self.cells["colour"].view.place(self._overlay.item)
+        self._layers = ScreenLayers(self.cells["colour"].view)
 
         self._hint = EmptyHint()
         self._sheet = _Sheet()
@@ -101,25 +107,25 @@ class LinkedViews(QWidget):
 
     # the frame and its result
 
-    def set_frame(self, rgb: NDArray[np.uint8], depth_in: NDArray[np.float32]) -> None:
-        """Show a new frame, fitted, with depth levels of its own; blocks, result and preview go.
+    def set_frame(self, rgb: NDArray[np.uint8], measured: NDArray[np.float32]) -> None:
+        """Show a new frame, fitted, with depth levels of its own; blocks, result, distrust and preview go.
 
         Parameters
         ----------
         rgb : ndarray
             Colour, uint8 (H, W, 3).
-        depth_in : ndarray
-            Depth [m], float32 (H, W), NaN = missing.
+        measured : ndarray
+            Depth [m], float32 (H, W), NaN = missing; what of it is distrusted, `set_distrusted` says.
 
         Raises
         ------
         ValueError
             If the shapes differ.
         """
-        if rgb.shape != (*depth_in.shape, 3):
-            raise ValueError(f"colour {rgb.shape} and depth {depth_in.shape} do not show the same pixels")
-        height, width = depth_in.shape
-        self._depth_in = depth_in
+        if rgb.shape != (*measured.shape, 3):
+            raise ValueError(f"colour {rgb.shape} and depth {measured.shape} do not show the same pixels")
+        height, width = measured.shape
+        self._measured = self._depth_in = measured
         self._transform.set_frame(width, height)
         self._navigation.set_frame((width, height))
         for view in self._views:
@@ -132,23 +138,33 @@ class LinkedViews(QWidget):
 
     def clear(self) -> None:
         """Show no frame, only the hint how to open one."""
-        self._depth_in = None
+        self._measured = self._depth_in = None
         self._navigation.set_frame(None)
         self._forget()
         self._pages.setCurrentWidget(self._hint)
 
     def _forget(self) -> None:
         self._overlay.clear()
+        self._layers.set_blocks(None)
         self.set_selected(())
+        self.set_distrusted(None)
+        self._write_names()
         self.set_preview(None)
         self.set_result(None)
         self.set_expected_error(None)
         self.extraction.show_message("")
 
-    def set_result(self, depth_out: NDArray[np.float32] | None, guessed: NDArray[np.bool_] | None = None) -> None:
+    def set_result(
+        self,
+        depth_out: NDArray[np.float32] | None,
+        guessed: NDArray[np.bool_] | None = None,
+        stale: NDArray[np.bool_] | None = None,
+    ) -> None:
         """Show completed depth [m], float32 (H, W), NaN where not recovered, and its difference; None for none.
 
-        With `guessed`, bool (H, W), part of it is a guess, which is marked.
+        With `guessed`, bool (H, W), part of it is a guess, and with `stale`, bool (H, W), part of it is of an older
+        state of its block: both are marked. What has not changed since the last call is not drawn again; the arrays may
+        be the same ones, changed in place.
 
         Raises
         ------
@@ -157,9 +173,41 @@ class LinkedViews(QWidget):
         """
         if depth_out is not None and (self._depth_in is None or depth_out.shape != self._depth_in.shape):
             raise ValueError(f"a result of shape {depth_out.shape} does not belong to the frame shown")
-        self._depth_out, self._guessed = depth_out, guessed
+        self._depth_out, self._guessed, self._stale = depth_out, guessed, stale
         self._draw_depths()
         self._difference.show_difference(self._depth_in, depth_out)
+
+    def set_distrusted(self, mask: NDArray[np.bool_] | None) -> None:
+        """Mark measured depth that is known to be wrong, bool (H, W), and take it for missing; None for none.
+
+        Raises
+        ------
+        ValueError
+            If there is no frame or the shape is not its shape.
+        """
+        if mask is not None and (self._measured is None or mask.shape != self._measured.shape):
+            raise ValueError(f"a mask of shape {mask.shape} does not belong to the frame shown")
+        # where nothing was measured there is nothing to distrust
+        wrong = None if mask is None or self._measured is None else mask & np.isfinite(self._measured)
+        if wrong is None or self._measured is None:
+            self._depth_in = self._measured
+        else:
+            self._depth_in = np.where(wrong, np.float32(np.nan), self._measured)
+        self._layers.set_distrusted(wrong)
+        self._difference.show_difference(self._depth_in, self._depth_out)
+        self._show_marks(wrong is not None)
+
+    def set_missing_shown(self, on: bool) -> None:
+        """Whether missing depth is striped over the colour image."""
+        self._shows_missing = on
+        self._show_marks(self._distrusts)
+
+    def _show_marks(self, distrusts: bool) -> None:
+        self._distrusts = distrusts
+        shown = self._shows_missing and self._measured is not None
+        self._layers.set_missing(~np.isfinite(self._measured) if shown and self._measured is not None else None)
+        for name, cell in self.cells.items():
+            cell.set_marks(missing=shown and name == "colour", distrusted=distrusts)
 
     def set_expected_error(self, error: NDArray[np.float32] | None) -> None:
         """Show the expected error [m] of filled pixels, float32 (H, W), NaN elsewhere; None for none.
@@ -172,6 +220,10 @@ class LinkedViews(QWidget):
         if error is not None and (self._depth_in is None or error.shape != self._depth_in.shape):
             raise ValueError(f"an expected error of shape {error.shape} does not belong to the frame shown")
         self._error.show_error(self._depth_in, error)
+
+    def mark_error_outdated(self, outdated: bool) -> None:
+        """Say whether the expected error shown is of a result before the present one."""
+        self._error.strip.set_text("of the result before" if outdated else "")
 
     @property
     def shows_expected_error(self) -> bool:
@@ -203,21 +255,36 @@ class LinkedViews(QWidget):
         if self._depth_in is None or labels.shape != self._depth_in.shape:
             raise ValueError(f"a label map of shape {labels.shape} does not belong to the frame shown")
         self._overlay.set_blocks(labels, colour_table)
-        self._draw_outline()
+        self._layers.set_blocks(self._overlay.labels, self._overlay.colours)
+        self._write_names()
+
+    def add_colours(self, colour_table: NDArray[np.uint8]) -> None:
+        """Take a table that begins as the present one and has colours for further labels."""
+        self._overlay.add_colours(colour_table)
+        self._layers.add_colours(self._overlay.colours)
 
     def update_blocks_region(self, rows: slice, columns: slice, labels: NDArray[np.int32]) -> None:
         """Replace the labels of a box by an int32 array of the box's shape; its labels must have colours."""
-        self._overlay.update_region(rows, columns, labels)
-        self._draw_outline()
+        self._overlay.update_region((rows, columns), labels)
+        self._layers.update_region((rows, columns))
 
     def set_overlay_opacity(self, opacity: float) -> None:
         """Opacity of the blocks' fills, 0-1."""
         self._overlay.set_opacity(opacity)
 
+    def set_contours_only(self, on: bool) -> None:
+        """Whether blocks have lines in their colours and no fill."""
+        self._overlay.set_filled(not on)
+        self._layers.set_in_colours(on)
+
+    def set_block_names(self, names: Mapping[int, str] | None) -> None:
+        """Write names by label at places inside the blocks as they are now; None for none."""
+        self._names = names
+        self._write_names()
+
     def set_selected(self, labels: Iterable[int]) -> None:
-        """Outline these blocks in all views."""
-        self._selected = tuple(labels)
-        self._draw_outline()
+        """Draw a wider line around these blocks in all views."""
+        self._layers.set_selected(labels)
 
     def set_preview(self, path: QPainterPath | None) -> None:
         """Draw what a tool is about to do, in image coordinates, in all views; None removes it."""
@@ -337,6 +404,7 @@ class LinkedViews(QWidget):
     def _show_transform(self) -> None:
         for view in self._views:
             view.show_transform(self._transform)
+        self._layers.show([self.cells[name].view for name in self._shown_names()])
 
     def _move_cursor(self, pixel: tuple[int, int] | None) -> None:
         for cell in self.cells.values():
@@ -351,17 +419,14 @@ class LinkedViews(QWidget):
 
     def _draw_depths(self) -> None:
         depth_in, depth_out = self._depths
-        depth_in.show_depth(self._depth_in, self._levels, self._depth_table)
-        depth_out.show_depth(self._depth_out, self._levels, self._depth_table, self._guessed)
+        depth_in.show_depth(self._measured, self._levels, self._depth_table)
+        depth_out.show_depth(self._depth_out, self._levels, self._depth_table, self._guessed, self._stale)
 
-    def _draw_outline(self) -> None:
-        labels = self._overlay.labels
-        path = QPainterPath()
-        if labels is not None:
-            for label in self._selected:
-                path.addPath(block_outline(labels, label))
+    def _write_names(self) -> None:
+        labels, names = self._overlay.labels, self._names or {}
+        points: dict[int, InnerPoint] = inner_points(labels) if labels is not None and names else {}
         for view in self._views:
-            view.outline.set_path(path)
+            view.write_names(names, points)
 
     def _take_theme(self) -> None:
         colours = theme.colours(self.palette())

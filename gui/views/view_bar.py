@@ -12,6 +12,7 @@ from gui.views.layouts import LAYOUT_TEXTS, LAYOUTS
 from gui.views.linked_views import LinkedViews
 
 _OPACITY = 45
+_SPACE = 6
 
 
 class ViewBar(QWidget):
@@ -20,11 +21,11 @@ class ViewBar(QWidget):
     Parameters
     ----------
     views : LinkedViews
-    actions : iterable of QAction
-        A button for each, at the right.
+    actions : iterable of QAction or None
+        A button for each, None for some space.
     """
 
-    def __init__(self, views: LinkedViews, actions: Iterable[QAction]) -> None:
+    def __init__(self, views: LinkedViews, actions: Iterable[QAction | None]) -> None:
         super().__init__()
         self.opacity = QSlider(Qt.Orientation.Horizontal)
         self.opacity.setRange(0, 100)
@@ -44,6 +45,9 @@ class ViewBar(QWidget):
         for widget in (QLabel("Blocks"), self.opacity, self.layouts):
             layout.addWidget(widget)
         for action in actions:
+            if action is None:
+                layout.addSpacing(_SPACE)
+                continue
             button = QToolButton()
             button.setAutoRaise(True)
             button.setDefaultAction(action)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from PySide6.QtCore import QEvent, QPointF, QRect, Qt, Signal
-from PySide6.QtGui import QBrush, QMouseEvent, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtGui import QBrush, QColor, QMouseEvent, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from gui.theme import Colours
@@ -18,6 +18,8 @@ EventHandler = Callable[[ImageView, QEvent], bool]
 _PAD = 6
 _SWATCH = 10
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+_MISSING = QColor(230, 230, 230), Qt.BrushStyle.FDiagPattern
+_DISTRUSTED = QColor(255, 144, 32), Qt.BrushStyle.BDiagPattern
 _BAR_MARGIN = 6
 _BAR_SHARE = 0.62
 """Most of the picture's height that the colour bar takes."""
@@ -109,12 +111,28 @@ class ViewCell(QWidget):
         layout.addWidget(self.strip)
         layout.addWidget(self.view, 1)
         self.bar.raise_()
+        self.missing = QBrush()
+        """What shows through where depth is missing."""
+        self._legend: list[tuple[QBrush, str]] = []
+        self._overlaid: list[tuple[QBrush, str]] = []
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
         """Take the colours of the theme."""
         self.strip.set_colours(colours)
         self.view.set_colours(colours, hatch)
         self.bar.set_colours(colours)
+        self.missing = hatch
+
+    def set_legend(self, legend: list[tuple[QBrush, str]]) -> None:
+        """What the picture's own colours stand for."""
+        self._legend = legend
+        self.strip.set_legend([*self._overlaid, *legend])
+
+    def set_marks(self, missing: bool, distrusted: bool) -> None:
+        """Which stripes lie over the picture, for the legend."""
+        marks = (missing, _MISSING, "missing"), (distrusted, _DISTRUSTED, "distrusted")
+        self._overlaid = [(QBrush(colour, pattern), text) for on, (colour, pattern), text in marks if on]
+        self.set_legend(self._legend)
 
     def show_cursor(self, pixel: tuple[int, int] | None) -> None:
         """Put the crosshair on a pixel (x, y); None hides it."""
