@@ -171,7 +171,7 @@ class MainWindow(QMainWindow):
         )
         add("filter", self.filter_presenter.show, (turned, infos, selected, values, self.filter_panel.scope_changed))
         shown_records = turned, blocks, infos, selected, values, results, workspace.records_added
-        add("curves", self.curve_presenter.show, shown_records, (coming,))
+        add("curves", self.curve_presenter.show, (*shown_records, self.curves.shown), (coming,))
         add("stages", self.stages.show, (turned, workspace.extraction_changed, self.stages.changed, *looked_at))
         add("extraction", self.stages.describe, (blocks, infos, self.stages.described))
         # not a part: what is done next may come before the next turn, and must be allowed or not by then

@@ -158,7 +158,7 @@ class BlockModel(QAbstractTableModel):
                 self.rows.insert(number, row)
                 self.endInsertRows()
             # NaN in sigma_i is not equal to itself, its text is
-            elif repr(self.rows[number]) != repr(row):
+            elif self.rows[number] != row and repr(self.rows[number]) != repr(row):
                 self._change(number, row)
 
     def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from ilf.blocks import Box
 
-from .changes import grown, whole
-from .sampling import Argb, Sampling
+from .changes import grown
+from .sampling import Argb
 
 _LINE = 0xC0C0C0C0
 _HALO = 0x58000000
@@ -46,36 +46,52 @@ class BlockLines:
         self._shown = np.where(visible, np.arange(len(colours), dtype=np.int32), 0)
         red, green, blue = (colours[:, channel].astype(np.uint32) for channel in range(3))
         self._lines = (np.uint32(0xFF000000) | (red << 16) | (green << 8) | blue).astype(np.uint32)
-        self.set_selected(self._selected)
+        self._mark_chosen()
 
-    def set_selected(self, labels: Iterable[int]) -> None:
-        """These blocks are the chosen ones."""
-        self._selected = tuple(labels)
+    def set_selected(self, labels: Iterable[int]) -> list[int]:
+        """These blocks are the chosen ones; returned are those that are chosen, or are not, other than before."""
+        before, self._selected = self._selected, tuple(labels)
+        self._mark_chosen()
+        return sorted(set(before) ^ set(self._selected))
+
+    def mask_of(self, here: NDArray[np.int32], labels: Iterable[int]) -> NDArray[np.bool_]:
+        """Where an array of labels has any of some labels that have colours."""
+        wanted = np.zeros(len(self._colours), bool)
+        wanted[[label for label in labels if label < len(wanted)]] = True
+        return wanted[here]
+
+    def _mark_chosen(self) -> None:
         self._chosen = np.zeros(len(self._colours), np.uint8)
         self._chosen[[label for label in self._selected if 0 < label < len(self._chosen)]] = 1
 
-    def draw(self, labels: NDArray[np.int32], sampling: Sampling, ratio: int = 1) -> Argb:
-        """All lines of a label map, int32 (H, W), on the device pixels that show it.
+    def draw(self, here: NDArray[np.int32], drawn: Argb, box: Box, ratio: int = 1) -> Box:
+        """Draw what labels inside a box have to do with.
 
-        `ratio` is how many device pixels make one of the screen's.
+        Parameters
+        ----------
+        here : ndarray of int32, shape (h, w)
+            Labels at the device pixels that show the frame.
+        drawn : ndarray of uint32, shape (h, w)
+            What is drawn there; changed in place.
+        box : (slice, slice)
+            Rows and columns of those where labels, or what is shown of them, have changed.
+        ratio : int
+            How many device pixels make one of the screen's.
+
+        Returns
+        -------
+        (slice, slice)
+            Where it has been drawn anew, which is a little more.
         """
-        return self._draw(labels, sampling, whole(sampling.shape), ratio)
-
-    def redraw(self, labels: NDArray[np.int32], sampling: Sampling, box: Box, drawn: Argb, ratio: int = 1) -> Box:
-        """The same in place, after the labels have changed inside a box (rows, columns); what was drawn anew."""
-        inner = grown(sampling.box_of(box), sampling.shape, _REACH * ratio)
-        outer = grown(inner, sampling.shape, _REACH * ratio)
-        if all(span.start < span.stop for span in inner):
-            part = self._draw(labels, sampling, outer, ratio)
-            rows, columns = (
-                slice(own.start - around.start, own.stop - around.start)
-                for own, around in zip(inner, outer, strict=True)
-            )
-            drawn[inner] = part[rows, columns]
+        inner = grown(box, here.shape, _REACH * ratio)
+        outer = grown(inner, here.shape, _REACH * ratio)
+        rows, columns = (
+            slice(own.start - around.start, own.stop - around.start) for own, around in zip(inner, outer, strict=True)
+        )
+        drawn[inner] = self._draw(here[outer], here.shape, outer, ratio)[rows, columns]
         return inner
 
-    def _draw(self, labels: NDArray[np.int32], sampling: Sampling, box: Box, ratio: int) -> Argb:
-        here = sampling.sample(labels, box)
+    def _draw(self, here: NDArray[np.int32], shape: tuple[int, ...], box: Box, ratio: int) -> Argb:
         shown = self._shown[here]
         across, down = shown[:, 1:] != shown[:, :-1], shown[1:] != shown[:-1]
         line = np.zeros(shown.shape, np.uint8)
@@ -92,12 +108,14 @@ class BlockLines:
         on_line = line > 0
         drawn[on_line] = self._lines[shown[on_line]] if self.in_colours else np.uint32(_LINE)
         if self._chosen.any():
-            self._draw_chosen(self._chosen[here], sampling, box, drawn, ratio)
+            self._draw_chosen(self._chosen[here], shape, box, drawn, ratio)
         return drawn
 
-    def _draw_chosen(self, chosen: NDArray[np.uint8], sampling: Sampling, box: Box, drawn: Argb, ratio: int) -> None:
+    def _draw_chosen(
+        self, chosen: NDArray[np.uint8], shape: tuple[int, ...], box: Box, drawn: Argb, ratio: int
+    ) -> None:
         """The frame's rim is a border, too; that of a box inside it is not."""
-        rims = [(int(span.start == 0), int(span.stop == size)) for span, size in zip(box, sampling.shape, strict=True)]
+        rims = [(int(span.start == 0), int(span.stop == size)) for span, size in zip(box, shape, strict=True)]
         padded = np.pad(chosen, rims)
         inside = cv2.erode(padded, _CROSS, iterations=2 * ratio)
         inner = cv2.erode(inside, _SQUARE, iterations=ratio)

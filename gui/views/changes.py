@@ -16,12 +16,16 @@ def changed_box(before: NDArray[Any], after: NDArray[Any]) -> Box | None:
     Both have the same shape and type: bool, or a number of 4 bytes.
     """
     plain = np.bool_ if before.dtype == np.bool_ else np.int32
-    differs = before.view(plain) != after.view(plain)
-    rows = np.flatnonzero(differs.any(axis=1))
+    return box_of(before.view(plain) != after.view(plain))
+
+
+def box_of(mask: NDArray[np.bool_]) -> Box | None:
+    """Smallest box (rows, columns) that holds all True values of a mask (H, W); None for none."""
+    rows = np.flatnonzero(mask.any(axis=1))
     if not rows.size:
         return None
     top, bottom = int(rows[0]), int(rows[-1]) + 1
-    columns = np.flatnonzero(differs[top:bottom].any(axis=0))
+    columns = np.flatnonzero(mask[top:bottom].any(axis=0))
     return slice(top, bottom), slice(int(columns[0]), int(columns[-1]) + 1)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 
 import numpy as np
@@ -12,10 +11,8 @@ from PySide6.QtCore import QEvent, QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QResizeEvent, QTransform
 
 from gui.theme import Colours
-from ilf.blocks import Box
 
 from .block_names import InnerPoint, NamesItem
-from .changes import grown
 from .items import HaloPath, Hatch
 from .pixel_item import PixelItem
 from .sampling import Sampling
@@ -23,8 +20,6 @@ from .screen_item import ScreenItem
 from .view_transform import ViewTransform
 
 _CROSS_GAP = 9
-_LINE_REACH = 6
-"""Screen pixels that lines around blocks reach beyond a change of the blocks."""
 _SHARE_FOR_NAMES = 0.5
 _WHITE = QColor("white")
 
@@ -165,12 +160,6 @@ class ImageView(pg.GraphicsView):
     def pixel_ratio(self) -> int:
         """Whole device pixels that make one of the screen's."""
         return max(round(self.devicePixelRatioF()), 1)
-
-    def update_lines(self, box: Box) -> None:
-        """Paint the lines anew around a box of the image (rows, columns)."""
-        margin = math.ceil(_LINE_REACH / self.transform().m11())
-        rows, columns = grown(box, (round(self._frame.height()), round(self._frame.width())), margin)
-        self.lines.update(QRectF(columns.start, rows.start, columns.stop - columns.start, rows.stop - rows.start))
 
     def write_names(self, names: Mapping[int, str], points: Mapping[int, InnerPoint]) -> None:
         """Write names by label at inner points of their blocks."""

@@ -84,8 +84,10 @@ class ViewsPresenter(QObject):
 
     def _colour_table(self, session: Session, boxes: list[Box]) -> NDArray[np.uint8]:
         """The table as it was where nothing can have changed it, as in a stroke with a block that has a colour."""
-        top = max((int(session.labels[box].max()) for box in boxes), default=0)
-        known = 0 if self._table is None else len(self._table) - 1
+        if self._table is None:
+            top, known = int(session.labels.max()), 0
+        else:
+            top, known = max((int(session.labels[box].max()) for box in boxes), default=0), len(self._table) - 1
         if self._table is None or not self._colours_hold or top > known:
             self._colours_hold = True
             return colour_table(session, max(top, known))
@@ -126,8 +128,8 @@ class ViewsPresenter(QObject):
 
 
 def colour_table(session: Session, least: int) -> NDArray[np.uint8]:
-    """RGBA by label for the overlay, up to `least` or any chosen label or block; hidden blocks are transparent."""
-    top = max([*session.counts(), *session.selected, least])
+    """RGBA by label for the overlay, up to `least` or any chosen label; hidden blocks are transparent."""
+    top = max([*session.selected, least])
     table = np.zeros((top + 1, 4), np.uint8)
     for label in range(1, top + 1):
         info = session.info(label)

@@ -7,6 +7,8 @@ from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QImage, QPainter
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
+from ilf.blocks import Box
+
 from .images import image_over
 from .sampling import Argb, Sampling
 
@@ -21,18 +23,29 @@ class ScreenItem(QGraphicsItem):
         self.pixels: Argb = np.zeros((0, 0), np.uint32)
         self._drawn = QImage()
         self._place = QPointF()
+        self._sampling: Sampling | None = None
         self._rect = QRectF()
         self.setZValue(z)
 
     def show_pixels(self, pixels: Argb, sampling: Sampling, ratio: float) -> None:
         """Show an array, uint32, of the sampling's shape, which the caller may change in place."""
         self.prepareGeometryChange()
-        self.pixels = pixels
+        self.pixels, self._sampling = pixels, sampling
         self._drawn = image_over(pixels, _FORMAT)
         self._drawn.setDevicePixelRatio(ratio)
         self._place = QPointF(sampling.left, sampling.top) / ratio
         self._rect = QRectF(0, 0, *sampling.frame)
         self.update()
+
+    def note_change(self, box: Box) -> None:
+        """The pixels have changed inside a box of the array."""
+        where = self._sampling
+        if where is not None:
+            rows, columns = box
+            scale = where.scale
+            left, top = columns.start + where.left - where.x, rows.start + where.top - where.y
+            size = (columns.stop - columns.start) / scale, (rows.stop - rows.start) / scale
+            self.update(QRectF(left / scale, top / scale, *size))
 
     def clear(self) -> None:
         """Show nothing."""

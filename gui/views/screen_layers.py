@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +11,20 @@ from numpy.typing import NDArray
 from ilf.blocks import Box
 
 from .block_lines import BlockLines
-from .changes import whole
+from .changes import box_of, whole
 from .image_view import ImageView
 from .sampling import Argb, Sampling
 from .stripes import DISTRUSTED, MISSING, stripes
 
 Mask = NDArray[np.bool_]
+
+
+class _Lines(NamedTuple):
+    """Labels at the device pixels that show the frame, and the lines drawn there."""
+
+    labels: NDArray[np.int32]
+    pixels: Argb
+    ratio: int
 
 
 class ScreenLayers:
@@ -34,14 +43,14 @@ class ScreenLayers:
         self._labels: NDArray[np.int32] | None = None
         self._missing: Mask | None = None
         self._distrusted: Mask | None = None
-        self._lines: dict[Sampling, Argb] = {}
+        self._lines: dict[Sampling, _Lines] = {}
         self._stripes: dict[tuple[Sampling, bool], Argb | None] = {}
 
     def show(self, views: Sequence[ImageView]) -> None:
         """Draw for these views, as the frame lies in them now."""
         self._views = views
         wanted = {view.sampling for view in views}
-        self._lines = {sampling: drawn for sampling, drawn in self._lines.items() if sampling in wanted}
+        self._lines = {sampling: lines for sampling, lines in self._lines.items() if sampling in wanted}
         self._stripes = {key: drawn for key, drawn in self._stripes.items() if key[0] in wanted}
         for view in views:
             self._show_lines(view)
@@ -62,16 +71,26 @@ class ScreenLayers:
         """The label map has changed inside a box (rows, columns)."""
         if self._labels is None:
             return
-        for sampling, drawn in self._lines.items():
-            ratio = next(view.pixel_ratio for view in self._views if view.sampling == sampling)
-            self._blocks.redraw(self._labels, sampling, box, drawn, ratio)
-        for view in self._views:
-            view.update_lines(box)
+        for sampling, lines in self._lines.items():
+            part = sampling.box_of(box)
+            if all(span.start < span.stop for span in part):
+                lines.labels[part] = sampling.sample(self._labels, part)
+                self._redraw(sampling, part)
 
     def set_selected(self, labels: Iterable[int]) -> None:
         """These blocks are the chosen ones."""
-        self._blocks.set_selected(labels)
-        self._draw_lines()
+        others = self._blocks.set_selected(labels)
+        for sampling, lines in self._lines.items():
+            part = box_of(self._blocks.mask_of(lines.labels, others)) if others else None
+            if part is not None:
+                self._redraw(sampling, part)
+
+    def _redraw(self, sampling: Sampling, part: Box) -> None:
+        lines = self._lines[sampling]
+        drawn = self._blocks.draw(lines.labels, lines.pixels, part, lines.ratio)
+        for view in self._views:
+            if view.sampling == sampling:
+                view.lines.note_change(drawn)
 
     def set_in_colours(self, on: bool) -> None:
         """Whether lines have the colours of their blocks."""
@@ -99,9 +118,12 @@ class ScreenLayers:
             view.lines.clear()
             return
         if sampling not in self._lines:
-            self._lines[sampling] = self._blocks.draw(self._labels, sampling, view.pixel_ratio)
-        if view.lines.pixels is not self._lines[sampling]:
-            view.lines.show_pixels(self._lines[sampling], sampling, view.devicePixelRatioF())
+            part = whole(sampling.shape)
+            lines = _Lines(sampling.sample(self._labels, part), np.zeros(sampling.shape, np.uint32), view.pixel_ratio)
+            self._blocks.draw(lines.labels, lines.pixels, part, lines.ratio)
+            self._lines[sampling] = lines
+        if view.lines.pixels is not self._lines[sampling].pixels:
+            view.lines.show_pixels(self._lines[sampling].pixels, sampling, view.devicePixelRatioF())
 
     def _draw_stripes(self) -> None:
         self._stripes.clear()

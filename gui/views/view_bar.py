@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QSlider, QToolButton, QWidget
 
 from gui.views.layouts import LAYOUT_TEXTS, LAYOUTS
@@ -42,7 +42,8 @@ class ViewBar(QWidget):
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 4, 1)
         layout.setSpacing(4)
-        for widget in (QLabel("Blocks"), self.opacity, self.layouts):
+        self._spare = (QLabel("Blocks"), self.opacity)
+        for widget in (*self._spare, self.layouts):
             layout.addWidget(widget)
         for action in actions:
             if action is None:
@@ -52,3 +53,19 @@ class ViewBar(QWidget):
             button.setAutoRaise(True)
             button.setDefaultAction(action)
             layout.addWidget(button)
+        layout.setSizeConstraint(QHBoxLayout.SizeConstraint.SetNoConstraint)
+        self._full = layout.sizeHint()
+        spare = sum(widget.sizeHint().width() + layout.spacing() for widget in self._spare)
+        self._least = self._full - QSize(spare, 0)
+
+    def sizeHint(self) -> QSize:
+        return self._full
+
+    def minimumSizeHint(self) -> QSize:
+        return self._least
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        # in a narrow window the opacity is done without
+        for widget in self._spare:
+            widget.setVisible(event.size().width() >= self._full.width())
