@@ -155,11 +155,16 @@ class MainWindow(QMainWindow):
         infos, values = workspace.infos_changed, workspace.parameters_changed
         results, coming, depth = workspace.results_changed, workspace.results_added, workspace.previews_changed
         looked_at = views.layoutChanged, self.centre.currentChanged
+        named = self.view_presenter.names_switched
         running, loading = runs.state_changed, self.loader.busy_changed
         add("title", self._show_title, (turned,))
         add("picture", self.view_presenter.show_frame, (turned, workspace.distrusted_changed))
         add("frames", self.frame_presenter.show, (turned, workspace.sessions_changed, blocks, results), (coming,))
-        add("blocks", self.view_presenter.show_blocks, (turned, blocks, workspace.stroke_changed, infos, selected))
+        add(
+            "blocks",
+            self.view_presenter.show_blocks,
+            (turned, blocks, workspace.stroke_changed, infos, selected, named),
+        )
         add("depth", self.view_presenter.show_depth, (turned, blocks, results), (coming, depth))
         add("error", self.errors.show, (turned, blocks, results, workspace.error_changed, running, *looked_at))
         add("cloud", self.cloud_presenter.show, (turned, blocks, results, *looked_at), (coming,))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 
 from PySide6.QtCore import (
     QEvent,
@@ -285,7 +286,7 @@ class _BlockDelegate(QStyledItemDelegate):
     def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
         super().initStyleOption(option, index)
         accent, base = option.palette.highlight().color(), option.palette.base().color()
-        option.palette.setColor(QPalette.ColorRole.Highlight, _blend(accent, base, 0.28))
+        option.palette.setColor(QPalette.ColorRole.Highlight, _soft(accent.rgb(), base.rgb()))
         option.palette.setColor(QPalette.ColorRole.HighlightedText, option.palette.text().color())
         option.state &= ~QStyle.StateFlag.State_HasFocus
 
@@ -309,6 +310,12 @@ class _BlockDelegate(QStyledItemDelegate):
             painter.restore()
         else:
             decoration.paint(painter, box)
+
+
+@lru_cache(maxsize=8)
+def _soft(accent: int, base: int) -> QColor:
+    """What marks selected rows, of the palette's colours as numbers: asked for once for every cell."""
+    return _blend(QColor(accent), QColor(base), 0.28)
 
 
 def _blend(colour: QColor, other: QColor, share: float) -> QColor:

@@ -19,9 +19,12 @@ class ViewsPresenter(QObject):
     -------
     menu_wished(QPoint)
         The user wants the commands on the chosen blocks, at a place on the screen.
+    names_switched()
+        `show_blocks` would write names, or none.
     """
 
     menu_wished = Signal(QPoint)
+    names_switched = Signal()
 
     def __init__(self, workspace: Workspace, views: LinkedViews) -> None:
         super().__init__(views)
@@ -80,7 +83,7 @@ class ViewsPresenter(QObject):
         """Write the blocks' names over the pictures, or not."""
         self._shows_names = on
         self._names_hold = False
-        self.show_blocks()
+        self.names_switched.emit()
 
     def _colour_table(self, session: Session, boxes: list[Box]) -> NDArray[np.uint8]:
         """The table as it was where nothing can have changed it, as in a stroke with a block that has a colour."""
