@@ -30,7 +30,16 @@ COMMANDS = (
     Command(
         "open_run", "Open &run…", "ph.clock-counter-clockwise", "", "Open a run.json: its frame, blocks and parameters"
     ),
-    Command("load_blocks", "Load &blocks…", "ph.squares-four", "", "Replace the blocks by a label map (PNG)"),
+    Command(
+        "load_blocks",
+        "Load &blocks…",
+        "ph.squares-four",
+        "",
+        "Replace the blocks by those of a label map, labelme or COCO file, or of a folder of masks",
+    ),
+    Command(
+        "save_blocks", "Save b&locks…", "", "", "Write the blocks as label map (PNG), COCO or labelme file, with names"
+    ),
     Command("export", "&Export…", "ph.export", "Ctrl+E", "Write completed depth, blocks, curves, cloud and run.json"),
     Command("save_picture", "Save &picture of the window…", "ph.camera", "", "Save what the window shows as PNG"),
     Command("close_frame", "&Close frame", "ph.x", "Ctrl+W", "Close the present frame"),
@@ -42,7 +51,9 @@ COMMANDS = (
         "Ctrl+B",
         "Extract blocks again; locked ones stay, and those made by hand",
     ),
-    Command("new_block", "&New block", "ph.selection-plus", "Ctrl+N", "Start a new block with the brush"),
+    Command(
+        "new_block", "&New block", "ph.selection-plus", "Ctrl+N", "Start a new block, with the brush or the outline"
+    ),
     Command("delete_blocks", "&Delete blocks", "ph.trash", "Ctrl+Del", "Dissolve the chosen blocks"),
     Command("merge_blocks", "&Merge blocks", "ph.intersect", "Ctrl+M", "Join the chosen blocks into one"),
     Command(
@@ -85,14 +96,107 @@ COMMANDS = (
         "",
         "Guess the depth that no block could complete, for programs that need all of it; it is marked as guessed",
     ),
+    Command(
+        "reset_own",
+        "&Reset own values",
+        "ph.eraser",
+        "",
+        "Let the chosen blocks have the values of all blocks again",
+    ),
+    Command(
+        "copy_own",
+        "C&opy own values",
+        "ph.copy",
+        "",
+        "Give the other chosen blocks the own values of the first",
+    ),
     Command("clear_results", "C&lear results", "ph.backspace", "", "Forget the completed depth of this frame"),
+    Command(
+        "look_before",
+        "Look &before the last edit",
+        "ph.eye",
+        "",
+        "Show blocks and depth as they were before the last edit; the same while B is held",
+        checkable=True,
+    ),
     Command("tool_select", "&Select", "ph.cursor", "Ctrl+1", "Choose blocks", group="tool"),
-    Command("tool_paint", "&Paint", "ph.paint-brush", "Ctrl+2", "Add pixels to the chosen block", group="tool"),
-    Command("tool_erase", "&Erase", "ph.eraser", "Ctrl+3", "Take pixels from the chosen block", group="tool"),
+    Command(
+        "tool_border",
+        "&Border",
+        "ph.pencil-line",
+        "Ctrl+2",
+        "Draw a border between blocks as it should be; both sides follow",
+        group="tool",
+    ),
+    Command(
+        "tool_outline",
+        "&Outline",
+        "ph.scribble-loop",
+        "Ctrl+3",
+        "Draw around what belongs to the chosen block, or is a new one",
+        group="tool",
+    ),
     Command("tool_split", "Sp&lit", "ph.scissors", "Ctrl+4", "Cut a block along a line", group="tool"),
-    Command("give_up", "&Give up", "", "Esc", "Drop the stroke or line that is under way"),
+    Command("tool_paint", "&Paint", "ph.paint-brush", "Ctrl+5", "Add pixels to the chosen block", group="tool"),
+    Command("tool_erase", "&Erase", "ph.eraser", "Ctrl+6", "Take pixels from the chosen block", group="tool"),
+    Command(
+        "tool_give", "&Give", "ph.puzzle-piece", "Ctrl+7", "Give pieces of blocks to the chosen block", group="tool"
+    ),
+    Command(
+        "tool_distrust",
+        "&Distrust depth",
+        "ph.shield-slash",
+        "Ctrl+8",
+        "Mark measured depth as wrong, as behind glass: it counts as missing",
+        group="tool",
+    ),
+    Command("give_up", "Gi&ve up", "", "Esc", "Drop the stroke or line that is under way, or else choose no block"),
     Command("brush_smaller", "Smaller brush", "", "["),
     Command("brush_larger", "Larger brush", "", "]"),
+    Command(
+        "similar_only",
+        "&Similar only",
+        "ph.eyedropper",
+        "Ctrl+Shift+K",
+        "A stroke keeps to pixels of like colour and depth, up to strong edges",
+        checkable=True,
+    ),
+    Command(
+        "to_no_block",
+        "To &no block",
+        "ph.selection-slash",
+        "Ctrl+Shift+N",
+        "Erased pixels belong to no block, instead of the neighbour that they fit best",
+        checkable=True,
+    ),
+    Command(
+        "clean_up",
+        "&Clean up",
+        "ph.sparkle",
+        "Ctrl+K",
+        "Give islands, slivers and holes of a few pixels to the blocks where they belong",
+    ),
+    Command("grow_blocks", "&Grow", "ph.arrows-out-simple", "Ctrl++", "Let the chosen blocks gain a rim"),
+    Command("shrink_blocks", "S&hrink", "ph.arrows-in-simple", "Ctrl+-", "Let the chosen blocks lose their rim"),
+    Command("smooth_blocks", "S&mooth", "ph.waves", "Ctrl+Shift+M", "Make the outlines of the chosen blocks smooth"),
+    Command("hide_blocks", "Show or h&ide", "ph.eye", "Ctrl+H", "Show the chosen blocks over the picture, or do not"),
+    Command(
+        "next_suspect",
+        "Next s&uspicious place",
+        "ph.crosshair",
+        "F8",
+        "Go to the next place where blocks or filled depth look wrong, the most harmful first",
+    ),
+    Command("previous_suspect", "Pre&vious suspicious place", "ph.caret-left", "Shift+F8", "Go back to the one before"),
+    Command("leave_suspect", "&Leave it", "ph.check", "Ctrl+F8", "This place is right as it is: do not show it again"),
+    Command(
+        "suggest_distrust",
+        "Su&ggest distrusted depth",
+        "ph.warning",
+        "",
+        "Look for known depth that is likely wrong: flying pixels, speckles, glass; you take it or leave it",
+    ),
+    Command("take_suggested", "&Distrust them", "ph.check", "", "Let the marked depth count as missing"),
     Command("fit", "&Fit frame", "ph.arrows-out", "Ctrl+0", "Show the whole frame"),
     Command("one_to_one", "&One to one", "ph.frame-corners", "Ctrl+9", "One image pixel on one screen pixel"),
     Command(
@@ -196,7 +300,6 @@ class Actions:
                 f" ({action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)})" if command.shortcut else ""
             )
             action.setToolTip(f"{command.hint or plain}{keys}")
-            action.setStatusTip(command.hint or plain)
             action.setCheckable(command.checkable or bool(command.group))
             if command.group:
                 groups.setdefault(command.group, QActionGroup(window)).addAction(action)

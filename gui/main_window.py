@@ -8,7 +8,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QPixmap, QShowEvent
-from PySide6.QtWidgets import QMainWindow, QTabWidget
+from PySide6.QtWidgets import QMainWindow, QTabWidget, QVBoxLayout, QWidget
 
 from gui.actions import Actions
 from gui.blocks.block_table import BlockTable
@@ -19,6 +19,8 @@ from gui.curves.curves_panel import CurvesPanel
 from gui.curves.presenter import CurvesPresenter
 from gui.dialogs.documents import Documents
 from gui.docks import Docks
+from gui.effect.effect_line import EffectLine
+from gui.effect.presenter import EffectPresenter
 from gui.experiments.menu import ExperimentsMenu
 from gui.extraction.extraction_panel import ExtractionPanel
 from gui.extraction.presenter import StagePresenter
@@ -28,13 +30,20 @@ from gui.frames.frame_list import FrameList
 from gui.frames.loader import FrameLoader
 from gui.frames.presenter import FramesPresenter
 from gui.frames.replays import ReplayPresenter
+from gui.history.history_view import HistoryView
 from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar, show_about
+from gui.review.distrust import DistrustPresenter
+from gui.review.presenter import ReviewPresenter
+from gui.review.strip import ReviewStrip
 from gui.state.workspace import Workspace
 from gui.status.bar import StatusBar
 from gui.status.commands import CommandsPresenter
 from gui.status.presenter import StatusPresenter
 from gui.status.readout import ReadoutPresenter
+from gui.tools.block_commands import BlockCommands
+from gui.tools.context_menu import ContextMenu
 from gui.tools.editor import Editor
+from gui.tools.keys import ToolKeys
 from gui.tools.presenter import ToolsPresenter
 from gui.views.errors import ErrorPresenter
 from gui.views.layouts import CORRECT
@@ -43,6 +52,7 @@ from gui.views.pointer import PointerEvent
 from gui.views.presenter import ViewsPresenter
 from gui.views.view_bar import ViewBar
 from gui.widgets.log import LogPanel
+from gui.widgets.message_strip import MessageStrip
 from gui.widgets.notes import Notes
 from gui.work.live import LiveSolver
 from gui.work.refresh import Refresh
@@ -82,14 +92,22 @@ class MainWindow(QMainWindow):
         actions = self.actions_
         self.status = StatusBar()
         self.log = LogPanel()
-        self.notes = Notes(self, self.status, self.log)
+        self.messages = MessageStrip(self)
+        self.notes = Notes(self, self.messages, self.log)
         self.views = LinkedViews()
+        self.effect_line = EffectLine()
+        self.review_strip = ReviewStrip(
+            [actions[name] for name in ["previous_suspect", "next_suspect", "leave_suspect"]]
+        )
+        self.distrust_strip = ReviewStrip([actions["take_suggested"]])
         self.cloud = CloudView()
         self.curves = CurvesPanel()
         self.frames = FrameList()
+        self.history = HistoryView(self.workspace.undo_group)
         self.blocks = BlockTable()
         self.filter_panel = FilterPanel(
-            [actions[name] for name in ["run", "run_selected", "pause", "step", "cancel", "live"]]
+            [actions[name] for name in ["run", "run_selected", "pause", "step", "cancel", "live"]],
+            [actions[name] for name in ["copy_own", "reset_own"]],
         )
         self.extraction_panel = ExtractionPanel(actions["extract"])
         self.tool_bar = ToolBar(actions, self)
@@ -101,6 +119,8 @@ class MainWindow(QMainWindow):
     def _make_presenters(self) -> None:
         workspace, runs, loader, actions = self.workspace, self.runs, self.loader, self.actions_
         self.editor = Editor(workspace, self.views, self)
+        self.block_commands = BlockCommands(workspace, self.editor)
+        self.keys = ToolKeys(self, self.editor, self.views)
         self.documents = Documents(self, self.picture, workspace, loader, runs, self.notes)
         self.replays = ReplayPresenter(self.notes)
         self.frame_presenter = FramesPresenter(workspace, self.frames)
@@ -110,10 +130,14 @@ class MainWindow(QMainWindow):
         self.block_presenter = BlocksPresenter(workspace, runs, self.blocks, entries(actions, BLOCK_MENU))
         self.filter_presenter = FilterPresenter(workspace, runs, self.filter_panel, actions["live"])
         self.live = LiveSolver(workspace, runs, actions["live"])
+        self.effect = EffectPresenter(workspace, runs, self.view_presenter, self.effect_line, actions["live"])
+        self.review = ReviewPresenter(workspace, self.views, self.review_strip, actions["leave_suspect"])
+        self.distrust = DistrustPresenter(workspace, self.views, self.distrust_strip, actions["take_suggested"])
         self.curve_presenter = CurvesPresenter(workspace, self.curves)
         self.cloud_presenter = CloudPresenter(workspace, self.cloud)
         tools = {name: actions[f"tool_{name}"] for name in self.editor.tools}
-        self.tool_presenter = ToolsPresenter(self.editor, tools, self.tool_bar.brush, self.tool_bar.brush_size)
+        self.tool_presenter = ToolsPresenter(self.editor, tools, self.tool_bar.options)
+        self.context_menu = ContextMenu(workspace, self.editor, entries(actions, BLOCK_MENU), self.views)
         self.commands = CommandsPresenter(workspace, runs, loader, actions)
         self.status_presenter = StatusPresenter(workspace, runs, loader, self.editor, self.status)
         self.readout = ReadoutPresenter(workspace, self.status.readout)
@@ -121,11 +145,18 @@ class MainWindow(QMainWindow):
     def _make_layout(self) -> None:
         self.centre = QTabWidget()
         self.centre.setDocumentMode(True)
-        self.centre.addTab(self.views, "Images")
+        self.images = QWidget()
+        column = QVBoxLayout(self.images)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.views, 1)
+        for line in (self.review_strip, self.distrust_strip, self.effect_line):
+            column.addWidget(line)
+        self.centre.addTab(self.images, "Images")
         self.centre.addTab(self.cloud, "Point cloud")
         self.centre.setCornerWidget(self.view_bar)
         self.centre.currentChanged.connect(
-            lambda _: self.view_bar.setVisible(self.centre.currentWidget() is self.views)
+            lambda _: self.view_bar.setVisible(self.centre.currentWidget() is self.images)
         )
         self.setCentralWidget(self.centre)
         parameters = QTabWidget()
@@ -139,6 +170,7 @@ class MainWindow(QMainWindow):
         docks.add("Blocks", self.blocks, area.RightDockWidgetArea, "ph.stack", 2.2, is_open=True)
         docks.add("Parameters", parameters, area.RightDockWidgetArea, "ph.sliders-horizontal", 3.2, is_open=True)
         docks.add("Convergence", self.curves, area.RightDockWidgetArea, "ph.chart-line", 2.6)
+        docks.add("History", self.history, area.RightDockWidgetArea, "ph.clock-counter-clockwise", 1.8)
         docks.add("Log", self.log, area.BottomDockWidgetArea, "ph.list-dashes")
         self.setCorner(Qt.Corner.BottomLeftCorner, area.LeftDockWidgetArea)
         self.setCorner(Qt.Corner.BottomRightCorner, area.RightDockWidgetArea)
@@ -157,7 +189,8 @@ class MainWindow(QMainWindow):
         looked_at = views.layoutChanged, self.centre.currentChanged
         named = self.view_presenter.names_switched
         running, loading = runs.state_changed, self.loader.busy_changed
-        add("title", self._show_title, (turned,))
+        saved = workspace.undo_group.cleanChanged, workspace.sessions_changed
+        add("title", self._show_title, (turned, results, *saved), (coming,))
         add("picture", self.view_presenter.show_frame, (turned, workspace.distrusted_changed))
         add("frames", self.frame_presenter.show, (turned, workspace.sessions_changed, blocks, results), (coming,))
         add(
@@ -180,31 +213,41 @@ class MainWindow(QMainWindow):
         add("stages", self.stages.show, (turned, workspace.extraction_changed, self.stages.changed, *looked_at))
         add("extraction", self.stages.describe, (blocks, infos, self.stages.described))
         # not a part: what is done next may come before the next turn, and must be allowed or not by then
-        for signal in (turned, blocks, infos, selected, results, running, loading, coming):
+        for signal in (turned, blocks, infos, selected, results, values, running, loading, coming):
             signal.connect(lambda *_: self.commands.show())
-        add("tools", self.tool_presenter.show, (turned, self.editor.tool_changed, self.editor.brush_changed))
-        add("hint", self.status_presenter.show_hint, (turned, self.editor.tool_changed, loading))
+        add("tools", self.tool_presenter.show, (turned, self.editor.tool_changed, self.editor.options_changed))
+        add(
+            "hint",
+            self.status_presenter.show_hint,
+            (turned, self.editor.tool_changed, self.editor.hint_changed, loading),
+        )
         add("progress", self.status_presenter.show_progress, (turned, running, loading), (coming,))
         add("readout", self.readout.show, (turned, blocks, infos, results, workspace.error_changed), (coming, depth))
 
     def _connect_commands(self) -> None:
-        runs, editor, documents = self.runs, self.editor, self.documents
+        runs, editor, blocks, documents = self.runs, self.editor, self.block_commands, self.documents
         handlers: dict[str, Callable[[], object]] = {
             "open": documents.ask_open,
             "open_sample": documents.open_sample,
             "open_run": documents.ask_open_run,
             "load_blocks": documents.ask_load_blocks,
+            "save_blocks": documents.ask_save_blocks,
             "export": documents.ask_export,
             "save_picture": documents.ask_save_picture,
             "close_frame": documents.close_frame,
             "quit": self.close,
             "extract": self.stages.extract,
-            "new_block": editor.new_block,
-            "delete_blocks": editor.delete_selected,
-            "merge_blocks": editor.merge_selected,
-            "lock_blocks": editor.toggle_locks,
+            "new_block": blocks.new,
+            "delete_blocks": blocks.delete,
+            "merge_blocks": blocks.merge,
+            "lock_blocks": blocks.toggle_locks,
+            "hide_blocks": blocks.toggle_visibility,
+            "grow_blocks": blocks.grow,
+            "shrink_blocks": blocks.shrink,
+            "smooth_blocks": blocks.smooth,
+            "clean_up": blocks.clean_up,
             "zoom_block": self.view_presenter.zoom_to_blocks,
-            "select_all": editor.select_all,
+            "select_all": blocks.select_all,
             "run": runs.start_changed,
             "run_all": runs.start,
             "run_selected": runs.start_chosen,
@@ -212,10 +255,16 @@ class MainWindow(QMainWindow):
             "step": runs.step,
             "cancel": runs.cancel,
             "guess": runs.guess,
+            "reset_own": self.filter_presenter.reset_own,
+            "copy_own": self.filter_presenter.copy_own,
             "clear_results": runs.clear_results,
-            "give_up": editor.cancel,
-            "brush_smaller": lambda: editor.change_brush(-1),
-            "brush_larger": lambda: editor.change_brush(1),
+            "give_up": editor.escape,
+            "brush_smaller": lambda: editor.step_brush(-1),
+            "brush_larger": lambda: editor.step_brush(1),
+            "next_suspect": lambda: self.review.go(1),
+            "previous_suspect": lambda: self.review.go(-1),
+            "leave_suspect": self.review.leave,
+            "suggest_distrust": self.distrust.suggest,
             "fit": self.views.fit,
             "one_to_one": self.views.one_to_one,
             "shuffle_colours": self.block_presenter.shuffle_colours,
@@ -227,6 +276,7 @@ class MainWindow(QMainWindow):
         }
         for name, handler in handlers.items():
             self.actions_[name].triggered.connect(lambda _=False, handler=handler: handler())
+        self.actions_["look_before"].toggled.connect(self.effect.look)
         self.actions_["full_screen"].toggled.connect(self._show_full_screen)
         self.actions_["contours_only"].toggled.connect(self.views.set_contours_only)
         self.actions_["block_names"].toggled.connect(self.view_presenter.show_names)
@@ -236,15 +286,17 @@ class MainWindow(QMainWindow):
         stage_cell.stageChanged.connect(lambda name: self.actions_[f"stage_{name}"].setChecked(True))
         stage_cell.set_hints({name: self.actions_[f"stage_{name}"].toolTip() for name in STAGES})
         self.loader.extracted.connect(self.stages.hold)
+        self.loader.extracted.connect(self.editor.guides.hold)
         self.loader.replayed.connect(self.replays.show_differences)
         self.runs.finished.connect(self.replays.show_verdict)
         self.stages.extraction_wished.connect(self.loader.extract)
-        self.stages.view_wished.connect(lambda: self.centre.setCurrentWidget(self.views))
+        self.stages.view_wished.connect(lambda: self.centre.setCurrentWidget(self.images))
+        self.review.shown.connect(lambda: self.centre.setCurrentWidget(self.images))
         self.views.layoutChanged.connect(self._show_layout)
         self.runs.state_changed.connect(self._open_curves)
         self.views.set_pointer_handler(self._point)
         self.views.cursorMoved.connect(self.readout.point_at)
-        self.view_presenter.menu_wished.connect(self.block_presenter.show_menu)
+        self.views.contextMenuRequested.connect(self.context_menu.show)
         self.blocks.activated.connect(lambda _: self.view_presenter.zoom_to_blocks())
         self.frames.removeRequested.connect(documents.remove_frame)
 
@@ -254,14 +306,24 @@ class MainWindow(QMainWindow):
         self.runs.resolved.connect(notes.glimpse)
         self.runs.failed.connect(lambda error: notes.report("The run stopped", error))
         self.errors.failed.connect(lambda error: notes.report("Expected error", error))
+        self.review.failed.connect(lambda error: notes.report("Suspicious places", error))
+        self.distrust.failed.connect(lambda error: notes.report("Distrusted depth", error))
+        self.distrust.message.connect(notes.tell)
         self.loader.failed.connect(notes.report)
         self.loader.message.connect(notes.tell)
         self.editor.message.connect(notes.tell)
+        self.filter_presenter.message.connect(notes.tell)
+        self.editor.slivers_left.connect(
+            lambda left: notes.offer(f"{left} sliver{'s' * (left != 1)} left.", self.actions_["clean_up"])
+        )
+        self.editor.guides.failed.connect(lambda error: notes.report("Edges of the frame", error))
+        self.block_commands.message.connect(notes.tell)
         self.experiments.message.connect(notes.tell)
 
     def _show_title(self) -> None:
-        name = f"{self.workspace.session.name} - " if self.workspace.has_session else ""
-        self.setWindowTitle(f"{name}ILF Studio")
+        shown = self.workspace.has_session
+        self.setWindowTitle(f"{self.workspace.session.name}[*] - ILF Studio" if shown else "ILF Studio")
+        self.setWindowModified(shown and self.workspace.session.unsaved)
 
     def _point(self, event: PointerEvent) -> bool:
         self.refresh.now()  # what the pointer is at is what the user sees
@@ -315,7 +377,8 @@ class MainWindow(QMainWindow):
         if not (self.documents.may_close() and self._may_stop_experiments()):
             event.ignore()
             return
-        for worker in (self.runs, self.errors, self.stages, self.loader, self.documents, self.experiments):
+        reviews, views = (self.review, self.distrust), (self.errors, self.effect, self.stages, self.editor.guides)
+        for worker in (self.runs, *reviews, *views, self.loader, self.documents, self.experiments):
             worker.shutdown()
         self.refresh.stop()
         self.panels.remember()

@@ -4,43 +4,57 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from PySide6.QtCore import QSettings, Qt
+from PySide6.QtCore import QSettings
 from PySide6.QtGui import QAction, QActionGroup
-from PySide6.QtWidgets import QApplication, QLabel, QMenu, QMenuBar, QMessageBox, QSlider, QToolBar, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QMenu,
+    QMenuBar,
+    QMessageBox,
+    QSizePolicy,
+    QToolBar,
+    QWidget,
+)
 
 import ilf
 from gui import theme
 from gui.actions import Actions
+from gui.tools.options_row import OptionsRow
 from gui.views.colour_maps import DEPTH_MAPS
 from gui.views.layouts import CELLS, LAYOUT_TEXTS, LAYOUTS
 from gui.views.linked_views import LinkedViews
 from ilf.drawing.stages import STAGES
 
-BLOCK_MENU = "run_selected zoom_block | merge_blocks delete_blocks lock_blocks | new_block fit"
+BLOCK_MENU = (
+    "run_selected zoom_block | merge_blocks delete_blocks lock_blocks hide_blocks | "
+    "grow_blocks shrink_blocks smooth_blocks clean_up | new_block fit"
+)
+_TOOLS = "tool_select tool_border tool_outline tool_split tool_paint tool_erase tool_give tool_distrust"
 _MENUS = {
-    "&File": "open open_sample open_run | load_blocks export save_picture | close_frame quit",
-    "&Edit": "undo redo | select_all delete_blocks merge_blocks lock_blocks new_block | tool_select "
-    "tool_paint tool_erase tool_split | brush_smaller brush_larger give_up",
-    "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks | zoom_block select_all",
-    "&Run": "run run_selected run_all | pause step cancel | live | guess clear_results",
+    "&File": "open open_sample open_run | load_blocks save_blocks export save_picture | close_frame quit",
+    "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | give_up",
+    "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
+    "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",
+    "Re&view": "next_suspect previous_suspect leave_suspect | suggest_distrust",
+    "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | guess clear_results",
 }
 
 
 class ToolBar(QToolBar):
-    """The commands that are needed all the time, with the brush."""
+    """The commands that are needed all the time, with the tool's options."""
 
     def __init__(self, actions: Mapping[str, QAction] | Actions, window: QWidget) -> None:
         super().__init__("Tools", window)
         self.setObjectName("Tools")
         self.setMovable(False)
-        _fill(self, entries(actions, "open export | run | undo redo | tool_select tool_paint tool_erase tool_split"))
-        self.brush_size = QLabel()
-        self.brush = QSlider(Qt.Orientation.Horizontal)
-        self.brush.setRange(1, 60)
-        self.brush.setFixedWidth(80)
-        self.addWidget(self.brush_size)
-        self.addWidget(self.brush)
-        _fill(self, entries(actions, "| new_block merge_blocks delete_blocks"))
+        _fill(self, entries(actions, f"open export | run | undo redo | {_TOOLS} |"))
+        by_amount = [actions[name] for name in ("grow_blocks", "shrink_blocks", "smooth_blocks")]
+        self.options = OptionsRow(actions["similar_only"], actions["to_no_block"], by_amount)
+        self.addWidget(self.options)
+        spring = QWidget()  # what is right of it stays where it is when another tool has other options
+        spring.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        self.addWidget(spring)
+        _fill(self, entries(actions, "new_block merge_blocks delete_blocks clean_up | next_suspect"))
 
 
 def fill_menu_bar(
@@ -50,7 +64,7 @@ def fill_menu_bar(
     for title, names in _MENUS.items():
         _fill(bar.addMenu(title), entries(actions, names))
     view = bar.addMenu("&View")
-    _fill(view, entries(actions, "fit one_to_one zoom_block | next_frame previous_frame | full_screen"))
+    _fill(view, entries(actions, "fit one_to_one zoom_block look_before | next_frame previous_frame | full_screen"))
     view.addSeparator()
     view.addAction(actions["fold_panels"])
     view.addActions(list(toggles))
@@ -83,6 +97,8 @@ def show_about(window: QWidget) -> None:
 
 
 def _fill(menu: QMenu | QToolBar, actions: Iterable[QAction | None]) -> None:
+    if isinstance(menu, QMenu):
+        menu.setToolTipsVisible(True)
     for action in actions:
         if action is None:
             menu.addSeparator()

@@ -7,15 +7,22 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from .errors import InputError
+from .masks import checked_mask
 
 Box = tuple[slice, slice]
 """Rows and columns of a bounding box."""
 
 _DENSE = 1 << 20
 """Label maps with larger numbers have many that are no block's."""
+
+
+def within(inside: Box, outside: Box) -> Box:
+    """Where a box lies in one around it."""
+    rows, columns = (slice(a.start - b.start, a.stop - b.start) for a, b in zip(inside, outside, strict=True))
+    return rows, columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +55,22 @@ def checked_labels(labels: NDArray[np.integer], shape: tuple[int, int]) -> NDArr
     if array.dtype.kind not in "iu" or (array.size and (array.min() < 0 or array.max() > np.iinfo(np.int32).max)):
         raise InputError("A label map holds whole numbers: 0 for no block, 1, 2, ... for blocks.")
     return array.astype(np.int32, copy=False)
+
+
+def checked_drawn(drawn: ArrayLike | None, shape: tuple[int, int]) -> NDArray[np.bool_] | None:
+    """A read-only copy of a mask of drawn borders, None if there are none; raises InputError if it does not fit a frame
+    of this shape (H, W)."""
+    if drawn is None:
+        return None
+    mask = checked_mask(drawn, shape, "drawn borders")
+    return mask if mask.any() else None
+
+
+def drawn_of(block: Block, drawn: NDArray[np.bool_] | None) -> NDArray[np.bool_] | None:
+    """What a block sees of the mask of drawn borders: its own pixels' values, in the order of `block.mask`'s True
+    values; None if none of them is drawn."""
+    own = None if drawn is None else drawn[block.box][block.mask]
+    return own if own is not None and own.any() else None
 
 
 def find_blocks(labels: NDArray[np.int32], only: Collection[int] | None = None) -> dict[int, Block]:

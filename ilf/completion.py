@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .blocks import Block, checked_labels, find_blocks
+from .blocks import Block, checked_drawn, checked_labels, drawn_of, find_blocks
 from .errors import InputError
 from .filter.convergence import IterationRecord
 from .filter.stepper import Stepper, edge_parameters, edges_for, make_stepper
@@ -42,11 +42,13 @@ class CompletionRun(Iterator[Progress]):
     extraction : BlockParameters, optional
         What the blocks were extracted with, where that is known: the filter sees edges with the same parameters of
         Canny and depth jumps. Those of the defaults if left out.
+    drawn : array_like of bool, shape (H, W), optional
+        Pixels of blocks whose border, to another block or to none, was drawn by hand; see `complete`.
 
     Raises
     ------
     InputError
-        If the label map does not fit the frame, or a block has no parameters.
+        If label map or drawn borders do not fit the frame, or a block has no parameters.
     """
 
     def __init__(
@@ -57,14 +59,16 @@ class CompletionRun(Iterator[Progress]):
         only: Collection[int] | None = None,
         threads: int | None = None,
         extraction: BlockParameters | None = None,
+        drawn: ArrayLike | None = None,
     ) -> None:
         self._frame = frame
+        borders = checked_drawn(drawn, frame.shape)
         self.blocks = find_blocks(checked_labels(labels, frame.shape), only)
         self.results: dict[int, BlockResult] = {}
         self._parameters = {label: _parameters_for(parameters, label) for label in self.blocks}
         self._live: dict[int, Stepper] = {}
         tasks = {
-            label: _block_steps(frame, block, self._parameters[label], extraction, self._live)
+            label: _block_steps(frame, block, self._parameters[label], extraction, drawn_of(block, borders), self._live)
             for label, block in self.blocks.items()
         }
         width = min(available_cores() if threads is None else threads, len(tasks))
@@ -115,6 +119,7 @@ def complete(
     on_progress: Callable[[Progress], None] | None = None,
     threads: int | None = None,
     extraction: BlockParameters | None = None,
+    drawn: ArrayLike | None = None,
 ) -> Completion:
     """Complete the depth of all blocks of a frame by iterative low-pass filtering (section 3).
 
@@ -131,6 +136,10 @@ def complete(
         Blocks that run at the same time; as many as there are cores if left out. The result is the same.
     extraction : BlockParameters, optional
         What the blocks were extracted with, unless that were the defaults: the filter sees the same edges then.
+    drawn : array_like of bool, shape (H, W), optional
+        Pixels of blocks whose border, to another block or to none, was drawn by hand: no depth gets across there. Of a
+        block's result, only those of its own pixels decide. The pass band has no use for them, since it sees nothing
+        beyond a block.
 
     Returns
     -------
@@ -140,7 +149,7 @@ def complete(
     Raises
     ------
     InputError
-        If the label map does not fit the frame.
+        If label map or drawn borders do not fit the frame.
 
     Examples
     --------
@@ -154,7 +163,7 @@ def complete(
     (40, 2.0, 'completed')
     """
     chosen = Parameters() if parameters is None else parameters
-    with CompletionRun(frame, blocks, chosen, threads=threads, extraction=extraction) as run:
+    with CompletionRun(frame, blocks, chosen, threads=threads, extraction=extraction, drawn=drawn) as run:
         for progress in run:
             if on_progress is not None:
                 on_progress(progress)
@@ -168,6 +177,7 @@ def iterate(
     parameters: Parameters | None = None,
     *,
     extraction: BlockParameters | None = None,
+    drawn: ArrayLike | None = None,
 ) -> Stepper:
     """The stepper of one block: iterate over it for one record per iteration.
 
@@ -181,6 +191,8 @@ def iterate(
     parameters : Parameters, optional
         The default preset, "best", if left out.
     extraction : BlockParameters, optional
+        As in `complete`.
+    drawn : array_like of bool, shape (H, W), optional
         As in `complete`.
 
     Returns
@@ -212,7 +224,8 @@ def iterate(
     block = found[label]
     if not np.isfinite(frame.depth[block.box][block.mask]).any():
         raise InputError(f"Block {label} has no known depth, so there is nothing to iterate on.")
-    return make_stepper(frame, block, parameters or Parameters(), extraction)
+    own = drawn_of(block, checked_drawn(drawn, frame.shape))
+    return make_stepper(frame, block, parameters or Parameters(), extraction, own)
 
 
 def prepare(frame: RGBDFrame, parameters: Parameters, extraction: BlockParameters | None = None) -> None:
@@ -225,6 +238,7 @@ def _block_steps(
     block: Block,
     parameters: Parameters,
     extraction: BlockParameters | None,
+    drawn: NDArray[np.bool_] | None,
     live: dict[int, Stepper],
 ) -> Generator[Progress, None, None]:
     """All steps of one block; while they go on, its stepper stands in `live`."""
@@ -232,9 +246,9 @@ def _block_steps(
     raw = frame.depth[block.box][block.mask]
     edges = edge_parameters(parameters, extraction)
     if refusal is not None:
-        yield Progress(block.label, result=BlockResult(block, raw, refusal, (), parameters, edges=edges))
+        yield Progress(block.label, result=BlockResult(block, raw, refusal, (), parameters, edges=edges, drawn=drawn))
         return
-    stepper = make_stepper(frame, block, parameters, extraction)
+    stepper = make_stepper(frame, block, parameters, extraction, drawn)
     live[block.label] = stepper
     history: list[IterationRecord] = []
     for record in stepper:
@@ -243,7 +257,9 @@ def _block_steps(
     del live[block.label]
     depth = _block_depth(frame, block, stepper.surface, parameters.mode)
     outcome = _outcome(block, raw, depth, history, stepper)
-    result = BlockResult(block, depth, outcome, tuple(history), parameters, stepper.network, stepper.notes, edges)
+    result = BlockResult(
+        block, depth, outcome, tuple(history), parameters, stepper.network, stepper.notes, edges, drawn
+    )
     yield Progress(block.label, result=result)
 
 

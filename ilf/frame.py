@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .camera import CameraIntrinsics
 from .errors import InputError
+from .masks import checked_mask
 
 MEDIAN_DEPTH_RANGE = (0.1, 50.0)
 """Median depth [m] outside which a frame's depth scale is taken for a mistake."""
@@ -41,7 +42,8 @@ class FrameInputs:
 
 @dataclass(frozen=True, eq=False)
 class RGBDFrame:
-    """Registered colour and depth of one moment. Immutable: its arrays are read-only copies.
+    """Registered colour and depth of one moment. Immutable: its arrays are read-only copies, but for colour that is
+    read-only already.
 
     Parameters
     ----------
@@ -94,7 +96,7 @@ class RGBDFrame:
         object.__setattr__(self, "rgb", _checked_rgb(self.rgb))
         measured = depth = _checked_depth(self.depth)
         if self.distrusted is not None:
-            distrusted = _checked_mask(self.distrusted, depth.shape)
+            distrusted = checked_mask(self.distrusted, depth.shape, "distrusted depth")
             object.__setattr__(self, "distrusted", distrusted)
             depth = _frozen(np.where(distrusted, np.float32(np.nan), depth))
         object.__setattr__(self, "measured", measured)
@@ -202,7 +204,9 @@ def _checked_rgb(rgb: ArrayLike) -> NDArray[np.uint8]:
     array = np.asarray(rgb)
     if array.ndim != 3 or array.shape[2] != 3 or array.dtype != np.uint8:
         raise InputError(f"Colour must be uint8 with shape (H, W, 3), not {array.dtype} with shape {array.shape}.")
-    return _frozen(array.copy())
+    # one that nobody can write to, as another frame's, is shared: what depends on it alone is then found once for both
+    fixed = not array.flags.writeable and array.base is None and array.flags.c_contiguous
+    return array if fixed else _frozen(array.copy())
 
 
 def _checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
@@ -215,16 +219,6 @@ def _checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
         metres = array.astype(np.float32)
     metres[~(np.isfinite(metres) & (metres > 0))] = np.nan
     return _frozen(metres)
-
-
-def _checked_mask(mask: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    array = np.asarray(mask)
-    if array.dtype != np.bool_ or array.shape != shape:
-        raise InputError(
-            f"A mask of distrusted depth must be bool with the frame's shape {shape}, not {array.dtype} with shape "
-            f"{array.shape}."
-        )
-    return _frozen(array.copy())
 
 
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:

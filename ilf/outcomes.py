@@ -81,7 +81,8 @@ class BlockResult:
     edges : BlockParameters or None
         What the edges that the filter took were found with (`edge_parameters`); None for the pass band.
     drawn : ndarray of bool or None
-        Which of the block's pixels have a drawn border, in the order of `depth`; None if none has.
+        Which of the block's pixels were marked as at a drawn border, in the order of `block.mask`'s True values
+        (`drawn_of`); None if none was.
     """
 
     block: Block

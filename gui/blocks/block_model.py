@@ -56,6 +56,8 @@ class BlockRow:
     sigma_i : float
         Of the last iteration [m]; NaN where there was none.
     visible, locked : bool
+    own : str
+        Which parameters of the filter have values of the block's own, in words; "" for none.
     """
 
     label: int
@@ -69,6 +71,7 @@ class BlockRow:
     sigma_i: float = math.nan
     visible: bool = True
     locked: bool = False
+    own: str = ""
 
 
 class Column(IntEnum):
@@ -198,10 +201,12 @@ class BlockModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return _alignment(column)
         if role == Qt.ItemDataRole.ForegroundRole:
-            return self._foreground(row)
+            return self._foreground(row, column)
         if role == Qt.ItemDataRole.ToolTipRole:
             if column == Column.STATE:
                 return f"{row.state}\n{row.detail}".strip()
+            if column == Column.NAME and row.own:
+                return f"Has values of its own: {row.own}"
             return _HEADERS[column][1]
         return None
 
@@ -222,7 +227,7 @@ class BlockModel(QAbstractTableModel):
             ):
                 index = self.index(number, column)
                 self.dataChanged.emit(index, index)
-        if before.visible != row.visible:
+        if (before.visible, before.own) != (row.visible, row.own):
             self._announce(number, number)
 
     def _announce(self, first: int, last: int) -> None:
@@ -237,8 +242,10 @@ class BlockModel(QAbstractTableModel):
             return QColor(*row.colour)
         return self._states[row.state] if column == Column.STATE else None
 
-    def _foreground(self, row: BlockRow) -> QColor | None:
-        return None if row.visible else self._colours.muted
+    def _foreground(self, row: BlockRow, column: Column) -> QColor | None:
+        if not row.visible:
+            return self._colours.muted
+        return self._colours.accent if row.own and column == Column.NAME else None
 
 
 def _text(row: BlockRow, column: Column) -> str:

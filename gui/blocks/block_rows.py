@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from gui.blocks.block_table import BlockRow
-from gui.state.session import Session
+from gui.state.session import Session, parameter_labels
 from gui.state.tally import BlockCounts
 from gui.work.runs import RunController
 from ilf.outcomes import BlockResult
@@ -52,6 +52,7 @@ def block_rows(session: Session, runs: RunController, common: Parameters) -> lis
                 sigma_i=sigma,
                 visible=info.visible,
                 locked=info.locked,
+                own=", ".join(parameter_labels(session.notes.own.get(label, ()))),
             )
         )
     return rows

@@ -10,18 +10,22 @@ from PySide6.QtCore import QObject, QSettings, Qt, Signal
 from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
+from gui.dialogs.block_files import BlockSource, blocks_from, save_blocks
 from gui.dialogs.export import ExportDialog
+from gui.dialogs.load_blocks import LoadBlocksDialog
 from gui.dialogs.open_frame import OpenFrameDialog
+from gui.extraction.found_blocks import describe_blocks
 from gui.frames.frame_source import FrameSource, sorted_out
 from gui.frames.loader import FrameLoader
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.widgets.notes import Notes
+from gui.work.latest_question import LatestQuestion
 from gui.work.runs import RunController
 from gui.work.worker import Worker
 from ilf.assets import asset_path
 from ilf.errors import IlfError
-from ilf.io import read_labels
+from ilf.io import BLOCK_FORMATS, LoadedBlocks
 from ilf.outcomes import compose
 from ilf.run import ExportOptions, Written, output_folder_name, write
 
@@ -62,6 +66,7 @@ class Documents(QObject):
         self._loader = loader
         self._runs = runs
         self._notes = notes
+        self._block_questions = LatestQuestion[BlockSource, LoadedBlocks](blocks_from, self)
         self._exporter = Worker(self)
         self._exporter.finished.connect(self._note_exported)
         self._exporter.failed.connect(lambda error: notes.report("Export failed", error))
@@ -112,20 +117,56 @@ class Documents(QObject):
         if path:
             self._loader.open_run(Path(path))
 
-    def ask_load_blocks(self) -> None:
-        """Replace the blocks by a label map from a file."""
-        path, _ = QFileDialog.getOpenFileName(self._window, "Load blocks", "", _IMAGES)
-        if path:
-            self.load_blocks(path)
+    # blocks
 
-    def load_blocks(self, path: str) -> None:
-        """Replace the blocks by a label map, as one undoable step; locked blocks stay."""
+    def ask_load_blocks(self) -> None:
+        """Replace the blocks by those of a file or folder, by the dialog."""
+        session, filling = self._workspace.session, self._workspace.extraction_parameters
+        dialog = LoadBlocksDialog(session.frame, filling, self._block_questions, self._window)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.accepted.connect(lambda: self._take_blocks(dialog.blocks()))
+        dialog.open()
+
+    def load_blocks(self, path: str, fill_gaps: bool = False) -> None:
+        """Replace the blocks by those of a file or folder, as one undoable step; locked blocks stay."""
+        filling = self._workspace.extraction_parameters if fill_gaps else None
         try:
-            labels = read_labels(path, self._workspace.session.frame.shape)
+            blocks = blocks_from(BlockSource(self._workspace.session.frame, path, filling))
         except IlfError as error:
             self._notes.report("Load blocks", error)
         else:
-            self._workspace.replace_labels(labels, "Load blocks")
+            self._take_blocks(blocks)
+            self._notes.warn("Blocks loaded", blocks.notes)
+
+    def _take_blocks(self, blocks: LoadedBlocks) -> None:
+        self._workspace.replace_labels(blocks.labels, "Load blocks", blocks.names)
+        count = len(self._workspace.session.counts())
+        self._notes.tell(f"Loaded: {describe_blocks(count, self._workspace.session.labels)}.")
+
+    def ask_save_blocks(self) -> None:
+        """Write the blocks to a file that the user chooses, in one of the formats."""
+        filters = {f"{text} (*{suffix})": name for name, (text, suffix) in BLOCK_FORMATS.items()}
+        proposed = _export_folder(self._workspace.session).parent / f"{self._workspace.session.name}-blocks.png"
+        path, chosen = QFileDialog.getSaveFileName(self._window, "Save blocks", str(proposed), ";;".join(filters))
+        if path:
+            format = filters.get(chosen, "png")
+            suffix = BLOCK_FORMATS[format][1]
+            known = {suffix for _, suffix in BLOCK_FORMATS.values()}
+            if Path(path).suffix.lower() not in known:
+                path += suffix
+            # a suffix that was typed says more than the filter that it does not fit
+            self.save_blocks(path, format if Path(path).suffix.lower() == suffix else None)
+
+    def save_blocks(self, path: str, format: str | None = None) -> bool:
+        """Write the blocks, with their names; False, with a message, if the file cannot be written."""
+        session = self._workspace.session
+        try:
+            save_blocks(Path(path), session, format)
+        except IlfError as error:
+            self._notes.report("Save blocks", error)
+            return False
+        self._notes.tell(f"Saved {len(session.counts())} blocks to {path}")
+        return True
 
     # closing
 
@@ -220,6 +261,7 @@ class Documents(QObject):
 
     def shutdown(self) -> None:
         """Wait for an export that is under way, before the window closes."""
+        self._block_questions.shutdown()
         self._exporter.shutdown()
 
 

@@ -7,15 +7,12 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
-from PySide6.QtCore import QSettings, QSignalBlocker, QSize, Qt, QTimer
-from PySide6.QtGui import QPixmap
+from PySide6.QtCore import QSettings, QSignalBlocker, QTimer
 from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QDialogButtonBox,
     QFileDialog,
-    QFrame,
     QGridLayout,
     QHBoxLayout,
     QLabel,
@@ -26,12 +23,10 @@ from PySide6.QtWidgets import (
 )
 
 from gui.dialogs.frame_files import colour_beside, depth_beside
+from gui.dialogs.preview import Preview
 from gui.frames.frame_source import FrameSource
-from gui.views.colour_maps import depth_table
-from gui.views.images import rgb_image
 from gui.widgets.messages import Message, last_folder
 from ilf.camera import INTRINSICS
-from ilf.drawing.levels import robust_depth_levels, to_indices
 from ilf.errors import IlfError, InputError
 from ilf.frame import RGBDFrame, doubtful_scale
 from ilf.io import frame_folder, load_frame, read_colour, read_depth_values
@@ -42,7 +37,6 @@ _Result = TypeVar("_Result")
 _NOTHING_CHOSEN = "Choose a colour file and its depth file, or a folder with meta.json."
 _FOLDER_KEY = "open/folder"
 _DELAY_MS = 200
-_PREVIEW = QSize(304, 204)
 
 _AUTOMATIC_UNITS = "Automatic (from meta.json, or by the kind of file)"
 _UNITS = ("1000 (millimetres)", "5000 (TUM)", "10000 (0.1 mm)", "1 (metres)", "100 (centimetres)", "256 (KITTI)")
@@ -79,7 +73,7 @@ class OpenFrameDialog(QDialog):
         self.camera_text = QLineEdit()
         self.camera_browse = QPushButton("File…", autoDefault=False)
         self.message = Message(lines=4)
-        self.colour_preview, self.depth_preview = _Preview("Colour"), _Preview("Depth")
+        self.colour_preview, self.depth_preview = Preview("Colour"), Preview("Depth")
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Open | QDialogButtonBox.StandardButton.Cancel)
         self.open_button = buttons.button(QDialogButtonBox.StandardButton.Open)
         buttons.accepted.connect(self.accept)
@@ -288,47 +282,6 @@ class OpenFrameDialog(QDialog):
             colour, depth = (str(files.rgb), str(files.depth)) if files else ("", "")
         self.colour_preview.show_rgb(_attempt(lambda: read_colour(colour)) if colour else None)
         self.depth_preview.show_depth(_attempt(lambda: read_depth_values(depth)) if depth else None)
-
-
-class _Preview(QFrame):
-    """A picture in a box of fixed size, with its name below."""
-
-    def __init__(self, name: str) -> None:
-        super().__init__()
-        self._name = name
-        self.picture = QLabel(alignment=Qt.AlignmentFlag.AlignCenter)
-        self.picture.setFixedSize(_PREVIEW)
-        self.picture.setFrameShape(QFrame.Shape.StyledPanel)
-        self._caption = Message()
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(3)
-        column.addWidget(self.picture)
-        column.addWidget(self._caption)
-        self.show_rgb(None)
-
-    def show_rgb(self, rgb: NDArray[np.uint8] | None) -> None:
-        """Show uint8 (H, W, 3), or nothing."""
-        if rgb is None:
-            self.picture.clear()
-            self._caption.say(self._name)
-            return
-        height, width = rgb.shape[:2]
-        self._caption.say(f"{self._name}, {width} x {height}")
-        self.picture.setPixmap(
-            QPixmap.fromImage(rgb_image(rgb)).scaled(
-                _PREVIEW - QSize(4, 4), Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation
-            )
-        )
-
-    def show_depth(self, depth: NDArray[np.generic] | None) -> None:
-        """Show depth (H, W) in any unit by its colours, missing pixels black, or nothing."""
-        if depth is None:
-            self.show_rgb(None)
-            return
-        values = depth.astype(np.float32)
-        values[~(values > 0)] = np.nan
-        self.show_rgb(depth_table("turbo")[to_indices(values, *robust_depth_levels(values))][..., :3])
 
 
 def _reading(frame: RGBDFrame) -> str:

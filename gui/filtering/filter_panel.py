@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QStandardItemModel
 from PySide6.QtWidgets import QComboBox, QFormLayout, QHBoxLayout, QToolButton, QVBoxLayout, QWidget
@@ -11,33 +13,36 @@ from ilf.parameters import DEFAULT_PRESET, PRESETS, Parameters
 
 
 class FilterPanel(QWidget):
-    """Parameters of all blocks or of the chosen one.
+    """Parameters of all blocks or of the chosen ones.
 
     Signals
     -------
     edited(object)
-        The user set other Parameters.
+        The user set other Parameters, one by one.
+    preset_chosen(object)
+        The user chose a preset's Parameters.
     scope_changed()
-        The user asked for the parameters of all blocks or of the chosen block.
+        The user asked for the parameters of all blocks or of the chosen ones.
     """
 
     edited = Signal(object)
+    preset_chosen = Signal(object)
     scope_changed = Signal()
 
-    def __init__(self, run_actions: list[QAction], parent: QWidget | None = None) -> None:
+    def __init__(self, run_actions: list[QAction], own_actions: list[QAction], parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.presets = QComboBox()
         for name in PRESETS:
             self.presets.addItem(name, name)
-        self._bases = {False: DEFAULT_PRESET, True: DEFAULT_PRESET}  # by for_chosen_block
+        self._bases = {False: DEFAULT_PRESET, True: DEFAULT_PRESET}  # by for_chosen
         self.presets.setToolTip(
             "best: follows edges and noise. paper: as the text describes it. "
             "released-code: as the authors' program does it."
         )
-        self.presets.activated.connect(lambda _: self.edited.emit(PRESETS[self.presets.currentData()]))
+        self.presets.activated.connect(lambda _: self.preset_chosen.emit(PRESETS[self.presets.currentData()]))
         self._scope = QComboBox()
-        self._scope.addItems(["All blocks", "Chosen block"])
-        self._scope.setToolTip("Whether the values below go for all blocks, or for the chosen one alone")
+        self._scope.addItems(["All blocks", "Chosen blocks"])
+        self._scope.setToolTip("Whether the values below go for all blocks, or for the chosen ones alone")
         self._scope.activated.connect(self.scope_changed)
         self.form = ParameterForm(Parameters)
         self.form.changed.connect(self.edited)
@@ -45,7 +50,14 @@ class FilterPanel(QWidget):
         choices = QFormLayout()
         choices.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         choices.addRow("Preset", self.presets)
-        choices.addRow("Values for", self._scope)
+        scope = QHBoxLayout()
+        scope.setSpacing(2)
+        scope.addWidget(self._scope, 1)
+        self._own_buttons = [QToolButton(autoRaise=True) for _ in own_actions]
+        for button, action in zip(self._own_buttons, own_actions, strict=True):
+            button.setDefaultAction(action)
+            scope.addWidget(button)
+        choices.addRow("Values for", scope)
         buttons = QHBoxLayout()
         buttons.setSpacing(4)
         for action in run_actions:
@@ -64,29 +76,35 @@ class FilterPanel(QWidget):
         layout.addWidget(self.form, 1)
 
     @property
-    def for_chosen_block(self) -> bool:
-        """Whether the values are those of the chosen block."""
+    def for_chosen(self) -> bool:
+        """Whether the values are those of the chosen blocks."""
         return self._scope.currentIndex() == 1
 
-    def set_scope(self, chosen_block: bool) -> None:
-        """Show the values of the chosen block, or of all."""
-        self._scope.setCurrentIndex(int(chosen_block))
+    def set_scope(self, chosen: bool) -> None:
+        """Show the values of the chosen blocks, or of all."""
+        self._scope.setCurrentIndex(int(chosen))
         self.scope_changed.emit()
 
-    def show_parameters(self, parameters: Parameters, block_name: str | None) -> None:
-        """Show values; `block_name` is the chosen block's, None while none is chosen."""
+    def show_parameters(self, parameters: Parameters, common: Parameters, chosen: Sequence[str]) -> None:
+        """Show values, those of the chosen blocks against the common ones; `chosen` are the chosen blocks' names."""
         model = self._scope.model()
         if isinstance(model, QStandardItemModel):
-            model.item(1).setEnabled(block_name is not None)
-        self._scope.setItemText(1, f"{block_name} only" if block_name else "Chosen block")
-        if block_name is None:
+            model.item(1).setEnabled(bool(chosen))
+        names = {0: "Chosen blocks", 1: f"{chosen[0]} only" if chosen else ""}
+        self._scope.setItemText(1, names.get(len(chosen), f"{len(chosen)} chosen blocks"))
+        if not chosen:
             self._scope.setCurrentIndex(0)
-        scope = self.for_chosen_block
+        scope = self.for_chosen
+        for button in self._own_buttons:
+            button.setVisible(scope)
         base = next((name for name, values in PRESETS.items() if values == parameters), self._bases[scope])
         self._bases[scope] = base
         changed = parameters != PRESETS[base]
         for position, name in enumerate(PRESETS):
             self.presets.setItemText(position, f"{name} (changed)" if changed and name == base else name)
         self.presets.setCurrentIndex(self.presets.findData(base))
-        self.form.set_base(PRESETS[base])
+        if scope:
+            self.form.set_base(common, "all blocks")
+        else:
+            self.form.set_base(PRESETS[base])
         self.form.set_parameters(parameters)

@@ -1,24 +1,32 @@
-"""Brings the filter's parameters to their panel, and what is set there to the workspace and to the chosen block."""
+"""Brings the filter's parameters to their panel, and what is set there to the workspace and to the chosen blocks."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import QObject, QSettings
+from PySide6.QtCore import QObject, QSettings, Signal
 from PySide6.QtGui import QAction
 
 from gui.filtering.filter_panel import FilterPanel
-from gui.state.workspace import Workspace
+from gui.state.session import Session, parameter_labels
+from gui.state.workspace import Workspace, own_values
 from gui.work.runs import RunController
 from ilf.parameters import Parameters
 
 
 class FilterPresenter(QObject):
-    """Parameters of all blocks, or of the chosen one, which is solved anew as they change.
+    """Parameters of all blocks, or of the chosen ones, which are solved anew as they change.
 
     Parameters
     ----------
     live : QAction
-        Whether the chosen block is to be solved anew; the choice is remembered.
+        Whether chosen blocks are to be solved anew; the choice is remembered.
+
+    Signals
+    -------
+    message(str)
+        Something that needs no answer.
     """
+
+    message = Signal(str)
 
     def __init__(self, workspace: Workspace, runs: RunController, panel: FilterPanel, live: QAction) -> None:
         super().__init__(panel)
@@ -29,19 +37,65 @@ class FilterPresenter(QObject):
         live.setChecked(bool(QSettings().value("live", True, type=bool)))
         live.toggled.connect(lambda on: QSettings().setValue("live", on))
         panel.edited.connect(self.take)
+        panel.preset_chosen.connect(self.take_preset)
 
     def show(self) -> None:
-        """The parameters of all blocks, or of the chosen one."""
-        label = self._workspace.chosen
-        name = self._workspace.session.info(label).name if label else None
-        common = self._workspace.parameters
-        own = label and self._panel.for_chosen_block
-        shown = self._workspace.session.parameters_of(label, common) if own else common
-        self._panel.show_parameters(shown, name)
+        """The parameters of all blocks, or of the chosen ones: the first of them."""
+        chosen = self._workspace.session.selected if self._workspace.has_session else []
+        names = [self._workspace.session.info(label).name for label in chosen]
+        self._panel.show_parameters(self._shown(), self._workspace.parameters, names)
 
     def take(self, parameters: Parameters) -> None:
-        """Values set in the form go to all blocks or to the chosen one, and that is solved anew if it is wanted."""
-        label = self._workspace.chosen
-        self._workspace.set_parameters(parameters, label if label and self._panel.for_chosen_block else None)
-        if label and self._live.isChecked() and label in self._workspace.session.counts():
-            self._runs.resolve([label])
+        """A value set in the form goes to all blocks or to the chosen ones, which are solved anew if it is wanted."""
+        if self._for_chosen:
+            self._workspace.set_own(own_values(parameters, self._shown()), self._workspace.session.selected)
+        else:
+            self._workspace.set_parameters(parameters)
+        self._resolve()
+
+    def take_preset(self, parameters: Parameters) -> None:
+        """The same with all values of a preset; what blocks have of their own stays, and that is said."""
+        if self._for_chosen:
+            self._workspace.set_parameters(parameters, self._workspace.session.selected)
+        else:
+            self._workspace.set_parameters(parameters)
+            left = _left_alone(self._workspace.session) if self._workspace.has_session else ""
+            if left:
+                self.message.emit(f"Values of their own stay: {left}.")
+        self._resolve()
+
+    def reset_own(self) -> None:
+        """The chosen blocks have no values of their own any more."""
+        self._workspace.reset_own(self._workspace.session.selected)
+        self._resolve()
+
+    def copy_own(self) -> None:
+        """The other chosen blocks get the very own values of the first one."""
+        first, *others = self._workspace.session.selected
+        self._workspace.copy_own(first, others)
+        self._resolve()
+
+    @property
+    def _for_chosen(self) -> bool:
+        return bool(self._workspace.chosen) and self._panel.for_chosen
+
+    def _shown(self) -> Parameters:
+        common = self._workspace.parameters
+        return self._workspace.session.parameters_of(self._workspace.chosen, common) if self._for_chosen else common
+
+    def _resolve(self) -> None:
+        if self._workspace.chosen and self._live.isChecked():
+            there = self._workspace.session.counts()
+            wanted = [label for label in self._workspace.session.selected if label in there]
+            if wanted:
+                self._runs.resolve(wanted)
+
+
+def _left_alone(session: Session) -> str:
+    """Which blocks have which values of their own, in words."""
+    there = session.counts()
+    return "; ".join(
+        f"{session.info(label).name} ({', '.join(parameter_labels(values))})"
+        for label, values in sorted(session.notes.own.items())
+        if label in there
+    )

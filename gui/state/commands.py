@@ -6,13 +6,19 @@ import time
 from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple, Protocol
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtGui import QUndoCommand
 
 from gui.state.results import Held
 from gui.state.session import BlockNotes, OwnValues, Session, touched_by
+from ilf.blocks import Box
+from ilf.ebs.drawn import redrawn
 from ilf.ebs.edit import LabelPatch
 from ilf.frame import RGBDFrame
 from ilf.parameters import Parameters
+
+Mask = NDArray[np.bool_]
 
 OwnChange = Mapping[int, tuple[OwnValues | None, OwnValues | None]]
 """Block label -> its own values before and after, None for none."""
@@ -77,8 +83,8 @@ class Notices(Protocol):
 class EditLabels(QUndoCommand):
     """A change of the label map.
 
-    With `done`, the map has it already (a brush paints while it moves). With `notes`, what is known of the
-    blocks changes with them, as when all blocks are replaced.
+    Borders that come by it are drawn ones. Not so with `notes`: what is known of the blocks changes with them then, as
+    when all blocks are replaced. With `done`, the map has the change already (a brush paints while it moves).
     """
 
     def __init__(
@@ -96,6 +102,12 @@ class EditLabels(QUndoCommand):
         self._patch = patch
         self._done = done
         self._other_notes = notes
+        self._drawn: tuple[Box, Mask, Mask] | None = None
+        """Where drawn borders change, and the drawn pixels there before and after."""
+        if notes is None:
+            former = session.notes.drawn
+            box, drawn = redrawn(former, session.labels, patch)
+            self._drawn = box, np.zeros_like(drawn) if former is None else former[box].copy(), drawn
 
     def redo(self) -> None:
         """Make the change."""
@@ -115,7 +127,9 @@ class EditLabels(QUndoCommand):
         change = None
         if self._other_notes is not None:
             self._other_notes = self._session.take_notes(self._other_notes)
-        else:
+        elif self._drawn is not None:
+            box, before, after = self._drawn
+            self._session.draw(box, after if forward else before)
             change = Change(self._session, self._patch, forward, self.text())
         self._notices.note_labels_changed(self._session, self._patch, change)
 

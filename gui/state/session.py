@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
@@ -13,7 +13,7 @@ from PySide6.QtGui import QUndoStack
 from gui.state.results import Held, Kept, Preview, Results
 from gui.state.shown_depth import ShownDepth
 from gui.state.tally import BlockCounts, BlockTally
-from ilf.blocks import Block, Box
+from ilf.blocks import Box, drawn_of
 from ilf.declarations import Value
 from ilf.drawing.block_pictures import block_colour
 from ilf.ebs.edit import LabelPatch
@@ -127,6 +127,7 @@ class Session:
         session.set_labels(run.blocks)
         session.dense, session.again = run.dense, again
         session.notes.extraction, session.notes.network = run.extraction, run.network
+        session.notes.drawn = None if run.drawn is None else run.drawn.copy()
         session.notes.extracted = None if run.edited else session.labels.copy()
         return session
 
@@ -153,6 +154,7 @@ class Session:
             extraction=notes.extraction,
             edited=self.edited,
             network=notes.network,
+            drawn=notes.drawn,
         )
 
     @property
@@ -257,6 +259,12 @@ class Session:
         self._shown.note(patch.box)
         for label in touched_by(patch):
             self._forget_result(label)
+
+    def draw(self, box: Box, drawn: NDArray[np.bool_]) -> None:
+        """Take over which pixels have drawn borders inside a box; it belongs to a change of the label map there."""
+        if self.notes.drawn is None:
+            self.notes.drawn = np.zeros(self.labels.shape, bool)
+        self.notes.drawn[box] = drawn
 
     def add_guess(self, base: Completion, guess: Completion) -> None:
         """Keep the guess of what a completion leaves missing; it holds as long as that is the present one."""
@@ -390,14 +398,7 @@ class Session:
             return False
         if not np.array_equal(self.labels[block.box] == block.label, block.mask):
             return False
-        return _equal(distrusted, self.frame.distrusted) and _equal(result.drawn, self._drawn_at(block))
-
-    def _drawn_at(self, block: Block) -> NDArray[np.bool_] | None:
-        """Which of a block's pixels have drawn borders; None if none has."""
-        if self.notes.drawn is None:
-            return None
-        drawn = self.notes.drawn[block.box][block.mask]
-        return drawn if drawn.any() else None
+        return _equal(distrusted, self.frame.distrusted) and _equal(result.drawn, drawn_of(block, self.notes.drawn))
 
     def _note_edit(self) -> None:
         self._edits += 1
@@ -412,6 +413,12 @@ class Session:
         self._valid = None
         self._fitting.clear()
         self._shown.note_all()
+
+
+def parameter_labels(names: Iterable[str]) -> list[str]:
+    """What parameters are called in the window."""
+    declarations = Parameters.declarations()
+    return [declarations[name].label for name in declarations if name in set(names)]
 
 
 def touched_by(patch: LabelPatch) -> frozenset[int]:

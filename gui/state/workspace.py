@@ -13,7 +13,9 @@ from PySide6.QtGui import QUndoGroup, QUndoStack
 
 from gui.state.commands import Change, ClearResults, Distrust, EditInfo, EditLabels, EditParameters
 from gui.state.results import Preview
-from gui.state.session import BlockNotes, OwnValues, Session
+from gui.state.session import BlockInfo, BlockNotes, OwnValues, Session, parameter_labels
+from gui.state.stroke import StrokeUnderWay
+from ilf.drawing.block_pictures import block_colour
 from ilf.ebs import Extraction
 from ilf.ebs.edit import LabelPatch, patch_between
 from ilf.ebs.reextraction import flow_around, keep_under
@@ -78,7 +80,7 @@ class Workspace(QObject):
         """Whether blocks that were made by hand stay when blocks are extracted again, as locked ones do."""
         self._session: Session | None = None
         self._nothing = QUndoStack(self)
-        self._before_stroke: NDArray[np.int32] | None = None
+        self._stroke: StrokeUnderWay | None = None
 
     # frames
 
@@ -155,6 +157,7 @@ class Workspace(QObject):
     def note_saved(self, session: Session, state: tuple[int, int]) -> None:
         """What there was at `state`, as `Session.saving` gave it, has been exported."""
         session.note_saved(state)
+        self.sessions_changed.emit()
 
     # blocks
 
@@ -175,22 +178,36 @@ class Workspace(QObject):
         locked = session.locked & set(session.counts())
         return locked, session.handmade() - locked if self.keeps_handmade else frozenset()
 
-    def replace_labels(self, labels: NDArray[np.int32], text: str) -> None:
-        """Take another label map for the present frame as one undoable step; locked blocks stay."""
+    def replace_labels(self, labels: NDArray[np.int32], text: str, names: Mapping[int, str] | None = None) -> None:
+        """Take another label map for the present frame, with names of its blocks, as one undoable step.
+
+        Locked blocks stay, with their names; blocks that had their numbers get others.
+        """
         session = self.session
         self.prepare_change(session)
         locked = session.locked
-        self._replace(session, keep_under(session.labels, locked, labels), text, BlockNotes(kept=locked))
+        around = keep_under(session.labels, locked, labels)
+        free = ~np.isin(session.labels, list(locked))
+        numbers, first = np.unique(labels[free], return_index=True)
+        become = zip(numbers.tolist(), around[free][first].tolist(), strict=True)
+        named = {label: names[number] for number, label in become if names and number in names}
+        if np.array_equal(around, session.labels):
+            renamed = {label: {"name": name} for label, name in named.items() if session.info(label).name != name}
+            if renamed:
+                self.edit_infos(renamed, text)
+        infos = {label: BlockInfo(name, block_colour(label)) for label, name in named.items()}
+        self._replace(session, around, text, BlockNotes(infos, kept=locked))
 
     def _replace(self, session: Session, labels: NDArray[np.int32], text: str, notes: BlockNotes) -> None:
         """Take another map and what is known of it; of the blocks that it keeps, what was known of them."""
         old, patch = session.notes, patch_between(session.labels, labels)
         if patch is None:
-            session.take_notes(replace(notes, infos=old.infos, own=old.own))
+            session.take_notes(replace(notes, infos=old.infos, own=old.own, drawn=old.drawn))
             (self.results_changed if session is self._session else self.sessions_changed).emit()
             return
-        notes.infos = {label: info for label, info in old.infos.items() if label in notes.kept}
+        notes.infos |= {label: info for label, info in old.infos.items() if label in notes.kept}
         notes.own = {label: own for label, own in old.own.items() if label in notes.kept}
+        notes.drawn = None if old.drawn is None else old.drawn & np.isin(labels, list(notes.kept))
         session.undo_stack.push(EditLabels(self, session, patch, text, notes=notes))
 
     def edit_labels(self, patch: LabelPatch | None, text: str) -> bool:
@@ -204,29 +221,31 @@ class Workspace(QObject):
         """Change the label map as part of a stroke, which `end_stroke` makes a step and `drop_stroke` gives up."""
         if patch is None:
             return
-        if self._before_stroke is None:
-            self._before_stroke = self.session.labels.copy()
+        if self._stroke is None:
+            self._stroke = StrokeUnderWay(self.session.labels)
+        self._stroke.reach(patch.box)
         self.session.apply(patch)
         self.stroke_changed.emit(patch.box)
 
-    def end_stroke(self, text: str) -> bool:
-        """Make the stroke one undoable step; False if it has changed nothing."""
-        before, self._before_stroke = self._before_stroke, None
-        patch = None if before is None else patch_between(before, self.session.labels)
-        if patch is None:
-            return False
-        self.session.undo_stack.push(EditLabels(self, self.session, patch, text, done=True))
-        return True
+    def end_stroke(self, text: str) -> LabelPatch | None:
+        """Make the stroke one undoable step, and give what it has changed; None if that is nothing."""
+        patch = self._take_stroke()
+        if patch is not None:
+            self.session.undo_stack.push(EditLabels(self, self.session, patch, text, done=True))
+        return patch
 
     def drop_stroke(self) -> bool:
         """Put the pixels of the stroke back; False if none was under way."""
-        before, self._before_stroke = self._before_stroke, None
-        patch = None if before is None else patch_between(before, self.session.labels)
+        patch = self._take_stroke()
         if patch is None:
             return False
         self.session.apply(patch, forward=False)
         self.stroke_changed.emit(patch.box)
         return True
+
+    def _take_stroke(self) -> LabelPatch | None:
+        stroke, self._stroke = self._stroke, None
+        return None if stroke is None else stroke.patch(self.session.labels)
 
     def _end_strokes(self) -> None:
         self.about_to_change.emit()
@@ -380,7 +399,7 @@ class Workspace(QObject):
         last = stack.command(stack.index() - 1) if not stack.isClean() else None
         if isinstance(last, EditParameters) and stack.index() == stack.count() and last.extend(common, own, names):
             return
-        what = Parameters.declarations()[min(names)].label if len(names) == 1 else f"{len(names)} values of the filter"
+        what = parameter_labels(names)[0] if len(names) == 1 else f"{len(names)} values of the filter"
         blocks = f" of {self._session.info(min(own)).name}" if len(own) == 1 else f" of {len(own)} blocks"
         stack.push(EditParameters(self, self._session, common, own, names, f"Set {what}{blocks if own else ''}"))
 

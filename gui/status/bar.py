@@ -6,7 +6,7 @@ from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QWidget
 
 
 class StatusBar(QStatusBar):
-    """Hint at the left, readout and progress at the right; messages cover the hint for a while."""
+    """Hint at the left, readout and progress at the right. What is said in passing has a place of its own."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

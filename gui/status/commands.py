@@ -7,6 +7,7 @@ from PySide6.QtCore import QObject
 from gui.actions import Actions
 from gui.frames.loader import FrameLoader
 from gui.state.workspace import Workspace
+from gui.tools.kinds import TOOL_NAMES
 from gui.work.runs import RunController, RunState
 from ilf.drawing.stages import STAGES
 
@@ -15,12 +16,14 @@ _FRAME_ACTIONS = (
     "close_frame",
     "new_block",
     "select_all",
-    "tool_select",
-    "tool_paint",
-    "tool_erase",
-    "tool_split",
+    *(f"tool_{name}" for name in TOOL_NAMES),
     "brush_smaller",
     "brush_larger",
+    "similar_only",
+    "to_no_block",
+    "next_suspect",
+    "previous_suspect",
+    "suggest_distrust",
     "fit",
     "one_to_one",
     *(f"stage_{name}" for name in STAGES),
@@ -49,15 +52,20 @@ class CommandsPresenter(QObject):
         paused = runs.state is RunState.PAUSED
         actions.enable(shown, *_FRAME_ACTIONS)
         actions.enable(shown and free, "extract", "load_blocks")
+        actions.enable(bool(counts), "save_blocks")
         actions.enable(bool(chosen), "zoom_block")
-        actions.enable(bool(unlocked), "delete_blocks")
+        actions.enable(bool(unlocked), "delete_blocks", "grow_blocks", "shrink_blocks", "smooth_blocks")
+        actions.enable(bool(counts), "clean_up")
         actions.enable(len(unlocked) > 1, "merge_blocks")
-        actions.enable(bool(session and session.selected), "lock_blocks")
+        actions.enable(bool(session and session.selected), "lock_blocks", "hide_blocks")
         actions.enable(free and bool(counts), "run", "run_all")
         actions.enable(free and bool(chosen), "run_selected")
         actions.enable((free and bool(counts)) or (shown and runs.session is session and paused), "step")
         actions.enable(runs.state in (RunState.RUNNING, RunState.PAUSED, RunState.GUESSING), "pause", "cancel")
         actions.enable(bool(free and session and session.valid_results() and not session.guessed), "guess")
-        actions.enable(bool(session and session.valid_results()), "clear_results")
+        actions.enable(bool(session and session.results.kept), "clear_results")
+        own = session.notes.own if session else {}
+        actions.enable(not chosen.isdisjoint(own), "reset_own")
+        actions.enable(bool(session and len(session.selected) > 1 and session.selected[0] in own), "copy_own")
         actions["pause"].setChecked(paused)
         actions["pause"].setText("Resume" if paused else "&Pause")

@@ -1,25 +1,41 @@
-"""What every tool has: a hint, a preview, and an answer to pointer events. State machines without widgets."""
+"""What every tool has: a hint, a preview, and answers to pointer and keys. State machines without widgets."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtGui import QPainterPath
 
 from gui.state.session import Session
+from gui.tools.guide import Guide
+from gui.tools.options import ToolOptions
 from gui.views.pointer import PointerEvent
+from gui.views.preview import Preview
 from ilf.ebs.edit import LabelPatch
+
+Point = tuple[float, float]
+
+_CLICK = 3
+"""Pixels of the screen that the pointer may go during a click."""
 
 
 class Host(Protocol):
     """What a tool may ask of the editor."""
 
-    brush_radius: float
+    options: ToolOptions
 
     @property
     def session(self) -> Session:
         """The present frame's session."""
+        ...
+
+    @property
+    def guide(self) -> Guide | None:
+        """What is known of the frame's edges and regions; None while it is being worked out."""
         ...
 
     def select(self, labels: list[int]) -> None:
@@ -42,7 +58,11 @@ class Host(Protocol):
         """Give the stroke up; False if there was none."""
         ...
 
-    def show_preview(self, path: QPainterPath | None) -> None:
+    def distrust(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
+        """Make distrusting the depth at these pixels, bool (H, W), and no others one undoable step."""
+        ...
+
+    def show_preview(self, preview: Preview | None) -> None:
         """Draw a preview over the views."""
         ...
 
@@ -51,24 +71,90 @@ class Host(Protocol):
         ...
 
 
-class Tool(Protocol):
-    """One way to use the left mouse button."""
+class Tool:
+    """One way to use the left mouse button. It starts idle, and is idle again after `cancel`.
 
-    hint: str
+    Attributes
+    ----------
+    options : tuple of str
+        Names of the `ToolOptions` that it has.
+    """
+
+    options: tuple[str, ...] = ()
+
+    @property
+    def hint(self) -> str:
+        """What a click, a drag or a key would do now."""
+        raise NotImplementedError
+
+    @property
+    def busy(self) -> bool:
+        """Whether something is under way that can be given up."""
+        return False
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Answer an event; False for a press that is not the tool's, so that the view pans."""
-        ...
+        """Answer an event; False for a press that is not the tool's, so that the view pans.
+
+        True for a double click keeps the press that would follow from coming.
+        """
+        raise NotImplementedError
 
     def cancel(self, host: Host) -> bool:
         """Give up what is under way, as if it had not begun; False if nothing was."""
-        ...
+        return False
+
+    def finish(self, host: Host) -> bool:
+        """Complete what is under way as it stands; False if there is nothing to complete."""
+        return False
+
+    def take_back(self, host: Host) -> bool:
+        """Take back the last part of what is under way; False if there is none."""
+        return False
 
 
-def line_path(points: Sequence[tuple[float, float]]) -> QPainterPath:
+class Press:
+    """Where the button went down, and whether the pointer has gone so far since that it drags."""
+
+    def __init__(self, event: PointerEvent) -> None:
+        self.point: Point = event.x, event.y
+        self.drags = False
+
+    def follow(self, event: PointerEvent) -> bool:
+        """Whether it drags now."""
+        self.drags = self.drags or math.dist(self.point, (event.x, event.y)) > _CLICK * event.pixel
+        return self.drags
+
+
+def refuses(host: Host, label: int) -> bool:
+    """Whether a block is locked, which is said."""
+    session = host.session
+    if label in session.locked:
+        host.say(f"{session.info(label).name} is locked. Unlock it in the table of blocks.")
+    return label in session.locked
+
+
+def knows_edges(host: Host) -> bool:
+    """Whether the frame's edges are known by now; if not, that is said."""
+    if host.guide is None:
+        host.say("The edges of the frame are still being looked for. Try again in a moment.")
+    return host.guide is not None
+
+
+def line_path(points: Sequence[Point], closed: bool = False) -> QPainterPath:
     """A path through points."""
     path = QPainterPath()
-    path.moveTo(*points[0])
+    if points:
+        path.moveTo(*points[0])
     for point in points[1:]:
         path.lineTo(*point)
+    if closed and points:
+        path.closeSubpath()
     return path
+
+
+def snapped(host: Host, points: Sequence[Point]) -> list[Point]:
+    """A drawn line, moved onto edges nearby as far as the leash allows."""
+    guide, leash = host.guide, host.options.leash
+    if guide is None or leash <= 0 or len(points) < 2:
+        return list(points)
+    return guide.snapper.snap(points, leash)

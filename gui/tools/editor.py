@@ -1,43 +1,59 @@
-"""Editing of blocks: the active tool, and the commands that act on the chosen blocks."""
+"""Editing of blocks by hand: the active tool, and what it may ask for."""
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtGui import QPainterPath
 
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.tools.base import Tool
-from gui.tools.brush import BrushTool
-from gui.tools.select import SelectTool
-from gui.tools.split import SplitTool
+from gui.tools.guide import Guide, GuideSource
+from gui.tools.kinds import make_tools
+from gui.tools.options import ToolOptions
 from gui.views.linked_views import LinkedViews
-from gui.views.pointer import PointerEvent
-from ilf.ebs.edit import LabelPatch, delete, merge
+from gui.views.pointer import PointerEvent, PointerKind
+from gui.views.preview import Preview
+from ilf.ebs.edit import LabelPatch, count_slivers
+from ilf.errors import InputError
 
-BRUSH_RADII = (1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0, 40.0, 60.0)
+_GUIDED = {"leash", "similar"}
+"""Options of tools that ask for the guide."""
 
 
 class Editor(QObject):
-    """Host of the tools: brings pointer events to the active one and its changes to the workspace."""
+    """Host of the tools: brings pointer and keys to the active one and its changes to the workspace.
+
+    Signals
+    -------
+    tool_changed()
+    options_changed()
+    hint_changed()
+        What a click would do now is another thing than before.
+    message(str)
+    slivers_left(int)
+        An edit has left so many islands, slivers and holes.
+    """
 
     tool_changed = Signal()
-    brush_changed = Signal()
+    options_changed = Signal()
+    hint_changed = Signal()
     message = Signal(str)
+    slivers_left = Signal(int)
 
     def __init__(self, workspace: Workspace, views: LinkedViews, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._workspace = workspace
         self._views = views
-        self.tools: dict[str, Tool] = {
-            "select": SelectTool(),
-            "paint": BrushTool(erases=False),
-            "erase": BrushTool(erases=True),
-            "split": SplitTool(),
-        }
+        self.guides = GuideSource(self)
+        self.tools: dict[str, Tool] = make_tools()
+        self.options = ToolOptions()
         self._active = "select"
-        self.brush_radius = 8.0
+        self._hint = ""
+        self._pointer: PointerEvent | None = None
         workspace.about_to_change.connect(self.cancel)
+        workspace.session_changed.connect(self._turn)
 
     # the tools
 
@@ -56,26 +72,86 @@ class Editor(QObject):
         self.cancel()
         self._active = name
         self._views.set_preview(None)
+        self._look_ahead()
         self.tool_changed.emit()
 
-    def cancel(self) -> None:
-        """Give up what the tool has under way."""
-        if self._workspace.has_session:
-            self.tool.cancel(self)
+    def cycle_tool(self, steps: int) -> None:
+        """Make the tool so many places further the active one."""
+        names = list(self.tools)
+        self.set_tool(names[(names.index(self._active) + steps) % len(names)])
 
-    def change_brush(self, steps: int) -> None:
-        """A larger or smaller brush."""
-        nearest = min(range(len(BRUSH_RADII)), key=lambda k: abs(BRUSH_RADII[k] - self.brush_radius))
-        self.set_brush(BRUSH_RADII[min(max(nearest + steps, 0), len(BRUSH_RADII) - 1)])
+    @property
+    def ready(self) -> bool:
+        """Whether there is a frame to edit."""
+        return self._workspace.has_session
 
-    def set_brush(self, radius: float) -> None:
-        """A brush of just this radius, in pixels."""
-        self.brush_radius = radius
-        self.brush_changed.emit()
+    @property
+    def busy(self) -> bool:
+        """Whether the tool has something under way."""
+        return self._workspace.has_session and self.tool.busy
+
+    def cancel(self) -> bool:
+        """Give up what the tool has under way; False if there is nothing."""
+        return self._tell(self._workspace.has_session and self.tool.cancel(self))
+
+    def escape(self) -> None:
+        """Give up what the tool has under way, or else choose no block."""
+        if not self.cancel():
+            self.select([])
+
+    def finish(self) -> bool:
+        """Complete what the tool has under way; False if there is nothing."""
+        return self._tell(self._workspace.has_session and self.tool.finish(self))
+
+    def take_back(self) -> bool:
+        """Take back the last part of what the tool has under way; False if there is none."""
+        return self._tell(self._workspace.has_session and self.tool.take_back(self))
 
     def pointer(self, event: PointerEvent) -> bool:
-        """Bring an event to the active tool; False for a press that is not its."""
-        return self._workspace.has_session and self.tool.pointer(event, self)
+        """Bring an event to the active tool; False for what is not its."""
+        if not self._workspace.has_session:
+            return False
+        if event.kind is PointerKind.WHEEL:
+            if "brush" in self.tool.options:
+                self.step_brush(event.steps)
+            return "brush" in self.tool.options
+        self._pointer = None if event.kind is PointerKind.LEAVE else event
+        return self._tell(self.tool.pointer(event, self))
+
+    def _tell(self, answer: bool) -> bool:
+        if self.tool.hint != self._hint:
+            self._hint = self.tool.hint
+            self.hint_changed.emit()
+        return answer
+
+    def _turn(self) -> None:
+        """Another frame is the present one."""
+        self._pointer = None
+        self.guides.turn_to(self._workspace.session if self._workspace.has_session else None)
+        self._look_ahead()
+
+    def _look_ahead(self) -> None:
+        """Have the guide found by the time it is needed."""
+        if self._workspace.has_session and (_GUIDED & set(self.tool.options) or self._active == "give"):
+            _ = self.guide
+
+    # options
+
+    def step_brush(self, steps: int) -> None:
+        """A larger or smaller brush."""
+        self.options.step_brush(steps)
+        self._take_options()
+
+    def set_option(self, name: str, value: float | bool) -> None:
+        """Set one of `ToolOptions`, for all tools that have it."""
+        setattr(self.options, name, value)
+        self._take_options()
+
+    def _take_options(self) -> None:
+        self.options_changed.emit()
+        if self._pointer is not None and self._workspace.has_session:
+            at = self._pointer
+            self.tool.pointer(PointerEvent(PointerKind.HOVER, at.x, at.y, pixel=at.pixel), self)
 
     # what tools ask of their host
 
@@ -84,13 +160,22 @@ class Editor(QObject):
         """The present frame's session."""
         return self._workspace.session
 
+    @property
+    def guide(self) -> Guide | None:
+        """What is known of the present frame; None while it is being worked out."""
+        parameters = self.session.notes.extraction or self._workspace.extraction_parameters
+        return self.guides.of(self.session, parameters)
+
     def select(self, labels: list[int]) -> None:
         """Choose blocks."""
         self._workspace.select(labels)
 
     def commit(self, patch: LabelPatch | None, text: str) -> bool:
         """Make a change of the label map one undoable step."""
-        return self._workspace.edit_labels(patch, text)
+        done = self._workspace.edit_labels(patch, text)
+        if done and patch is not None:
+            self._count_slivers(patch)
+        return done
 
     def stroke(self, patch: LabelPatch | None) -> None:
         """Change the label map as part of a stroke."""
@@ -98,68 +183,38 @@ class Editor(QObject):
 
     def end_stroke(self, text: str) -> bool:
         """Make the stroke one undoable step."""
-        return self._workspace.end_stroke(text)
+        patch = self._workspace.end_stroke(text)
+        if patch is not None:
+            self._count_slivers(patch)
+        return patch is not None
 
     def drop_stroke(self) -> bool:
         """Give the stroke up."""
         return self._workspace.drop_stroke()
 
-    def show_preview(self, path: QPainterPath | None) -> None:
+    def distrust(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
+        """Distrust the depth at these pixels, and no others, as one undoable step."""
+        try:
+            return self._workspace.set_distrusted(mask, text)
+        except InputError as error:
+            self.say(str(error))
+            return False
+
+    def show_preview(self, preview: Preview | None) -> None:
         """Draw a tool's preview over the views."""
-        self._views.set_preview(path)
+        self._views.set_preview(preview)
 
     def say(self, message: str) -> None:
-        """Show a message in the status bar."""
+        """Tell the user something that needs no answer."""
         self.message.emit(message)
 
-    # commands on the chosen blocks
-
-    def delete_selected(self) -> None:
-        """Dissolve the chosen blocks."""
+    def _count_slivers(self, patch: LabelPatch) -> None:
         session = self.session
-        if self._refuses_locked("delete"):
-            return
-        if self.commit(delete(session.labels, session.selected, session.locked), self._text("Delete")):
-            self.select([])
+        left = count_slivers(session.labels, sliver_size(session.labels.size), patch.box, session.locked)
+        if left:
+            self.slivers_left.emit(left)
 
-    def merge_selected(self) -> None:
-        """Join the chosen blocks into the largest of them."""
-        session = self.session
-        if self._refuses_locked("merge"):
-            return
-        counts = session.counts()
-        chosen = sorted(
-            (label for label in session.selected if label in counts), key=lambda label: -counts[label].pixels
-        )
-        if len(chosen) < 2:
-            self.say("Choose two or more blocks to merge: Ctrl+click adds one.")
-        elif self.commit(merge(session.labels, chosen, session.locked), self._text("Merge")):
-            self.select(chosen[:1])
 
-    def toggle_locks(self) -> None:
-        """Lock the chosen blocks, or unlock them if all are locked."""
-        session = self.session
-        lock = not all(session.info(label).locked for label in session.selected)
-        for label in list(session.selected):
-            if session.info(label).locked != lock:
-                self._workspace.set_lock(label, lock)
-
-    def select_all(self) -> None:
-        """Choose every block."""
-        self.select(list(self.session.counts()))
-
-    def new_block(self) -> None:
-        """Choose a number that no block has yet, and the brush to paint it."""
-        label = self._workspace.start_block()
-        self.set_tool("paint")
-        self.say(f"Paint the pixels of {self.session.info(label).name}.")
-
-    def _refuses_locked(self, verb: str) -> bool:
-        locked = [label for label in self.session.selected if label in self.session.locked]
-        if locked:
-            self.say(f"{self.session.info(locked[0]).name} is locked. Unlock it to {verb} it.")
-        return bool(locked)
-
-    def _text(self, verb: str) -> str:
-        chosen = self.session.selected
-        return f"{verb} {self.session.info(chosen[0]).name}" if len(chosen) == 1 else f"{verb} {len(chosen)} blocks"
+def sliver_size(pixels: int) -> int:
+    """Pixels from which on a part is no sliver, in a frame of so many."""
+    return max(12, pixels // 10_000)

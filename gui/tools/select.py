@@ -1,29 +1,83 @@
-"""Choosing blocks by clicking on them."""
+"""Choosing blocks by clicking on them, or by a band around them."""
 
 from __future__ import annotations
 
-from gui.tools.base import Host
+import numpy as np
+from PySide6.QtCore import QRectF
+from PySide6.QtGui import QPainterPath
+
+from gui.tools.base import Host, Press, Tool
 from gui.views.pointer import PointerEvent, PointerKind
+from gui.views.preview import Preview
 
 
-class SelectTool:
-    """A click chooses the block under it, with Ctrl adds or removes it; dragging pans."""
+class SelectTool(Tool):
+    """A click chooses the block under it, with Ctrl adds or removes it, with Shift adds it; dragging pans.
 
-    hint = "Click: choose a block | Ctrl+click: add or remove | drag: pan | wheel: zoom"
+    Dragged with Shift, a band chooses the blocks of which more than half lies in it.
+    """
+
+    options = ("amount",)
+
+    def __init__(self) -> None:
+        self._press: Press | None = None
+
+    @property
+    def hint(self) -> str:
+        """What a click or a drag would do."""
+        return "Click: choose | Ctrl+click: add or remove | Shift+drag: choose by a band | drag: pan | wheel: zoom"
+
+    @property
+    def busy(self) -> bool:
+        """Whether a band is open."""
+        return self._press is not None
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Choose on press, and leave the drag to the view."""
+        """Choose on press, and leave the drag to the view unless Shift opens a band."""
         if event.kind is PointerKind.PRESS:
-            label = host.session.label_at(event.x, event.y)
-            chosen = list(host.session.selected)
-            if not event.ctrl:
-                host.select([label] if label else [])
-            elif label in chosen:
-                host.select([other for other in chosen if other != label])
-            elif label:
-                host.select([*chosen, label])
+            if event.shift:
+                self._press = Press(event)
+                return True
+            self._choose(event, host)
+        elif event.kind is PointerKind.MOVE and self._press is not None and self._press.follow(event):
+            band = QPainterPath()
+            band.addRect(_band(self._press, event))
+            host.show_preview(Preview(band, dashed=True))
+        elif event.kind is PointerKind.RELEASE and self._press is not None:
+            press = self._press
+            self.cancel(host)
+            found = _inside(_band(press, event), host) if press.drags else [host.session.label_at(*press.point)]
+            host.select(list(dict.fromkeys([*host.session.selected, *(label for label in found if label)])))
         return False
 
     def cancel(self, host: Host) -> bool:
-        """Nothing is ever under way."""
-        return False
+        """Drop the band."""
+        under_way, self._press = self.busy, None
+        host.show_preview(None)
+        return under_way
+
+    def _choose(self, event: PointerEvent, host: Host) -> None:
+        label = host.session.label_at(event.x, event.y)
+        chosen = list(host.session.selected)
+        if not event.ctrl:
+            host.select([label] if label else [])
+        elif label in chosen:
+            host.select([other for other in chosen if other != label])
+        elif label:
+            host.select([*chosen, label])
+
+
+def _band(press: Press, event: PointerEvent) -> QRectF:
+    x, y = press.point
+    return QRectF(x, y, event.x - x, event.y - y).normalized()
+
+
+def _inside(band: QRectF, host: Host) -> list[int]:
+    """Blocks of which more than half lies in a band, the largest part first."""
+    labels = host.session.labels
+    rows = slice(max(round(band.top()), 0), max(round(band.bottom()), 0))
+    columns = slice(max(round(band.left()), 0), max(round(band.right()), 0))
+    pixels = np.bincount(labels[rows, columns].ravel(), minlength=1)
+    counts = host.session.counts()
+    found = [int(label) for label in np.flatnonzero(pixels) if label and 2 * pixels[label] > counts[int(label)].pixels]
+    return sorted(found, key=lambda label: -pixels[label])

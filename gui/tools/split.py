@@ -2,59 +2,192 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import dataclass
+from functools import partial
 
 import cv2
 import numpy as np
 
 from gui.state.session import Session
-from gui.tools.base import Host, line_path
+from gui.tools.base import Host, Point, Press, Tool, knows_edges, line_path, refuses, snapped
+from gui.tools.pen import Pen
 from gui.views.pointer import PointerEvent, PointerKind
+from gui.views.preview import Preview
 from ilf.ebs.edit import split
+from ilf.ebs.splitting import suggest_split
 
 
-class SplitTool:
-    """Drag a line across a block, from outside to outside; Shift keeps it at multiples of 45 degrees."""
+@dataclass(frozen=True)
+class _Offer:
+    label: int
+    line: list[Point]
 
-    hint = "Drag a line right across a block to cut it in two | Shift: 45 degree steps | Esc: give up"
+
+class SplitTool(Tool):
+    """Draw a line right across a block, freely or from click to click; or take the one that a click suggests."""
+
+    options = ("leash",)
 
     def __init__(self) -> None:
-        self._start: tuple[float, float] | None = None
+        self._pen = Pen()
+        self._press: Press | None = None
+        self._by_clicks = False
+        self._offer: _Offer | None = None
+
+    @property
+    def hint(self) -> str:
+        """What a drag, a click or a key would do."""
+        if self._offer is not None:
+            return "Click or Enter: cut along this line | drag: draw another | Esc: give up"
+        if self._by_clicks:
+            return "Click: next point | Shift: straight | Enter or double click: cut | Backspace: one back"
+        return "Drag: cut along a line | Shift: straight | click: suggest a line | Ctrl+click: point by point"
+
+    @property
+    def busy(self) -> bool:
+        """Whether there is a line, drawn or suggested."""
+        return self._press is not None or self._pen.down or self._offer is not None
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Draw the line while the button is down, cut at its release."""
-        if event.kind is PointerKind.PRESS:
-            self._start = event.x, event.y
-        elif self._start is not None and event.kind is PointerKind.MOVE:
-            host.show_preview(line_path([self._start, _end_point(self._start, event)]))
-        elif self._start is not None and event.kind is PointerKind.RELEASE:
-            start, self._start = self._start, None
-            host.show_preview(None)
-            self._cut([start, _end_point(start, event)], host)
-        return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a press like any other
+        """Draw; a drag cuts at its release."""
+        match event.kind:
+            case PointerKind.PRESS:
+                self._press = Press(event)
+            case PointerKind.MOVE if self._press is not None:
+                self._draw(self._press, event, host)
+            case PointerKind.RELEASE if self._press is not None:
+                press, self._press = self._press, None
+                if press.drags:
+                    self._end_drag(host)
+                else:
+                    self._click(press.point, event, host)
+            case PointerKind.HOVER if self._by_clicks:
+                self._show(host, event)
+            case PointerKind.DOUBLE:
+                if not self._by_clicks:  # the second of two quick clicks takes what the first has suggested
+                    return False
+                self.finish(host)
+        return True
 
     def cancel(self, host: Host) -> bool:
         """Drop the line."""
-        under_way, self._start = self._start is not None, None
+        under_way = self.busy
+        self._press = self._offer = None
+        self._by_clicks = False
+        self._pen.lift()
         host.show_preview(None)
         return under_way
 
-    def _cut(self, points: list[tuple[float, float]], host: Host) -> None:
-        session = host.session
-        label = most_crossed(session, points)
-        if label == 0:
-            host.say("The line crosses no block.")
-            return
-        name = session.info(label).name
-        if label in session.locked:
-            host.say(f"{name} is locked. Unlock it in the table of blocks.")
-        elif host.commit(split(session.labels, label, points, session.locked, session.next_label()), f"Split {name}"):
-            host.select([label])
+    def finish(self, host: Host) -> bool:
+        """Cut along the line as it lies."""
+        offer, line = self._offer, self._pen.line
+        if offer is None and len(line) < 2:
+            return False
+        self.cancel(host)
+        if offer is not None:
+            _cut(offer.label, offer.line, host)
         else:
-            host.say(f"The line does not part {name}: draw it from boundary to boundary.")
+            _cut(most_crossed(host.session, line), line, host)
+        return True
+
+    def take_back(self, host: Host) -> bool:
+        """Drop the last point."""
+        if not self._by_clicks:
+            return False
+        self._pen.take_back()
+        if self._pen.down:
+            self._show(host)
+        else:
+            self.cancel(host)
+        return True
+
+    def _draw(self, press: Press, event: PointerEvent, host: Host) -> None:
+        dragged = press.drags
+        if not press.follow(event):
+            return
+        self._offer = None
+        snap = partial(snapped, host)
+        if not self._pen.down:
+            self._pen.begin(press.point)
+        elif not dragged:
+            self._pen.go(press.point, event.shift, snap)
+        self._pen.drag((event.x, event.y), event.shift, snap)
+        self._show(host)
+
+    def _end_drag(self, host: Host) -> None:
+        if self._by_clicks:
+            self._pen.rest()
+        else:
+            self.finish(host)
+
+    def _click(self, point: Point, event: PointerEvent, host: Host) -> None:
+        if self._by_clicks:
+            self._pen.go(point, event.shift, partial(snapped, host))
+        elif self._offer is not None and not event.ctrl:
+            self.finish(host)
+            return
+        elif event.ctrl or not self._suggest(point, host):
+            self._offer = None
+            self._by_clicks = True
+            self._pen.begin(point)
+        self._show(host)
+
+    def _suggest(self, point: Point, host: Host) -> bool:
+        """Offer a line for the block at a point; False if a line may be begun there instead."""
+        label = host.session.label_at(*point)
+        if label == 0:
+            return False
+        if refuses(host, label) or not knows_edges(host):
+            return True
+        line = _suggestion(host, label)
+        if line is None:
+            host.say(f"Nothing tells two surfaces in {host.session.info(label).name} apart: click on, point by point.")
+            return False
+        self._offer = _Offer(label, line)
+        return True
+
+    def _show(self, host: Host, event: PointerEvent | None = None) -> None:
+        if self._offer is not None:
+            host.show_preview(Preview(line_path(self._offer.line), dashed=True))
+            return
+        line = self._pen.line
+        if event is not None:
+            line = line + self._pen.reach((event.x, event.y), event.shift, partial(snapped, host))[1:]
+        host.show_preview(Preview(line_path(line), self._pen.corners if self._by_clicks else ()))
 
 
-def most_crossed(session: Session, points: list[tuple[float, float]]) -> int:
+def suggested_cut(host: Host, label: int) -> None:
+    """Cut a block at once where its depth and edges suggest it."""
+    if refuses(host, label) or not knows_edges(host):
+        return
+    line = _suggestion(host, label)
+    if line is None:
+        host.say(f"Nothing tells two surfaces in {host.session.info(label).name} apart. Draw the line with Split.")
+    else:
+        _cut(label, line, host)
+
+
+def _suggestion(host: Host, label: int) -> list[Point] | None:
+    session, guide = host.session, host.guide
+    line = None if guide is None else suggest_split(session.frame, session.labels, label, guide.strength)
+    return None if line is None else list(line)
+
+
+def _cut(label: int, line: list[Point], host: Host) -> None:
+    session = host.session
+    if label == 0:
+        host.say("The line crosses no block.")
+        return
+    name = session.info(label).name
+    if refuses(host, label):
+        return
+    if host.commit(split(session.labels, label, line, session.locked, session.next_label()), f"Split {name}"):
+        host.select([label])
+    else:
+        host.say(f"The line does not part {name}: draw it from boundary to boundary.")
+
+
+def most_crossed(session: Session, points: list[Point]) -> int:
     """The chosen block if the line crosses it, else the one it crosses most; 0 for none."""
     line = np.zeros(session.labels.shape, np.uint8)
     path = np.floor(np.asarray(points)).astype(np.int32).reshape(-1, 1, 2)
@@ -65,12 +198,3 @@ def most_crossed(session: Session, points: list[tuple[float, float]]) -> int:
         if label < crossed.size and crossed[label]:
             return label
     return int(np.argmax(crossed))
-
-
-def _end_point(start: tuple[float, float], event: PointerEvent) -> tuple[float, float]:
-    if not event.shift:
-        return event.x, event.y
-    along, down = event.x - start[0], event.y - start[1]
-    angle = round(math.atan2(down, along) / (math.pi / 4)) * math.pi / 4
-    length = math.hypot(along, down)
-    return start[0] + length * math.cos(angle), start[1] + length * math.sin(angle)

@@ -15,6 +15,7 @@ from gui.theme import Colours
 from .block_names import InnerPoint, NamesItem
 from .items import HaloPath, Hatch
 from .pixel_item import PixelItem
+from .preview import PreviewItem
 from .sampling import Sampling
 from .screen_item import ScreenItem
 from .view_transform import ViewTransform
@@ -66,7 +67,7 @@ class ImageView(pg.GraphicsView):
         self.names = NamesItem(5.5)
         self.sampling: Sampling | None = None
         """How the frame lies on the device pixels; None until it is known."""
-        self.preview = HaloPath(1.5, _WHITE, 150, 6)
+        self.preview = PreviewItem(6)
         # two items, so that a moving cursor repaints two thin strips instead of the view
         self._cross = tuple(HaloPath(1, QColor(255, 255, 255, 190), 70, 7) for _ in range(2))
         for item in (self.stripes, self.lines, self.names, self.preview, *self._cross):
@@ -153,8 +154,9 @@ class ImageView(pg.GraphicsView):
         # the visible part as scene rectangle leaves nothing to scroll
         self.setSceneRect(drawn.inverted()[0].mapRect(QRectF(QRect(0, 0, size.width(), size.height()))))
         self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, scale * ratio < 1)
-        for item in (self.preview, *self._cross):
+        for item in self._cross:
             item.set_pixel_size(1 / scale)
+        self.preview.set_pixel_size(1 / scale)
 
     @property
     def pixel_ratio(self) -> int:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPoint, QRect, QSize, Qt, Signal
-from PySide6.QtGui import QPainterPath, QResizeEvent
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
 from gui import theme
@@ -21,6 +21,7 @@ from .layouts import CELLS, CORRECT, CORRECT_VIEWS, GRIDS, LAYOUTS, correct_plac
 from .navigation import Navigation
 from .overlay import BlockOverlay
 from .pointer import PointerHandler
+from .preview import Preview
 from .result_cells import DepthCell, DifferenceCell, ErrorCell, missing_brush
 from .screen_layers import ScreenLayers
 from .view_cell import ViewCell
@@ -286,14 +287,18 @@ class LinkedViews(QWidget):
         """Draw a wider line around these blocks in all views."""
         self._layers.set_selected(labels)
 
-    def set_preview(self, path: QPainterPath | None) -> None:
-        """Draw what a tool is about to do, in image coordinates, in all views; None removes it."""
+    def set_preview(self, preview: Preview | None) -> None:
+        """Draw what a tool is about to do in all views; None removes it."""
         for view in self._views:
-            view.preview.set_path(path)
+            view.preview.set_preview(preview)
 
     def set_pointer_handler(self, handler: PointerHandler | None) -> None:
         """Send pointer events of all views to a tool; None lets the left button pan."""
         self._navigation.set_handler(handler)
+
+    def set_space(self, held: bool) -> None:
+        """Whether the space key is held, wherever it was pressed: the left button pans meanwhile."""
+        self._navigation.set_space(held)
 
     # colours
 

@@ -97,7 +97,7 @@ class Navigation(QObject):
             case QKeyEvent():
                 return self._key(event)
         if event.type() == QEvent.Type.FocusOut:
-            self._set_space(False)
+            self.set_space(False)
         elif event.type() == QEvent.Type.Leave:
             self._set_pixel(None)
             self._send(PointerKind.LEAVE, view, self._last)
@@ -143,6 +143,10 @@ class Navigation(QObject):
     def _wheel(self, view: ImageView, event: QWheelEvent) -> bool:
         # Alt turns the wheel sideways on some systems
         turn = event.angleDelta().y() or event.angleDelta().x()
+        if event.modifiers() & Qt.KeyboardModifier.ControlModifier and turn:
+            steps = int(math.copysign(max(abs(turn) // 120, 1), turn))
+            if self._send(PointerKind.WHEEL, view, event.position(), event.modifiers(), steps):
+                return True
         point = view.to_image(event.position())
         self._transform.zoom(ZOOM_STEP ** (turn / 120), point.x(), point.y())
         self.transformChanged.emit()
@@ -163,7 +167,7 @@ class Navigation(QObject):
         )
         if key == Qt.Key.Key_Space and plain:
             if not event.isAutoRepeat():
-                self._set_space(pressed)
+                self.set_space(pressed)
             return True
         if not (pressed and plain):
             return False
@@ -186,6 +190,7 @@ class Navigation(QObject):
         view: ImageView,
         position: QPointF,
         modifiers: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier,
+        steps: int = 0,
     ) -> bool | None:
         if self._handler is None:
             return None
@@ -198,6 +203,8 @@ class Navigation(QObject):
                 shift=bool(modifiers & Qt.KeyboardModifier.ShiftModifier),
                 ctrl=bool(modifiers & Qt.KeyboardModifier.ControlModifier),
                 alt=bool(modifiers & Qt.KeyboardModifier.AltModifier),
+                pixel=1 / view.transform().m11(),
+                steps=steps,
             )
         )
 
@@ -213,7 +220,8 @@ class Navigation(QObject):
             self._pixel = pixel
             self.cursorMoved.emit(pixel)
 
-    def _set_space(self, held: bool) -> None:
+    def set_space(self, held: bool) -> None:
+        """Whether the space key is held, wherever it was pressed: the left button pans meanwhile."""
         self._space = held
         self._show_cursor_shape()
 

@@ -17,6 +17,8 @@ class PointerKind(Enum):
     HOVER = auto()
     LEAVE = auto()
     DOUBLE = auto()
+    WHEEL = auto()
+    """The wheel was turned while Ctrl was held."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,10 @@ class PointerEvent:
         May lie outside the image.
     shift, ctrl, alt : bool
         Modifier keys held.
+    pixel : float
+        Image pixels per pixel of the screen.
+    steps : int
+        How far the wheel was turned: above 0 away from the user.
     """
 
     kind: PointerKind
@@ -40,7 +46,10 @@ class PointerEvent:
     shift: bool = False
     ctrl: bool = False
     alt: bool = False
+    pixel: float = 1.0
+    steps: int = 0
 
 
 PointerHandler = Callable[[PointerEvent], "bool | None"]
-"""Takes pointer events. False for PRESS: not mine, pan instead. True for DOUBLE: mine, send no PRESS for it."""
+"""Takes pointer events. False for PRESS: not mine, pan instead. True for DOUBLE: mine, send no PRESS for
+it. True for WHEEL: mine, do not zoom."""

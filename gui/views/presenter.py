@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QPoint, Signal
+from PySide6.QtCore import QObject, Signal
 
 from gui.state.session import Session
 from gui.state.workspace import Workspace
@@ -13,17 +13,14 @@ from ilf.blocks import Box
 
 
 class ViewsPresenter(QObject):
-    """Pictures of the frame, overlay and outlines of its blocks, depth out.
+    """Pictures of the frame, overlay and lines of its blocks, depth out.
 
     Signals
     -------
-    menu_wished(QPoint)
-        The user wants the commands on the chosen blocks, at a place on the screen.
     names_switched()
         `show_blocks` would write names, or none.
     """
 
-    menu_wished = Signal(QPoint)
     names_switched = Signal()
 
     def __init__(self, workspace: Workspace, views: LinkedViews) -> None:
@@ -42,7 +39,6 @@ class ViewsPresenter(QObject):
         for other in (workspace.infos_changed, workspace.session_changed, workspace.selection_changed):
             other.connect(self._doubt_colours)
         workspace.labels_changed.connect(self._doubt_names)
-        views.contextMenuRequested.connect(self._choose_for_menu)
 
     def show_frame(self) -> None:
         """Colour and depth in, if they are not there yet; the rest of the pictures goes with the frame before."""
@@ -111,6 +107,19 @@ class ViewsPresenter(QObject):
             depth = session.present_depth()
             self._views.set_result(depth, guessed, None if depth is None else session.stale)
 
+    def show_other(self, labels: NDArray[np.int32], depth: NDArray[np.float32] | None) -> None:
+        """Show other blocks of the present frame, int32 (H, W), and other completed depth [m], None for none, for a
+        while."""
+        table = colour_table(self._workspace.session, int(labels.max()))
+        self._views.set_blocks(labels, table)
+        self._views.set_result(depth)
+        self._table = None
+
+    def show_present(self) -> None:
+        """Show the blocks and the depth that there are."""
+        self.show_blocks()
+        self.show_depth()
+
     def zoom_to_blocks(self) -> None:
         """Show the chosen blocks large."""
         session = self._workspace.session
@@ -119,15 +128,6 @@ class ViewsPresenter(QObject):
             self._views.zoom_to(
                 slice(int(rows.min()), int(rows.max()) + 1), slice(int(columns.min()), int(columns.max()) + 1)
             )
-
-    def _choose_for_menu(self, place: QPoint, x: float, y: float) -> None:
-        if not self._workspace.has_session:
-            return
-        session = self._workspace.session
-        label = session.label_at(x, y)
-        if label not in session.selected:
-            self._workspace.select([label] if label else [])
-        self.menu_wished.emit(place)
 
 
 def colour_table(session: Session, least: int) -> NDArray[np.uint8]:

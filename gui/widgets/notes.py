@@ -1,18 +1,21 @@
-"""The one way by which the window says something: status bar, log, and a box where it must not be missed."""
+"""The one way by which the window says something: in passing, in the log, and a box where it must not be missed."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtWidgets import QStatusBar, QWidget
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QWidget
 
 from gui.widgets.log import LogPanel
+from gui.widgets.message_strip import MessageStrip
 from gui.widgets.messages import warn
 from ilf.errors import IlfError
 
 _TOLD_MS = 6000
 _GLIMPSE_MS = 4000
+_OFFERED_MS = 30_000
 
 
 class Notes(QObject):
@@ -26,20 +29,24 @@ class Notes(QObject):
 
     reported = Signal(str)
 
-    def __init__(self, window: QWidget, status: QStatusBar, log: LogPanel) -> None:
+    def __init__(self, window: QWidget, strip: MessageStrip, log: LogPanel) -> None:
         super().__init__(window)
         self._window = window
-        self._status = status
+        self._strip = strip
         self._log = log
 
     def tell(self, message: str) -> None:
         """Something that needs no answer."""
-        self._status.showMessage(message, _TOLD_MS)
+        self._strip.tell(message, _TOLD_MS)
         self._log.add(message)
+
+    def offer(self, message: str, action: QAction) -> None:
+        """Something that a command could be given for; it stays until something else is done."""
+        self._strip.tell(message, _OFFERED_MS, action)
 
     def glimpse(self, message: str) -> None:
         """Something that is of no interest any more when it has been read, as it comes at every move of a slider."""
-        self._status.showMessage(message, _GLIMPSE_MS)
+        self._strip.tell(message, _GLIMPSE_MS)
 
     def warn(self, what: str, notes: Iterable[str]) -> None:
         """Something that was done, but not quite as asked for; nothing is shown if there are no notes."""

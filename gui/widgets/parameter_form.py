@@ -58,6 +58,7 @@ class ParameterForm(QScrollArea):
         super().__init__(parent)
         self._parameters = set_class()
         self._base = set_class()
+        self._source = "the preset"
         self._rows: dict[str, _Row] = {}
         self._wheel_guard = _WheelGuard(self)
         declarations = set_class.declarations()
@@ -92,12 +93,12 @@ class ParameterForm(QScrollArea):
             self._parameters = parameters
             self._show()
 
-    def set_base(self, parameters: ParameterSet) -> None:
-        """Set the values (of a preset) that rows are marked against and reset to."""
-        if parameters != self._base:
-            self._base = parameters
+    def set_base(self, parameters: ParameterSet, source: str = "the preset") -> None:
+        """Set the values that rows are marked against and reset to, and whose they are."""
+        if (parameters, source) != (self._base, self._source):
+            self._base, self._source = parameters, source
             for name, row in self._rows.items():
-                row.widget.setToolTip(_tooltip(row.declaration, getattr(parameters, name)))
+                row.widget.setToolTip(_tooltip(row.declaration, getattr(parameters, name), source))
             self._show()
 
     def sizeHint(self) -> QSize:
@@ -174,7 +175,7 @@ class ParameterForm(QScrollArea):
         policy.setRetainSizeWhenHidden(True)
         reset.setSizePolicy(policy)
         grid.addWidget(reset, 0, 2)
-        widget.setToolTip(_tooltip(declaration, getattr(self._base, name)))
+        widget.setToolTip(_tooltip(declaration, getattr(self._base, name), self._source))
         return _Row(declaration, widget, caption, reset, slider, show)
 
     def _slider(self, declaration: Declaration) -> ValueSlider:
@@ -363,9 +364,9 @@ def _value_text(declaration: Declaration, value: Value) -> str:
     return f"{number} {declaration.unit}".strip()
 
 
-def _tooltip(declaration: Declaration, usual: Value) -> str:
-    """Help, the preset's value and source as rich text, which wraps."""
-    facts = [f"In the preset: {_value_text(declaration, usual)}"]
+def _tooltip(declaration: Declaration, usual: Value, whose: str) -> str:
+    """Help, the usual value and source as rich text, which wraps."""
+    facts = [f"In {whose}: {_value_text(declaration, usual)}"]
     if declaration.source:
         facts.append(f"Source: {declaration.source}")
     lines = [declaration.help, "<br>".join(facts), f"<code>{declaration.name}</code>"]

@@ -11,15 +11,14 @@ from numpy.typing import NDArray
 
 from ..drawing.block_pictures import stage_pictures
 from ..ebs import extract
-from ..ebs.reextraction import flow_around
 from ..errors import InputError
-from ..io import read_labels, write_labels
+from ..io import BLOCK_FORMATS, LoadedBlocks, write_blocks
 from ..io.atomic import write_bytes
 from ..io.folders import made_folder
 from ..io.images import encode_image
-from ..parameters import BlockParameters
 from ..run import check_not_an_input
-from .parsing import Commands, UsageError, add_block_parameters, add_distrusted, add_frame, frame_from, with_given
+from .given_blocks import add_given_blocks, check_given_blocks, filled, given_blocks
+from .parsing import Commands, UsageError, add_block_parameters, add_distrusted, add_frame, frame_from
 from .report import table, warn
 
 
@@ -28,25 +27,27 @@ def add_command(commands: Commands) -> None:
     parser = commands.add_parser(
         "blocks",
         help="extract the operation blocks of a frame",
-        usage="ilf blocks (RGB DEPTH | FOLDER) --out FILE.png [options]",
-        description="Extract boundaries and surfaces (EBS) and write the label map: 16-bit PNG, 0 = no block. "
-        "`ilf complete --labels` takes it, edited or not.",
+        usage="ilf blocks (RGB DEPTH | FOLDER) --out FILE [options]",
+        description="Extract boundaries and surfaces (EBS), or take blocks from another program, and write them: label "
+        "map (16-bit PNG, 0 = no block), COCO or labelme JSON. `ilf complete --blocks` takes them, edited or not.",
         allow_abbrev=False,
     )
     parser.set_defaults(command=run)
     add_frame(parser)
     add_distrusted(parser)
-    again = parser.add_argument_group("extracting again")
-    again.add_argument(
-        "--around",
-        metavar="FILE.png",
-        help="label map whose blocks stay as they are, with their numbers; the others are extracted around them",
-    )
-    again.add_argument(
-        "--keep", type=_numbers, metavar="N,N,...", help="only these blocks of it stay (default: all of them)"
+    taken = parser.add_argument_group("blocks that there are")
+    add_given_blocks(taken, "--from")
+    taken.add_argument(
+        "--keep", type=_numbers, metavar="N,N,...", help="only these blocks of them stay (default: all of them)"
     )
     output = parser.add_argument_group("output")
-    output.add_argument("--out", metavar="FILE.png", required=True, help="the label map")
+    output.add_argument("--out", metavar="FILE", required=True, help="the blocks, as .png or .json")
+    output.add_argument(
+        "--format",
+        choices=tuple(BLOCK_FORMATS),
+        help="format of that file (default: png for .png, coco for .json). COCO and labelme have names, too; all are "
+        "exact to the pixel",
+    )
     output.add_argument(
         "--stages",
         metavar="DIR",
@@ -58,40 +59,49 @@ def add_command(commands: Commands) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
-    parameters = with_given(BlockParameters(), arguments)
+    parameters = check_given_blocks(arguments, "--from")
+    if arguments.keep is not None and arguments.blocks is None:
+        raise UsageError("--keep names blocks that are given: name them by --from.")
+    extracts = arguments.blocks is None or arguments.fill_gaps
+    if arguments.stages is not None and not extracts:
+        raise UsageError("With --from nothing is extracted: leave out --stages, or add --fill-gaps.")
     frame = frame_from(arguments)
-    if arguments.keep is not None and arguments.around is None:
-        raise UsageError("--keep names blocks of a label map: give it by --around.")
-    present = None if arguments.around is None else read_labels(arguments.around, frame.shape)
-    extraction = extract(frame, parameters)
-    labels = extraction.blocks
-    if present is not None:
-        kept = _kept(present, arguments.keep)
-        labels = flow_around(present, kept, labels, parameters.smallest_block(labels.size))
+    found = given_blocks(arguments, frame)
+    if arguments.keep is not None:
+        found = _only(found, arguments.keep)
     pictures = {}
-    if arguments.stages is not None:
-        folder = Path(arguments.stages)
-        stages = stage_pictures(frame.rgb, extraction).items()
-        pictures = {folder / f"{number}-{name}.png": picture for number, (name, picture) in enumerate(stages, 1)}
+    if extracts:
+        extraction = extract(frame, parameters)
+        found = filled(found, extraction, parameters)
+        if arguments.stages is not None:
+            folder = Path(arguments.stages)
+            stages = stage_pictures(frame.rgb, extraction).items()
+            pictures = {folder / f"{number}-{name}.png": picture for number, (name, picture) in enumerate(stages, 1)}
     check_not_an_input(frame, [Path(arguments.out), *pictures])
-    write_labels(arguments.out, labels)
+    image = None if frame.inputs is None else frame.inputs.rgb.path
+    write_blocks(arguments.out, found.labels, format=arguments.format, names=found.names, image=image)
     for path, picture in pictures.items():
         made_folder(path.parent)
         # the encoder takes colours with blue first
         write_bytes(path, encode_image(".png", picture[..., ::-1] if picture.ndim == 3 else picture))
-    warn(extraction.notes)
-    if arguments.quiet:
-        return
-    pixels = np.bincount(labels.ravel())
-    known = np.bincount(labels[frame.known], minlength=pixels.size)
+    warn(found.notes)
+    if not arguments.quiet:
+        print("\n".join(_report(found, frame.known)))
+        print("Written:", ", ".join([arguments.out, *map(str, pictures)]))
+
+
+def _report(found: LoadedBlocks, known: NDArray[np.bool_]) -> list[str]:
+    """A table of the blocks, and how much they cover."""
+    pixels = np.bincount(found.labels.ravel())
+    with_depth = np.bincount(found.labels[known], minlength=pixels.size)
     rows = [
-        (str(label), str(pixels[label]), f"{1 - known[label] / pixels[label]:.1%}")
-        for label in np.flatnonzero(pixels)
+        (str(label), str(pixels[label]), f"{1 - with_depth[label] / pixels[label]:.1%}", found.names.get(label, ""))
+        for label in np.flatnonzero(pixels).tolist()
         if label > 0
     ]
-    print("\n".join(table(("block", "pixels", "missing"), rows)))
-    print(f"\n{len(rows)} blocks cover {np.count_nonzero(labels) / labels.size:.1%} of the frame.")
-    print("Written:", ", ".join([arguments.out, *map(str, pictures)]))
+    head = "block", "pixels", "missing", "name" if found.names else ""
+    covered = np.count_nonzero(found.labels) / found.labels.size
+    return [*table(head, rows), "", f"{len(rows)} blocks cover {covered:.1%} of the frame."]
 
 
 def _numbers(text: str) -> frozenset[int]:
@@ -101,11 +111,9 @@ def _numbers(text: str) -> frozenset[int]:
         raise argparse.ArgumentTypeError(f"{text!r} is no list of block numbers, as in 3,7,12") from None
 
 
-def _kept(present: NDArray[np.int32], chosen: Collection[int] | None) -> frozenset[int]:
-    """The blocks of a label map that stay: the chosen ones, or all."""
-    there = frozenset(np.unique(present).tolist()) - {0}
-    if chosen is None:
-        return there
-    if absent := sorted(set(chosen) - there):
-        raise InputError(f"There are no blocks {', '.join(map(str, absent))} to keep in the label map.")
-    return frozenset(chosen)
+def _only(found: LoadedBlocks, chosen: Collection[int]) -> LoadedBlocks:
+    """The chosen ones of the blocks."""
+    if absent := sorted(set(chosen) - set(np.unique(found.labels).tolist())):
+        raise InputError(f"There are no blocks {', '.join(map(str, absent))} to keep.")
+    labels = np.where(np.isin(found.labels, list(chosen)), found.labels, 0).astype(np.int32)
+    return LoadedBlocks(labels, {label: found.names[label] for label in chosen if label in found.names}, found.notes)

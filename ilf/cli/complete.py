@@ -8,13 +8,16 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ..ebs import extract
 from ..errors import InputError
 from ..frame import doubtful_scale
-from ..io import frame_folder, read_labels
+from ..io import frame_folder
+from ..io.label_files import read_mask
 from ..outcomes import Completion
 from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..run import ExportOptions, Replay, Run, check_write, output_folder_name, replay, write
 from ..run.options import CLOUD_AXES, CLOUD_FILES, CLOUD_UNITS, DEPTH_FILES
+from .given_blocks import add_given_blocks, check_given_blocks, filled, given_blocks
 from .parsing import (
     BLOCK_PREFIX,
     Commands,
@@ -60,7 +63,13 @@ def add_command(commands: Commands) -> None:
     parser.add_argument(
         "--preset", choices=tuple(PRESETS), help=f"parameters to start from (default: {DEFAULT_PRESET})"
     )
-    parser.add_argument("--labels", metavar="FILE.png", help="take the blocks from a label map, do not extract them")
+    add_given_blocks(parser, "--blocks", "--labels")
+    parser.add_argument(
+        "--drawn",
+        metavar="MASK.png",
+        help="mask of the blocks' pixels whose border was drawn by hand, which no depth gets across: an image of the "
+        "frame's size with one channel, not 0 there",
+    )
     parser.add_argument("--replay", metavar="run.json", help="make a recorded run again; all else is in the record")
     output = parser.add_argument_group("output")
     output.add_argument(
@@ -123,18 +132,31 @@ def _completed(run: Run, arguments: argparse.Namespace) -> Completion:
 
 def _new_job(arguments: argparse.Namespace) -> _Job:
     parameters = with_given(PRESETS[arguments.preset or DEFAULT_PRESET], arguments)
-    if arguments.labels is not None and given_parameters(arguments, BlockParameters):
-        raise UsageError(f"With --labels nothing is extracted: leave out the --{BLOCK_PREFIX}* flags.")
+    extraction = check_given_blocks(arguments, "--blocks")
     options = _options(arguments)
     frame = frame_from(arguments)
-    if arguments.labels is None:
-        run = Run.extracted(frame, with_given(BlockParameters(), arguments), parameters, dense=arguments.dense)
+    blocks = given_blocks(arguments, frame)
+    if arguments.blocks is None or arguments.fill_gaps:
+        found = extract(frame, extraction)
+        blocks = filled(blocks, found, extraction)
+        run = Run(
+            frame,
+            blocks.labels,
+            parameters,
+            dense=arguments.dense,
+            extraction=extraction,
+            edited=arguments.fill_gaps,
+            network=found.network,
+            notes=blocks.notes,
+        )
         way_out = (
-            f"Lower --{BLOCK_PREFIX}min-size or --{BLOCK_PREFIX}min-known-share, or draw blocks and give --labels."
+            f"Lower --{BLOCK_PREFIX}min-size or --{BLOCK_PREFIX}min-known-share, or draw blocks and give --blocks."
         )
     else:
-        run = Run(frame, read_labels(arguments.labels, frame.shape), parameters, dense=arguments.dense)
-        way_out = "It holds 0 only: give a label map with blocks."
+        run = Run(frame, blocks.labels, parameters, dense=arguments.dense, notes=blocks.notes)
+        way_out = "What --blocks names holds none: give a file with blocks, or add --fill-gaps."
+    if arguments.drawn is not None:
+        run = replace(run, drawn=read_mask(arguments.drawn, frame.shape))
     if not run.blocks.any():
         raise InputError(f"There are no blocks, so there is nothing to complete. {way_out}")
     doubt = doubtful_scale(frame.depth, 1.0 if frame.inputs is None else frame.inputs.depth_units)
@@ -150,11 +172,12 @@ def _new_job(arguments: argparse.Namespace) -> _Job:
 def _recorded_job(arguments: argparse.Namespace) -> _Job:
     also = [
         f"--{name.replace('_', '-')}"
-        for name in ("preset", "labels", "distrust", "depth_units", "intrinsics", "depth_formats", "png_units")
+        for name in ("preset", "blocks", "drawn", "distrust", "depth_units", "intrinsics", "depth_formats", "png_units")
         if getattr(arguments, name) is not None
     ]
     also += _cloud_flags(arguments)
     also += ["--no-expected-error"] * arguments.no_expected_error + ["--dense"] * arguments.dense
+    also += ["--fill-gaps"] * arguments.fill_gaps
     for kind, prefix in ((Parameters, ""), (BlockParameters, BLOCK_PREFIX)):
         also += [f"--{prefix}{name.replace('_', '-')}" for name in given_parameters(arguments, kind)]
     if also:

@@ -40,8 +40,10 @@ def record_facts(record: RunRecord) -> list[tuple[str, str]]:
     for name, sha256 in dict.fromkeys(item for networks, _ in uses for item in networks.items()):
         use = " and ".join(text for networks, text in uses if networks.get(name) == sha256)
         facts.append(("network", f"{name} ({sha256[:12]}) for {use}"))
-    if record.distrusted_file is not None:
-        facts.append(("distrusted", f"depth in {record.distrusted_file}"))
+    if record.distrusted is not None:
+        facts.append(("distrusted", f"depth in {record.distrusted.file}"))
+    if record.drawn is not None:
+        facts.append(("drawn", f"borders in {record.drawn.file}"))
     if record.dense:
         facts.append(("dense", "the rest was guessed"))
     return [*facts, ("files", ", ".join(record.outputs or record.options.filenames()))]

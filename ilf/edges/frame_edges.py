@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..frame import RGBDFrame
 from ..parameters import BlockParameters
-from ..per_frame import once_per_frame
+from ..per_frame import once_per_frame, once_per_image
 from .detectors import canny_edges, colour_gradient, gradient_strength
 from .network import EdgeNetwork, load_model
 from .relief import Relief, find_relief
@@ -70,7 +70,7 @@ def find_edges(frame: RGBDFrame, parameters: BlockParameters) -> FrameEdges:
     if parameters.detector == "hed":
         try:
             network = load_model(parameters.model)
-            network_strength(frame, network, parameters.multiscale)
+            network_strength(frame.rgb, network, parameters.multiscale)
         except InputError as error:
             network, notes = None, (f"Canny's edges stand in for the network's: {error}",)
     jumps = parameters if parameters.use_depth else BlockParameters()
@@ -84,10 +84,10 @@ def find_edges(frame: RGBDFrame, parameters: BlockParameters) -> FrameEdges:
     return dataclasses.replace(found, notes=notes)
 
 
-@once_per_frame
-def network_strength(frame: RGBDFrame, network: EdgeNetwork, multiscale: bool) -> NDArray[np.float32]:
-    """Boundary strength by the network, remembered with the frame."""
-    return network.strength(frame.rgb, multiscale)
+@once_per_image
+def network_strength(rgb: NDArray[np.uint8], network: EdgeNetwork, multiscale: bool) -> NDArray[np.float32]:
+    """Boundary strength of a frame's colour by the network, remembered with the colour."""
+    return network.strength(rgb, multiscale)
 
 
 def canny_strength(
@@ -100,6 +100,9 @@ def canny_strength(
     return np.where(lines, np.float32(1), beside), lines
 
 
+_canny_of_frame = once_per_image(canny_strength)
+
+
 @once_per_frame
 def _find(
     frame: RGBDFrame,
@@ -108,8 +111,8 @@ def _find(
     canny: tuple[float, float, float],
     jump: tuple[float, float],
 ) -> FrameEdges:
-    by_canny, lines = canny_strength(frame.rgb, *canny)
-    colour = by_canny if network is None else network_strength(frame, network, multiscale)
+    by_canny, lines = _canny_of_frame(frame.rgb, *canny)
+    colour = by_canny if network is None else network_strength(frame.rgb, network, multiscale)
     relief = find_relief(frame.depth, *jump)
     strength = np.where(relief.edges, np.float32(1), colour)
     return FrameEdges(colour, by_canny, lines, relief, strength, None if network is None else network.sha256)

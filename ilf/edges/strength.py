@@ -68,5 +68,5 @@ def edge_strength(
     if detector == "depth":
         return find_relief(frame.depth, defaults.depth_jump, defaults.depth_jump_share).edges.astype(np.float32)
     # here, nothing stands in for a network that is missing
-    by_network = network_strength(frame, load_model(model), multiscale)
+    by_network = network_strength(frame.rgb, load_model(model), multiscale)
     return (by_network if detector == "hed" else find_edges(frame, defaults).strength).copy()

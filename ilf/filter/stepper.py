@@ -22,7 +22,7 @@ class Stepper(Iterator[IterationRecord], Protocol):
 
     It ends when its filter has let through all that it is to let through and the iteration is steady, or after
     `max_iterations`. `next()` is for one thread at a time; `surface` may be looked at from any other meanwhile. The
-    results depend on frame, block and parameters alone: neither on threads nor on other blocks.
+    results depend on frame, block, its drawn pixels and parameters alone: neither on threads nor on other blocks.
     """
 
     def __next__(self) -> IterationRecord:
@@ -57,7 +57,11 @@ class Stepper(Iterator[IterationRecord], Protocol):
 
 
 def make_stepper(
-    frame: RGBDFrame, block: Block, parameters: Parameters, extraction: BlockParameters | None = None
+    frame: RGBDFrame,
+    block: Block,
+    parameters: Parameters,
+    extraction: BlockParameters | None = None,
+    drawn: NDArray[np.bool_] | None = None,
 ) -> Stepper:
     """The stepper of a block.
 
@@ -69,11 +73,14 @@ def make_stepper(
     parameters : Parameters
     extraction : BlockParameters, optional
         What the blocks were extracted with, where that is known; see `edges_for`.
+    drawn : ndarray of bool, optional
+        The block's pixels, in the order of `block.mask`'s True values, whose border was drawn by hand: to the
+        edge-aware filter an edge of full strength, to the pass band, which sees nothing beyond the block, none.
     """
     edges = edges_for(frame, parameters, extraction)
     if edges is None:
         return PassBandIteration(frame, block, parameters)
-    return EdgeAwareIteration(frame, block, parameters, edges)
+    return EdgeAwareIteration(frame, block, parameters, edges, drawn)
 
 
 def edges_for(frame: RGBDFrame, parameters: Parameters, extraction: BlockParameters | None = None) -> FrameEdges | None:

@@ -18,14 +18,17 @@ from .depth_files import (
 )
 from .frames import META_NAME, FrameFiles, frame_folder, load_frame
 from .images import read_colour
+from .interchange import BLOCK_FORMATS, LoadedBlocks, read_blocks, write_blocks
 from .label_files import read_labels, write_labels, write_mask
 
 __all__ = [
+    "BLOCK_FORMATS",
     "CLOUD_SUFFIXES",
     "DEPTH_SUFFIXES",
     "META_NAME",
     "UINT16_MAX",
     "FrameFiles",
+    "LoadedBlocks",
     "atomic_path",
     "check_cloud_format",
     "coarser_units",
@@ -35,9 +38,11 @@ __all__ = [
     "load_frame",
     "load_open3d",
     "png_fit",
+    "read_blocks",
     "read_colour",
     "read_depth_values",
     "read_labels",
+    "write_blocks",
     "write_cloud",
     "write_depth",
     "write_expected_error",

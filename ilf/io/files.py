@@ -88,8 +88,8 @@ def read_file(source: FileSource) -> FileContent:
         raise InputError(f"{found}: cannot be read ({error.strerror}). Check its permissions.") from error
 
 
-def read_json(path: str | os.PathLike[str]) -> Any:
-    """The content of a JSON file.
+def read_json(source: FileSource) -> Any:
+    """The content of a JSON file, or of one that was read already.
 
     Raises
     ------
@@ -98,11 +98,11 @@ def read_json(path: str | os.PathLike[str]) -> Any:
     FormatError
         If it is not JSON.
     """
-    content = read_file(path).data.tobytes()
+    content = read_file(source)
     try:
-        return json.loads(content)
+        return json.loads(content.data.tobytes())
     except (ValueError, RecursionError) as error:
-        raise FormatError(f"{Path(path).absolute()} is not valid JSON ({error}). Correct or re-export it.") from error
+        raise FormatError(f"{content} is not valid JSON ({error}). Correct or re-export it.") from error
 
 
 def file_sha256(path: str | os.PathLike[str]) -> str:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ExportError, FormatError, InputError
 from .atomic import write_bytes
+from .files import FileSource
 from .images import encode_image, read_image
 
 
@@ -56,26 +57,31 @@ def write_labels(path: str | os.PathLike[str], labels: ArrayLike) -> None:
     >>> read_labels("blocks.png").tolist()
     [[0, 1], [1, 2]]
     """
-    array = np.asarray(labels)
     if Path(path).suffix.lower() != ".png":
         raise ExportError(f"Labels cannot be written as {str(path)!r}: use .png.")
+    write_bytes(path, encode_image(".png", checked_to_write(labels).astype(np.uint16)))
+
+
+def checked_to_write(labels: ArrayLike) -> NDArray[np.int32]:
+    """The label map as int32 (H, W); raises ExportError if it is none, or does not fit into 16 bits."""
+    array = np.asarray(labels)
     if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "iu":
         raise ExportError(f"Labels must be whole numbers with shape (H, W), not {array.dtype} {array.shape}.")
     if array.min() < 0 or array.max() > 65535:
         raise ExportError(
             f"Labels must lie between 0 and 65535 to be written, not {array.min()} to {array.max()}. Renumber them."
         )
-    write_bytes(path, encode_image(".png", array.astype(np.uint16)))
+    return array.astype(np.int32)
 
 
 def read_labels(
-    path: str | os.PathLike[str], shape: tuple[int, int] | None = None, *, what: str = "label map"
+    path: FileSource, shape: tuple[int, int] | None = None, *, what: str = "label map"
 ) -> NDArray[np.int32]:
     """Label map of a PNG with 8 or 16 bits, int32 (H, W); 0 = no block.
 
     Parameters
     ----------
-    path : path-like
+    path : path-like or FileContent
     shape : (int, int), optional
         (H, W) that it must have.
     what : str

@@ -1,6 +1,7 @@
 """One run, from frame to files: what it is made of, its record, its replay and its files."""
 
 from .checks import missing_or_changed
+from .effect import Effect, edit_effect
 from .options import ExportOptions, output_folder_name
 from .record import RunRecord, make_record
 from .record_file import read_record
@@ -10,6 +11,7 @@ from .writing import Written, check_not_an_input, check_write, filenames, write
 
 __all__ = [
     "GUESS",
+    "Effect",
     "ExportOptions",
     "Replay",
     "Run",
@@ -18,6 +20,7 @@ __all__ = [
     "Written",
     "check_not_an_input",
     "check_write",
+    "edit_effect",
     "filenames",
     "make_record",
     "missing_or_changed",

@@ -18,13 +18,21 @@ from ..outcomes import BlockOutcome, Completion
 from ..parameters import BlockParameters, Parameters, preset
 from ..version import __version__
 from .machine import library_versions, processor
-from .options import DISTRUSTED_FILE, LABELS_FILE, ExportOptions
+from .options import DISTRUSTED_FILE, DRAWN_FILE, LABELS_FILE, ExportOptions
 from .run import Run
 
 PROGRAM = "ilf-studio"
 
 SCHEMA = 1
 """Number of the form that a record has; records of before there were numbers count as 0."""
+
+
+@dataclass(frozen=True)
+class RecordedMask:
+    """A mask that a run was made with: the SHA-256 of its values (`array_sha256`), and its file beside the record."""
+
+    sha256: str
+    file: str
 
 
 @dataclass(frozen=True)
@@ -37,8 +45,8 @@ class RunRecord:
         Of the frame; "" in records of schema 0.
     inputs : FrameInputs or None
         None if the frame was not read from files.
-    distrusted_sha256 : str or None
-        Of the mask of distrusted depth (`array_sha256`); None if there is none.
+    distrusted, drawn : RecordedMask or None
+        The masks of distrusted depth and of drawn borders; None where there is none.
     extraction : BlockParameters or None
         None if the blocks did not come from the extraction.
     labels_sha256 : str
@@ -47,8 +55,8 @@ class RunRecord:
         (H, W) of the label map.
     edited : bool
         Whether the blocks are not, or no longer, what the extraction gives.
-    labels_file, distrusted_file : str or None
-        Names of the label map and of the mask beside the record, None if they were not written.
+    labels_file : str or None
+        Name of the label map beside the record, None if it was not written.
     extraction_networks, networks : dict
         Name of every edge network that had a part in the extraction, and in the filter -> SHA-256 of its file.
     parameters : dict
@@ -74,13 +82,12 @@ class RunRecord:
 
     name: str
     inputs: FrameInputs | None
-    distrusted_sha256: str | None
+    distrusted: RecordedMask | None
     extraction: BlockParameters | None
     labels_sha256: str
     shape: tuple[int, int]
     edited: bool
     labels_file: str | None
-    distrusted_file: str | None
     extraction_networks: dict[str, str]
     networks: dict[str, str]
     parameters: dict[int, Parameters]
@@ -89,6 +96,7 @@ class RunRecord:
     options: ExportOptions
     outcomes: tuple[BlockOutcome, ...]
     depth_sha256: str | None
+    drawn: RecordedMask | None = None
     outputs: dict[str, str] = field(default_factory=dict)
     version: str = __version__
     versions: dict[str, str | None] = field(default_factory=library_versions)
@@ -108,17 +116,15 @@ def make_record(run: Run, completion: Completion, options: ExportOptions) -> Run
     """
     results = completion.results
     used = Counter(result.parameters for result in results.values())
-    distrusted = run.frame.distrusted
     return RunRecord(
         name=run.frame.name,
         inputs=run.frame.inputs,
-        distrusted_sha256=None if distrusted is None else array_sha256(distrusted),
+        distrusted=_recorded(run.frame.distrusted, DISTRUSTED_FILE),
         extraction=run.extraction,
         labels_sha256=array_sha256(run.blocks),
         shape=run.frame.shape,
         edited=run.edited,
         labels_file=LABELS_FILE if options.labels else None,
-        distrusted_file=None if distrusted is None else DISTRUSTED_FILE,
         extraction_networks={run.extraction.model: run.network} if run.extraction and run.network else {},
         networks=_networks(completion),
         parameters={label: result.parameters for label, result in results.items()},
@@ -127,6 +133,7 @@ def make_record(run: Run, completion: Completion, options: ExportOptions) -> Run
         options=options,
         outcomes=tuple(result.outcome for result in results.values()),
         depth_sha256=array_sha256(completion.depth),
+        drawn=_recorded(run.drawn, DRAWN_FILE),
     )
 
 
@@ -152,9 +159,7 @@ def to_json(record: RunRecord) -> bytes:
         "processor": record.processor,
         "name": record.name,
         "inputs": None if record.inputs is None else dataclasses.asdict(record.inputs),
-        "distrusted": None
-        if record.distrusted_sha256 is None
-        else {"sha256": record.distrusted_sha256, "file": record.distrusted_file},
+        "distrusted": None if record.distrusted is None else dataclasses.asdict(record.distrusted),
         "extraction": None if record.extraction is None else record.extraction.to_dict(),
         "blocks": {
             "sha256": record.labels_sha256,
@@ -175,7 +180,13 @@ def to_json(record: RunRecord) -> bytes:
         "depth_sha256": record.depth_sha256,
         "outputs": record.outputs,
     }
+    if record.drawn is not None:
+        data["drawn"] = dataclasses.asdict(record.drawn)
     return f"{json.dumps(data, indent=2, allow_nan=False)}\n".encode()
+
+
+def _recorded(mask: NDArray[np.bool_] | None, file: str) -> RecordedMask | None:
+    return None if mask is None else RecordedMask(array_sha256(mask), file)
 
 
 def outcome_to_dict(outcome: BlockOutcome) -> dict[str, Any]:

@@ -15,8 +15,8 @@ from ..io.files import read_json
 from ..numbers import as_float
 from ..outcomes import BlockOutcome, Status
 from ..parameters import BlockParameters, Parameters
-from .options import ExportOptions
-from .record import PROGRAM, SCHEMA, RunRecord
+from .options import DISTRUSTED_FILE, DRAWN_FILE, ExportOptions
+from .record import PROGRAM, SCHEMA, RecordedMask, RunRecord
 
 
 def read_record(path: str | os.PathLike[str]) -> RunRecord:
@@ -108,13 +108,12 @@ def _parsed(record: _Section) -> RunRecord:
     known = RunRecord(
         name="",
         inputs=None if inputs is None else _parsed_inputs(_Section("inputs", inputs)),
-        distrusted_sha256=None,
+        distrusted=None,
         extraction=None if extraction is None else BlockParameters.from_dict(extraction),
         labels_sha256=blocks.get("sha256", str),
         shape=(shape[0], shape[1]),
         edited=blocks.get("edited", bool),
         labels_file=blocks.filename("file"),
-        distrusted_file=None,
         extraction_networks={},
         networks={},
         parameters={
@@ -138,16 +137,15 @@ def _parsed(record: _Section) -> RunRecord:
 
 
 def _with_what_schema_1_brought(known: RunRecord, record: _Section) -> RunRecord:
-    distrusted = record.get("distrusted", dict, type(None))
-    mask = None if distrusted is None else _Section("distrusted", distrusted)
     networks, outputs = record.section("networks"), record.texts("outputs")
     if not all(map(_is_plain, outputs)):
         raise FormatError("'outputs' must have plain file names.")
     return dataclasses.replace(
         known,
         name=record.get("name", str),
-        distrusted_sha256=None if mask is None else mask.get("sha256", str),
-        distrusted_file=None if mask is None else mask.filename("file"),
+        distrusted=_parsed_mask(record, "distrusted", DISTRUSTED_FILE),
+        # records of runs without drawn borders do not name them
+        drawn=_parsed_mask(record, "drawn", DRAWN_FILE) if "drawn" in record.values else None,
         extraction_networks=networks.texts("extraction"),
         networks=networks.texts("filter"),
         dense=record.get("dense", bool),
@@ -155,6 +153,13 @@ def _with_what_schema_1_brought(known: RunRecord, record: _Section) -> RunRecord
         outputs=outputs,
         processor=record.get("processor", str),
     )
+
+
+def _parsed_mask(record: _Section, key: str, usual_file: str) -> RecordedMask | None:
+    if record.get(key, dict, type(None)) is None:
+        return None
+    mask = record.section(key)
+    return RecordedMask(mask.get("sha256", str), mask.filename("file") or usual_file)
 
 
 def _parsed_inputs(inputs: _Section) -> FrameInputs:

@@ -26,8 +26,8 @@ from .checks import (
     processor_difference,
     version_differences,
 )
-from .options import DEPTH_FILES, DISTRUSTED_FILE, LABELS_FILE, ExportOptions
-from .record import RunRecord, array_sha256
+from .options import DEPTH_FILES, LABELS_FILE, ExportOptions
+from .record import RecordedMask, RunRecord, array_sha256
 from .record_file import read_record
 from .run import Run
 
@@ -106,8 +106,8 @@ def replay(
     Parameters
     ----------
     path : path-like
-        The run.json. Label map, mask of distrusted depth, and input files that are no longer where they were are looked
-        for beside it.
+        The run.json. Label map, masks of distrusted depth and drawn borders, and input files that are no longer where
+        they were are looked for beside it.
     rgb, depth : path-like, optional
         Where the input files are now.
 
@@ -119,8 +119,8 @@ def replay(
     Raises
     ------
     InputError
-        If there is no such record, an input file is missing or is not the recorded one, or the blocks or the mask of
-        distrusted depth cannot be had again.
+        If there is no such record, an input file is missing or is not the recorded one, or the blocks or one of the
+        masks cannot be had again.
     FormatError
         If the record cannot be read.
 
@@ -161,6 +161,7 @@ def replay(
         edited=record.edited,
         network=network,
         notes=notes,
+        drawn=_recorded_mask(record.drawn, "drawn borders", folder, frame.shape),
     )
     return Replay(run, record.options, record, tuple(differences), _recorded_depth(record, folder))
 
@@ -188,7 +189,8 @@ def _recorded_frame(
     ):
         raise InputError("The colour or the depth file of the recorded run changed while it was read. Try again.")
     frame = dataclasses.replace(frame, inputs=inputs)
-    return frame.distrusting(_recorded_mask(record, folder, frame.shape))
+    distrusted = _recorded_mask(record.distrusted, "distrusted depth", folder, frame.shape)
+    return frame.distrusting(distrusted)
 
 
 def _recorded_file(recorded: InputFile, what: str, folder: Path, given: str | os.PathLike[str] | None) -> Path:
@@ -210,18 +212,18 @@ def _recorded_file(recorded: InputFile, what: str, folder: Path, given: str | os
     )
 
 
-def _recorded_mask(record: RunRecord, folder: Path, shape: tuple[int, int]) -> NDArray[np.bool_] | None:
-    if record.distrusted_sha256 is None:
+def _recorded_mask(
+    recorded: RecordedMask | None, what: str, folder: Path, shape: tuple[int, int]
+) -> NDArray[np.bool_] | None:
+    """A mask of `what`, from the file beside the record; None if the run had none."""
+    if recorded is None:
         return None
-    name = record.distrusted_file or DISTRUSTED_FILE
-    if not (folder / name).is_file():
-        raise InputError(f"The mask of distrusted depth of this run ({name}) is not beside the record. Put it there.")
-    mask = read_mask(folder / name, shape)
-    if array_sha256(mask) != record.distrusted_sha256:
-        raise InputError(
-            f"{folder / name} is not the mask of distrusted depth of the recorded run: its content has changed. "
-            "Restore it."
-        )
+    path = folder / recorded.file
+    if not path.is_file():
+        raise InputError(f"The mask of {what} of this run ({path.name}) is not beside the record. Put it there.")
+    mask = read_mask(path, shape)
+    if array_sha256(mask) != recorded.sha256:
+        raise InputError(f"{path} is not the mask of {what} of the recorded run: its content has changed. Restore it.")
     return mask
 
 

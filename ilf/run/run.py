@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..blocks import checked_labels
+from ..blocks import checked_drawn, checked_labels
 from ..completion import CompletionRun
 from ..dense import guess_steps
 from ..ebs import extract
@@ -50,11 +50,14 @@ class Run:
         SHA-256 of the edge network that the blocks were extracted with; None if it had no part in it.
     notes : tuple of str
         What the user should know of how all this came about, a sentence each.
+    drawn : ndarray of bool, shape (H, W), optional
+        Pixels of blocks whose border, to another block or to none, was drawn by hand: no depth gets across there. None
+        if no pixel is.
 
     Raises
     ------
     InputError
-        If the label map does not fit the frame.
+        If the label map or the mask of drawn borders does not fit the frame.
 
     Examples
     --------
@@ -76,11 +79,13 @@ class Run:
     edited: bool = False
     network: str | None = None
     notes: tuple[str, ...] = ()
+    drawn: NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:
         labels = checked_labels(self.blocks, self.frame.shape).astype(np.int32)
         labels.flags.writeable = False
         object.__setattr__(self, "blocks", labels)
+        object.__setattr__(self, "drawn", checked_drawn(self.drawn, self.frame.shape))
         object.__setattr__(self, "own", MappingProxyType(dict(self.own)))
         object.__setattr__(self, "edited", self.edited or self.extraction is None)
 
@@ -166,7 +171,7 @@ class RunSteps(CompletionRun):
 
     def __init__(self, run: Run, threads: int | None = None) -> None:
         choice = defaultdict(lambda: run.parameters, run.own)
-        super().__init__(run.frame, run.blocks, choice, run.only, threads, run.extraction)
+        super().__init__(run.frame, run.blocks, choice, run.only, threads, run.extraction, run.drawn)
         self._run = run
         self._dense: Completion | None = None
         if run.dense:

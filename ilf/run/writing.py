@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..cloud import point_cloud
 from ..confidence import expected_error
@@ -26,6 +27,7 @@ from .options import (
     CURVES_FILE,
     DEPTH_FILES,
     DISTRUSTED_FILE,
+    DRAWN_FILE,
     ERROR_FILES,
     GUESSED_FILE,
     LABELS_FILE,
@@ -61,8 +63,7 @@ def filenames(run: Run, options: ExportOptions) -> tuple[str, ...]:
     names = [name for name in options.filenames() if name != RECORD_FILE]
     if run.dense:
         names.append(GUESSED_FILE)
-    if run.frame.distrusted is not None:
-        names.append(DISTRUSTED_FILE)
+    names += _masks(run)
     if run.frame.inputs is not None and options.depth_formats:
         names.append(META_NAME)
     if options.run_record:
@@ -182,8 +183,8 @@ def _write_results(folder: Path, run: Run, completion: Completion, options: Expo
         write_mask(folder / GUESSED_FILE, completion.guessed)
         if count := np.count_nonzero(completion.guessed):
             notes.append(f"{count} pixels of the depth are guesses, which no block vouches for: see {GUESSED_FILE}.")
-    if run.frame.distrusted is not None:
-        write_mask(folder / DISTRUSTED_FILE, run.frame.distrusted)
+    for name, mask in _masks(run).items():
+        write_mask(folder / name, mask)
     for depth_format in options.depth_formats:
         name = DEPTH_FILES[depth_format]
         found = write_depth(folder / name, completion.depth, options.depth_units)
@@ -210,6 +211,12 @@ def _write_results(folder: Path, run: Run, completion: Completion, options: Expo
             ascii=options.cloud == "ply-ascii",
         )
     return notes
+
+
+def _masks(run: Run) -> dict[str, NDArray[np.bool_]]:
+    """File name -> what the run was made with beside files and blocks, and cannot be made again without."""
+    masks = {DISTRUSTED_FILE: run.frame.distrusted, DRAWN_FILE: run.drawn}
+    return {name: mask for name, mask in masks.items() if mask is not None}
 
 
 def _is_ours(meta: Path) -> bool:

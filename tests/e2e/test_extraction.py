@@ -82,7 +82,7 @@ def _cut_off_by_hand(window: MainWindow) -> int:
     session, view = window.workspace.session, window.views.cells["colour"].view
     window.actions_["new_block"].trigger()
     (label,) = session.selected
-    window.editor.brush_radius = 3.0
+    window.editor.options.brush_radius = 3.0
     start, end = (view.viewportTransform().map(QPointF(x, 24)).toPoint() for x in (44, 56))
     QTest.mousePress(view.viewport(), Qt.MouseButton.LeftButton, pos=start)
     QTest.mouseMove(view.viewport(), end)

@@ -220,9 +220,9 @@ def test_keyboard_shortcuts_are_unique_and_no_bare_key_deletes(window: MainWindo
 def test_brush_size_by_keyboard(opened: MainWindow, qtbot: QtBot) -> None:
     opened.editor.set_tool("paint")
     qtbot.keyClick(opened, Qt.Key.Key_BracketRight)
-    assert opened.editor.brush_radius == 12.0
+    assert opened.editor.options.brush_radius == 12.0
     qtbot.keyClick(opened, Qt.Key.Key_BracketLeft)
-    assert opened.editor.brush_radius == 8.0
+    assert opened.editor.options.brush_radius == 8.0
 
 
 def test_preset_box_tells_what_was_changed_and_brings_it_back(opened: MainWindow) -> None:
@@ -375,9 +375,9 @@ def test_preset_box_keeps_the_two_scopes_apart(opened: MainWindow) -> None:
     workspace.set_parameters(ilf.preset("paper", centred=True))
     workspace.select([1])
     workspace.set_parameters(ilf.preset("released-code"), 1)
-    panel.set_scope(chosen_block=True)
+    panel.set_scope(chosen=True)
     opened.refresh.now()
     assert panel.presets.currentText() == "released-code"
-    panel.set_scope(chosen_block=False)
+    panel.set_scope(chosen=False)
     opened.refresh.now()
     assert panel.presets.currentText() == "paper (changed)"

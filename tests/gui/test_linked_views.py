@@ -19,6 +19,7 @@ from gui.views.layouts import correct_places
 from gui.views.linked_views import LinkedViews
 from gui.views.overlay import BlockOverlay
 from gui.views.pointer import PointerEvent, PointerKind
+from gui.views.preview import Preview
 from gui.views.view_transform import ViewTransform
 from ilf.drawing.levels import robust_difference_level, robust_error_levels, to_indices
 
@@ -475,11 +476,11 @@ def test_stale_depth_is_greyed_and_only_what_changed_is_drawn_again(views):
 def test_previews_show_in_every_view(views):
     path = QPainterPath()
     path.addRect(20, 20, 10, 10)
-    views.set_preview(path)
+    views.set_preview(Preview(path))
     for name in ("colour", "depth-in"):
         view = view_of(views, name)
         row = [colour_at(view, place(view, 20, 25) + QPoint(shift, 0)) for shift in (-1, 0, 1)]
-        assert (255, 255, 255) in row
+        assert (255, 221, 51) in row
     views.set_preview(None)
     assert view_of(views).preview.boundingRect().isEmpty()
 

@@ -533,6 +533,31 @@ def test_loaded_blocks_leave_locked_ones_alone(workspace: Workspace, session: Se
     assert session.undo_stack.undoText() == "Load blocks"
 
 
+def test_loaded_blocks_bring_their_names_also_where_locked_ones_have_their_numbers(
+    workspace: Workspace, session: Session
+) -> None:
+    session.change_info(2, name="Mine", locked=True)
+    before = session.labels.copy()
+    loaded = np.where(before == 2, 7, 2).astype(np.int32)
+    loaded[:1][before[:1] != 2] = 1
+    workspace.replace_labels(loaded, "Load blocks", {1: "Wall", 2: "Floor", 7: "Under the locked one"})
+    names = {label: session.info(label).name for label in session.counts()}
+    assert names.pop(2) == "Mine"
+    assert sorted(names.values()) == ["Floor", "Wall"]
+    floor = next(label for label, name in names.items() if name == "Floor")
+    np.testing.assert_array_equal(session.labels == floor, loaded == 2)
+    workspace.undo_group.undo()
+    assert session.info(1).name == "Block 1"
+
+
+def test_the_same_blocks_with_other_names_are_one_step(workspace: Workspace, session: Session) -> None:
+    workspace.replace_labels(session.labels.copy(), "Load blocks", {1: "Wall", 2: "Block 2"})
+    assert session.info(1).name == "Wall"
+    assert session.undo_stack.count() == 1
+    workspace.undo_group.undo()
+    assert session.info(1).name == "Block 1"
+
+
 # parameters
 
 
@@ -634,7 +659,7 @@ def test_the_depth_of_an_edited_block_stays_to_be_seen_as_stale(
     changed = np.isin(session.labels, (1, 3)) & np.isfinite(before)
     np.testing.assert_array_equal(session.stale, changed)
     assert session.update_depth() is None, "nothing has changed since"
-    again = complete(session.frame, session.labels, QUICK).results
+    again = session.run(QUICK).complete().results
     workspace.store_results(session, [again[3]])
     session.update_depth()
     assert not session.stale[session.labels == 3].any()
@@ -658,7 +683,7 @@ def test_the_present_depth_is_that_of_the_completion_whatever_happens(
         )
         if random.random() < 0.5:
             wanted = session.changed_blocks()[:2]
-            done = complete(session.frame, np.where(np.isin(session.labels, wanted), session.labels, 0), QUICK)
+            done = session.run(QUICK, wanted).complete()
             workspace.store_results(session, list(done.results.values()))
         for _ in range(random.integers(0, 3)):
             session.undo_stack.undo()
@@ -669,6 +694,32 @@ def test_the_present_depth_is_that_of_the_completion_whatever_happens(
         assert not np.isin(session.labels, [0, *session.valid_results()])[session.stale].any()
         session._tally, counts = None, session.counts()
         assert session.counts() == counts
+
+
+def test_borders_that_come_by_an_edit_are_drawn_ones(workspace: Workspace, session: Session) -> None:
+    assert session.run(QUICK).drawn is None
+    edit(workspace, 3)
+    drawn = session.run(QUICK).drawn
+    np.testing.assert_array_equal(
+        drawn[:6, :7],
+        np.array(
+            [[False] * 4 + [True] * 2 + [False]] * 3
+            + [[True] * 5 + [True, False], [True] * 5 + [False] * 2, [False] * 7]
+        ),
+    )
+    assert not drawn[:, 28:].any(), "extracted borders stay what they are"
+    session.undo_stack.undo()
+    assert session.run(QUICK).drawn is None
+    session.undo_stack.redo()
+    np.testing.assert_array_equal(session.run(QUICK).drawn, drawn)
+    again = Session.of(session.run(QUICK), "run.json", "run.json")
+    np.testing.assert_array_equal(again.run(QUICK).drawn, drawn)
+    fresh = np.full(session.frame.shape, 7, np.int32)
+    workspace.set_extracted(session, extraction(session, fresh), BlockParameters())
+    kept = session.labels == 3
+    np.testing.assert_array_equal(session.notes.drawn, drawn & kept)
+    workspace.replace_labels(fresh, "Load blocks")
+    assert session.run(QUICK).drawn is None
 
 
 def test_depth_that_is_distrusted_is_missing_and_undo_brings_it_back(

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import ilf
+from ilf.ebs.drawn import border_pixels
 from ilf.run import ExportOptions, Run, write
 
 from .small_frames import CAMERA, QUICK, write_small_frame
@@ -34,6 +35,11 @@ def distrusting(run: Run) -> Run:
     mask = np.zeros(run.frame.shape, bool)
     mask[44:56, 4:20] = True
     return Run.extracted(run.frame.distrusting(mask), run.extraction, run.parameters)
+
+
+def with_drawn_border(run: Run) -> Run:
+    """The same run, of which the right border of block 1 was drawn by hand, without any new label map."""
+    return replace(run, drawn=border_pixels(run.blocks) & (run.blocks == 1))
 
 
 def written(run: Run, folder: Path, options: ExportOptions = OPTIONS) -> Path:

@@ -16,7 +16,7 @@ import ilf
 from ilf.assets import asset_path
 from ilf.cli import build_parser, complete, main, parsing
 from ilf.errors import InputError
-from ilf.io import read_labels
+from ilf.io import read_blocks, read_labels, write_blocks
 from ilf.run import read_record
 
 from .small_frames import CAMERA, write_small_frame
@@ -91,7 +91,7 @@ def test_command_line_and_library_give_the_same_depth(files):
     [
         ["--preset", "released-code", "--no-cloud"],
         ["--blocks-dilation", "2", "--no-blocks-use-depth", "--cloud-format", "xyzrgb", "--depth-formats", "tiff"],
-        ["--labels", "drawn.png", "--png-units", "5000"],
+        ["--blocks", "drawn.png", "--png-units", "5000"],
     ],
 )
 def test_replay_writes_the_same_bytes(files, tmp_path, extra):
@@ -199,12 +199,64 @@ def test_distrusted_depth_is_completed_anew_and_replayed(files, capsys):
     np.testing.assert_array_equal(read_labels("b.png"), ilf.extract_blocks(frame))
 
 
+def test_blocks_go_to_other_programs_and_come_back(files, capsys):
+    drawn = np.zeros((60, 80), np.int32)
+    drawn[10:30, 30:50] = 7
+    write_blocks("drawn.json", drawn, format="labelme", names={7: "chair"})
+    assert main(["blocks", *files, "--from", "drawn.json", "--out", "b.json", "--format", "coco-rle"]) == 0
+    shown = capsys.readouterr().out
+    assert re.search(r"^ *7 +400 .* chair$", shown, re.MULTILINE)
+    assert "1 blocks cover 8.3%" in shown
+    found = read_blocks("b.json", (60, 80))
+    np.testing.assert_array_equal(found.labels, drawn)
+    assert found.names == {7: "chair"}
+    assert json.loads(Path("b.json").read_text())["images"][0]["file_name"] == Path(files[0]).name
+
+    given = ["complete", *files, "--no-cloud", "--quiet", *QUICK, "--blocks", "b.json"]
+    assert main([*given, "--out", "given"]) == 0
+    np.testing.assert_array_equal(read_labels("given/blocks.png"), drawn)
+    assert main([*given, "--fill-gaps", "--blocks-granularity", "0.4", "--out", "filled"]) == 0
+    filled = read_labels("filled/blocks.png")
+    assert np.all(filled > 0)
+    np.testing.assert_array_equal(filled == 7, drawn == 7)
+    assert main(["complete", "--replay", "filled/run.json", "--out", "again", "--quiet"]) == 0
+    assert contents("again") == contents("filled")
+
+    assert "nothing is extracted" in fails(capsys, *given, "--blocks-granularity", "0.4", status=2)
+    assert "by --blocks" in fails(capsys, "complete", *files, "--fill-gaps", status=2)
+    stages = ["blocks", *files, "--from", "b.json", "--out", "c.png", "--stages", "stages"]
+    assert "leave out --stages" in fails(capsys, *stages, status=2)
+    write_blocks("none.json", drawn * 0)
+    assert "holds none" in fails(capsys, *given[:-1], "none.json")
+
+
+def test_drawn_borders_are_taken_told_and_replayed(files, capsys):
+    frame = ilf.load_frame(*files)
+    labels = np.where(np.arange(80) < 40, 1, 2) * np.ones((60, 1), np.int32)
+    drawn = np.zeros((60, 80), bool)
+    drawn[:, 39:41] = True
+    ilf.io.write_labels("labels.png", labels)
+    ilf.io.write_mask("mask.png", drawn)
+    flags = ["complete", *files, "--no-cloud", "--quiet", "--labels", "labels.png", "--drawn", "mask.png"]
+    assert main([*flags, "--out", "out"]) == 0
+    depth = np.load("out/depth.npy")
+    assert np.array_equal(depth, ilf.complete(frame, labels, drawn=drawn).depth, equal_nan=True)
+    assert main(["info", "out/run.json"]) == 0
+    assert "borders in drawn.png" in capsys.readouterr().out
+    assert main(["complete", "--replay", "out/run.json", "--out", "again", "--quiet"]) == 0
+    assert contents("again") == contents("out")
+    cv2.imwrite("small.png", np.zeros((9, 80), np.uint8))
+    assert "the mask is 80 x 9" in fails(capsys, *flags[:-1], "small.png")
+    again = ["complete", "--replay", "out/run.json", "--drawn", "mask.png"]
+    assert "leave out --drawn" in fails(capsys, *again, status=2)
+
+
 def test_blocks_are_extracted_around_those_that_stay(files, capsys):
     drawn = np.zeros((60, 80), np.uint8)
     drawn[10:30, 30:50] = 7
     drawn[40:50, 30:50] = 9
     cv2.imwrite("drawn.png", drawn)
-    again = ["blocks", *files, "--out", "b.png", "--around", "drawn.png"]
+    again = ["blocks", *files, "--out", "b.png", "--from", "drawn.png", "--fill-gaps"]
     assert main(again) == 0
     labels = read_labels("b.png")
     assert np.all(labels[drawn > 0] == drawn[drawn > 0])
@@ -214,8 +266,10 @@ def test_blocks_are_extracted_around_those_that_stay(files, capsys):
     labels = read_labels("b.png")
     assert np.all((labels == 9) == (drawn == 9))
     assert 7 not in labels
+    assert main(["blocks", *files, "--out", "b.png", "--from", "drawn.png", "--keep", "7", "--quiet"]) == 0
+    np.testing.assert_array_equal(read_labels("b.png"), np.where(drawn == 7, 7, 0))
     assert "no blocks 3 to keep" in fails(capsys, *again, "--keep", "9,3")
-    assert "by --around" in fails(capsys, "blocks", *files, "--out", "b.png", "--keep", "9", status=2)
+    assert "by --from" in fails(capsys, "blocks", *files, "--out", "b.png", "--keep", "9", status=2)
 
 
 @pytest.mark.parametrize(("kind", "prefix"), [(ilf.Parameters, "--"), (ilf.BlockParameters, "--blocks-")])

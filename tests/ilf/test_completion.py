@@ -276,7 +276,7 @@ def test_a_run_that_is_closed_or_left_has_no_threads(small_frame: RGBDFrame, sma
 def test_an_error_in_a_thread_comes_out_at_next(
     small_frame: RGBDFrame, small_labels: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(frame: RGBDFrame, block: Block, parameters: ilf.Parameters, _: object) -> PassBandIteration:
+    def broken(frame: RGBDFrame, block: Block, parameters: ilf.Parameters, *_: object) -> PassBandIteration:
         if block.label == 2:
             raise MemoryError("no room for block 2")
         return PassBandIteration(frame, block, parameters)

@@ -4,12 +4,33 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given as holds_for
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.ndimage import label as components
 
-from ilf.ebs.edit import LabelPatch, brush_stroke, delete, erase, merge, paint, patch_between, split
+from ilf.ebs.edit import (
+    LabelPatch,
+    Stroke,
+    assign_outline,
+    brush_stroke,
+    clean_up,
+    count_slivers,
+    delete,
+    erase,
+    give,
+    grow,
+    inside_outline,
+    merge,
+    paint,
+    parts_touch,
+    patch_between,
+    redraw_border,
+    shrink,
+    smooth,
+    split,
+)
+from ilf.frame import RGBDFrame
 
 SHAPE = (14, 17)
 label_maps = arrays(np.int32, SHAPE, elements=st.integers(0, 4))
@@ -35,7 +56,7 @@ def _locked_unchanged(labels: np.ndarray, after: np.ndarray, locked: set[int]) -
         assert np.array_equal(labels == label, after == label)
 
 
-@given(label_maps, strokes, st.integers(0, 5), locks)
+@holds_for(label_maps, strokes, st.integers(0, 5), locks)
 def test_painting_changes_only_the_stroke(
     labels: np.ndarray, stroke: tuple[list[tuple[float, float]], float], label: int, locked: set[int]
 ) -> None:
@@ -51,7 +72,7 @@ def test_painting_changes_only_the_stroke(
     assert (after[inside & ~np.isin(labels, list(locked))] == label).all()
 
 
-@given(label_maps, strokes, st.integers(1, 4), locks)
+@holds_for(label_maps, strokes, st.integers(1, 4), locks)
 def test_erasing_takes_from_one_block_only(
     labels: np.ndarray, stroke: tuple[list[tuple[float, float]], float], label: int, locked: set[int]
 ) -> None:
@@ -65,7 +86,7 @@ def test_erasing_takes_from_one_block_only(
     assert (after[changed] == 0).all()
 
 
-@given(label_maps, st.lists(st.integers(0, 5), max_size=4), locks)
+@holds_for(label_maps, st.lists(st.integers(0, 5), max_size=4), locks)
 def test_deleting_and_merging_move_whole_blocks(labels: np.ndarray, chosen: list[int], locked: set[int]) -> None:
     after = _applied(labels, delete(labels, chosen, locked))
     _locked_unchanged(labels, after, locked)
@@ -77,7 +98,7 @@ def test_deleting_and_merging_move_whole_blocks(labels: np.ndarray, chosen: list
     assert np.array_equal(after == 0, labels == 0)
 
 
-@given(label_maps, st.integers(0, 4), st.lists(coordinates, min_size=2, max_size=3), locks)
+@holds_for(label_maps, st.integers(0, 4), st.lists(coordinates, min_size=2, max_size=3), locks)
 def test_splitting_keeps_every_pixel_in_some_part(
     labels: np.ndarray, label: int, points: list[tuple[float, float]], locked: set[int]
 ) -> None:
@@ -137,7 +158,7 @@ def test_tiny_brush_paints_the_corners_and_nothing_off_the_frame(corner: tuple[f
     assert brush_stroke((8, 10), [(corner[0], corner[1] - 0.5 if corner[1] < 5 else corner[1] + 0.5)], 0.1) is None
 
 
-@given(strokes)
+@holds_for(strokes)
 def test_a_stroke_is_all_that_lies_near_the_line_or_under_its_points(
     stroke: tuple[list[tuple[float, float]], float],
 ) -> None:
@@ -205,3 +226,195 @@ def test_strokes_off_the_frame_are_nothing() -> None:
 def test_equal_maps_need_no_patch() -> None:
     labels = np.ones((3, 3), np.int32)
     assert patch_between(labels, labels.copy()) is None
+
+
+FRAME = RGBDFrame(
+    np.random.default_rng(0).integers(0, 255, (*SHAPE, 3), np.uint8),
+    np.random.default_rng(1).choice([np.nan, 1.0, 1.5, 2.0], SHAPE),
+)
+"""Its colours and depths fit nothing."""
+
+EDITS = (
+    "paint",
+    "erase",
+    "fit",
+    "give",
+    "outline",
+    "border",
+    "split",
+    "clean",
+    "grow",
+    "shrink",
+    "smooth",
+    "merge",
+    "delete",
+)
+steps = st.tuples(
+    st.sampled_from(EDITS), st.lists(coordinates, min_size=2, max_size=5), st.integers(0, 5), st.floats(0.5, 6), locks
+)
+
+
+def _edit(
+    labels: np.ndarray, kind: str, points: list[tuple[float, float]], label: int, size: float, locked: set[int]
+) -> LabelPatch | None:
+    stroke = brush_stroke(SHAPE, points, size) or Stroke((slice(0, 1), slice(0, 1)), np.zeros((1, 1), bool))
+    swept = np.zeros(SHAPE, bool)
+    swept[stroke.box] = stroke.mask
+    match kind:
+        case "paint":
+            return None if label in locked else paint(labels, stroke, label, locked)
+        case "erase":
+            return erase(labels, stroke, label, locked)
+        case "fit":
+            return erase(labels, stroke, label, locked, frame=FRAME)
+        case "give":
+            return give(labels, swept, label, locked)
+        case "outline":
+            return assign_outline(labels, points, label, locked)
+        case "border":
+            return redraw_border(labels, points, locked)
+        case "split":
+            return split(labels, label, points, locked)
+        case "clean":
+            return clean_up(labels, int(4 * size), locked)
+        case "merge":
+            return merge(labels, [label, 1, 2], locked)
+        case "delete":
+            return delete(labels, [label], locked)
+    return {"grow": grow, "shrink": shrink, "smooth": smooth}[kind](labels, label, size, locked)
+
+
+@holds_for(label_maps, st.lists(steps, min_size=3, max_size=12))
+def test_any_edits_in_a_row_keep_a_partition_and_are_undone_and_redone(
+    labels: np.ndarray, sequence: list[tuple[str, list[tuple[float, float]], int, float, set[int]]]
+) -> None:
+    labels[3:11, 2:12] = 3  # something that is no mere noise
+    states, patches = [labels.copy()], []
+    for kind, points, label, size, locked in sequence:
+        before = labels.copy()
+        # a new block may get a number that is locked but that no block has
+        present = locked & set(np.unique(labels).tolist())
+        patch = _edit(labels, kind, points, label, size, present)
+        assert np.array_equal(labels, before), "an edit gives a patch and changes nothing itself"
+        if patch is None:
+            continue
+        assert np.array_equal(patch.before, labels[patch.box])
+        patch.apply(labels)
+        assert (labels.dtype, labels.shape) == (np.int32, SHAPE)
+        assert labels.min() >= 0
+        _locked_unchanged(before, labels, present)
+        if kind in ("split", "shrink", "smooth"):
+            assert (labels == label).any(), "a block is not lost by the way"
+        rows, columns = np.nonzero(labels != before)
+        assert patch.box == (
+            slice(rows.min(), rows.max() + 1),
+            slice(columns.min(), columns.max() + 1),
+        ), "the box is the smallest"
+        states.append(labels.copy())
+        patches.append(patch)
+    for patch, state in zip(reversed(patches), reversed(states[:-1]), strict=True):
+        patch.revert(labels)
+        assert np.array_equal(labels, state)
+    for patch, state in zip(patches, states[1:], strict=True):
+        patch.apply(labels)
+        assert np.array_equal(labels, state)
+
+
+def test_an_outline_takes_the_pixels_whose_centre_it_goes_around() -> None:
+    labels = np.zeros((10, 12), np.int32)
+    after = _applied(labels, assign_outline(labels, [(2.4, 3.4), (7.6, 3.4), (7.6, 6.6), (2.4, 6.6)], 7))
+    wanted = np.zeros_like(labels)
+    wanted[3:7, 2:8] = 7
+    assert np.array_equal(after, wanted)
+    bow_tie = inside_outline((10, 10), [(0, 0), (10, 10), (10, 0), (0, 10)])
+    assert bow_tie is not None
+    assert (bow_tie.mask[5, 1], bow_tie.mask[5, 8], bow_tie.mask[1, 5]) == (True, True, False)
+    for line in ([], [(2.0, 2.0), (8.0, 8.0)], [(20.0, 1.0), (30.0, 1.0), (25.0, 9.0)]):
+        assert inside_outline((10, 10), line) is None
+    assert assign_outline(labels, [(0, 0), (9, 0), (9, 9)], 7, locked={7}) is None
+
+
+def test_a_split_is_led_on_to_the_boundary_when_it_stops_just_short() -> None:
+    labels = np.zeros((40, 60), np.int32)
+    labels[5:35, 5:55] = 1
+    for short in (0.0, 2.0, 4.0):
+        after = _applied(labels, split(labels, 1, [(30.0, 5 + short), (30.0, 35 - short)]))
+        assert set(np.unique(after)) == {0, 1, 2}
+    assert split(labels, 1, [(30.0, 15.0), (30.0, 35.0)]) is None
+    after = _applied(labels, split(labels, 1, [(5.0, 20.0), (20.0, 20.0), (30.0, 8.0), (40.0, 20.0), (55.0, 20.0)]))
+    assert after[6, 30] != after[30, 30], "a bent line"
+
+
+def test_islands_slivers_and_holes_go_where_they_belong() -> None:
+    clean = np.ones((40, 60), np.int32)
+    clean[:, 30:] = 2
+    labels = clean.copy()
+    labels[5:8, 5:8] = 2  # an island of a block
+    labels[20:23, 10:14] = 0  # a hole
+    labels[10:12, 30:38] = 1  # a sliver, stuck into the other block
+    labels[30:32, 40:42] = 9  # a block that is too small
+    assert count_slivers(labels, 20) == 4
+    assert np.array_equal(_applied(labels, clean_up(labels, 20)), clean)
+    assert count_slivers(labels, 5) == 1, "just the block of 4 pixels is as small as that"
+    box = slice(35, 38), slice(2, 5)
+    assert count_slivers(labels, 20, box) == 1, "in and around the box"
+
+
+def test_cleaning_up_leaves_necks_large_things_and_locked_blocks() -> None:
+    labels = np.ones((40, 60), np.int32)
+    labels[5:15, 5:20] = labels[5:15, 30:45] = labels[9:11, 20:30] = 2  # two parts and what holds them together
+    labels[25:35, 10:30] = 0
+    assert clean_up(labels, 30) is None
+    labels[20:22, 50:52] = 3
+    assert clean_up(labels, 30, locked={3}) is None
+    assert clean_up(labels, 30, locked={1}) is None
+    assert clean_up(labels, 30) is not None
+
+
+def test_growing_and_shrinking_move_an_outline_by_so_many_pixels() -> None:
+    labels = np.ones((30, 50), np.int32)
+    labels[10:20, 20:30] = 2
+    labels[:, 45:] = 3
+    grown = _applied(labels, grow(labels, 2, 3))
+    assert (grown[15, 17:33] == 2).all()
+    assert (grown[15, [16, 33]] == 1).all()
+    shrunk = _applied(labels, shrink(labels, 3, 2))
+    assert np.array_equal(shrunk[5], np.r_[np.ones(47), 3, 3, 3]), "it stays at the rim, and the neighbour follows"
+    assert shrink(labels, 2, 5) is None, "nothing would be left"
+    alone = np.where(labels == 2, labels, 0).astype(np.int32)
+    assert np.count_nonzero(_applied(alone, shrink(alone, 2, 1))) == 64
+    assert shrink(labels, 2, 1, locked={1}) is None
+
+
+def test_smoothing_takes_what_is_fine_and_leaves_what_is_straight() -> None:
+    rows, columns = np.mgrid[:60, :80] + 0.5
+    straight = np.where(columns < 40, 1, 2).astype(np.int32)
+    assert smooth(straight, 1, 4) is None
+    jagged = np.where(columns < 40 + 2 * (rows % 6 < 3), 1, 2).astype(np.int32)
+    after = _applied(jagged, smooth(jagged, 1, 4))
+    assert len(np.unique((after[10:50] == 1).sum(axis=1))) == 1
+    assert smooth(jagged, 1, 4, locked={2}) is None
+
+
+def test_erased_pixels_go_to_the_neighbour_they_fit() -> None:
+    rgb = np.zeros((30, 60, 3), np.uint8)
+    rgb[:, 24:] = 180
+    labels = np.full((30, 60), 1, np.int32)
+    labels[:, 20:40] = 2
+    labels[:, 40:] = 3
+    frame = RGBDFrame(rgb, np.where(rgb[..., 0] > 0, 2.0, 1.0))
+    stroke = Stroke((slice(8, 22), slice(20, 40)), np.ones((14, 20), bool))
+    after = _applied(labels, erase(labels, stroke, 2, frame=frame))
+    assert np.isin(after[8:22, 20:40], (1, 3)).all()
+    assert (after[8:22, 20:23] == 1).all()
+    assert (after[8:22, 25:40] == 3).all()
+    hole = Stroke((slice(10, 14), slice(28, 32)), np.ones((4, 4), bool))
+    assert (_applied(labels, erase(labels, hole, 2, frame=frame))[10:14, 28:32] == 0).all(), "no neighbour is near"
+
+
+def test_parts_touch_where_they_share_a_side_of_a_pixel() -> None:
+    labels = np.zeros((6, 9), np.int32)
+    labels[:3, :3], labels[3:, 3:6], labels[:3, 3:6] = 1, 2, 3
+    assert parts_touch(labels, [1, 3])
+    assert not parts_touch(labels, [1, 2])
+    assert parts_touch(labels, [1, 2, 3])

@@ -91,6 +91,17 @@ def test_a_mask_that_does_not_fit_is_refused(mask):
         RGBDFrame(rgb=np.zeros((2, 3, 3), np.uint8), depth=np.ones((2, 3)), distrusted=mask)
 
 
+def test_colour_that_nobody_can_write_to_is_shared_and_any_other_copied():
+    rgb, depth = np.zeros((2, 3, 3), np.uint8), np.ones((2, 3))
+    frame = RGBDFrame(rgb, depth)
+    view = rgb[:]
+    view.flags.writeable = False
+    for colour in (rgb, view):
+        assert not np.shares_memory(RGBDFrame(colour, depth).rgb, rgb)
+    assert RGBDFrame(frame.rgb, depth).rgb is frame.rgb
+    assert frame.distrusting([[True, False, False]] * 2).rgb is frame.rgb
+
+
 def test_all_depth_distrusted_is_said():
     with pytest.raises(InputError, match="All depth of the frame is distrusted"):
         RGBDFrame(rgb=np.zeros((2, 3, 3), np.uint8), depth=np.ones((2, 3)), distrusted=np.ones((2, 3), bool))

@@ -29,7 +29,9 @@ WRITTEN = {
     "complete room/rgb.jpg room/depth.png": {"room-files": RESULTS},
     "complete --replay": {"room-again": RESULTS},
     "bench room": {},
-    "blocks room": {".": {"room-blocks.png"}, "room-stages": STAGES},
+    "blocks room --out": {".": {"room-blocks.png"}, "room-stages": STAGES},
+    "blocks room --from": {".": {"room-blocks.json"}},
+    "complete room --blocks": {"room-given": RESULTS - {"cloud.ply"}},
     "experiments run": {"experiments": {"convergence.json", "cylinder.json", "cylinder-curves.png"}},
     "experiments report": {"experiments": {"report.html"}},
     "models list": {},
@@ -42,7 +44,9 @@ NEEDS = {
     "complete room/rgb.jpg room/depth.png": "sample room",
     "complete --replay": "complete room --out room-done",
     "bench room": "sample room",
-    "blocks room": "sample room",
+    "blocks room --out": "sample room",
+    "blocks room --from": "blocks room --out",
+    "complete room --blocks": "blocks room --from",
     "experiments report": "experiments run",
 }
 """Which command must have been run before."""

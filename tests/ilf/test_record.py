@@ -17,10 +17,10 @@ from ilf.assets import asset_path
 from ilf.errors import FormatError
 from ilf.run import make_record, read_record
 from ilf.run.machine import library_versions
-from ilf.run.record import SCHEMA, array_sha256, outcome_to_dict, to_json
+from ilf.run.record import SCHEMA, RecordedMask, array_sha256, outcome_to_dict, to_json
 
 from .small_frames import QUICK
-from .small_runs import OPTIONS, changed, distrusting, small_run, written
+from .small_runs import OPTIONS, changed, distrusting, small_run, with_drawn_border, written
 
 
 def sha256(path):
@@ -38,7 +38,7 @@ def test_same_run_gives_same_record_without_times(tmp_path):
 
 def test_record_reads_back(tmp_path):
     special = ilf.preset(**QUICK, mode="fill+denoise")
-    run = distrusting(small_run(tmp_path))
+    run = with_drawn_border(distrusting(small_run(tmp_path)))
     run = replace(run, own={2: special}, dense=True)
     path = written(run, tmp_path / "out")
     assert json.loads(path.read_text())["block_parameters"] == {"2": {"mode": "fill+denoise"}}
@@ -51,14 +51,16 @@ def test_record_reads_back(tmp_path):
     assert record.shape == (60, 80)
     assert record.dense
     assert not record.edited
+    assert record.distrusted == RecordedMask(array_sha256(run.frame.distrusted), "distrusted.png")
+    assert record.drawn == RecordedMask(array_sha256(run.drawn), "drawn.png")
     assert to_json(record) == path.read_bytes()
 
 
 def test_the_record_vouches_for_every_file_of_the_set(tmp_path):
-    record = read_record(written(distrusting(small_run(tmp_path)), tmp_path / "out"))
+    record = read_record(written(with_drawn_border(distrusting(small_run(tmp_path))), tmp_path / "out"))
     files = {path.name: sha256(path) for path in (tmp_path / "out").iterdir() if path.name != "run.json"}
     assert record.outputs == files
-    assert {"meta.json", "distrusted.png", "depth.npy", "cloud.xyz"} <= set(files)
+    assert {"meta.json", "distrusted.png", "drawn.png", "depth.npy", "cloud.xyz"} <= set(files)
 
 
 def test_the_record_vouches_for_what_was_read_and_not_for_what_is_there_now(tmp_path):
@@ -80,6 +82,14 @@ def test_the_record_vouches_for_the_networks(tmp_path):
     other = replace(run, parameters=ilf.preset("paper", **QUICK), network=None)
     record = make_record(other, other.complete(), OPTIONS)
     assert (record.extraction_networks, record.networks) == ({}, {})
+
+
+def test_a_record_without_drawn_borders_does_not_name_them(tmp_path):
+    run = small_run(tmp_path)
+    path = written(replace(run, drawn=np.zeros(run.frame.shape, bool)), tmp_path / "out")
+    assert not any("drawn" in key for key in json.loads(path.read_text()))
+    assert read_record(path).drawn is None
+    assert not (tmp_path / "out" / "drawn.png").exists()
 
 
 def test_what_is_not_a_number_becomes_null(tmp_path):
@@ -155,6 +165,7 @@ def test_records_of_before_there_were_schemas_are_read(tmp_path):
         ("inputs", "rgb", "rgb.png"),
         ("distrusted", {"sha256": "0", "file": "../mask.png"}),
         ("distrusted", []),
+        ("drawn", {"file": "drawn.png"}),
         ("extraction", []),
         ("extraction", "dilation", 1.5),
         ("networks", {}),

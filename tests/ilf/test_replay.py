@@ -18,7 +18,7 @@ from ilf.run.checks import missing_or_changed
 from ilf.run.record import array_sha256
 
 from .small_frames import QUICK
-from .small_runs import OPTIONS, changed, contents, distrusting, drawn, small_run, written
+from .small_runs import OPTIONS, changed, contents, distrusting, drawn, small_run, with_drawn_border, written
 
 
 def replayed(path: Path, out: Path, *files: Path) -> Replay:
@@ -34,13 +34,24 @@ def replayed(path: Path, out: Path, *files: Path) -> Replay:
         lambda run: run,
         drawn,
         distrusting,
+        with_drawn_border,
         lambda run: replace(run, only=frozenset({2})),
         lambda run: replace(run, dense=True, only=frozenset({2})),
         lambda run: replace(run, own={2: ilf.preset(**QUICK, mode="fill+denoise")}),
         lambda run: replace(run, parameters=ilf.preset("released-code", **QUICK)),
         lambda run: replace(run, extraction=None),
     ],
-    ids=["plain", "edited", "distrusted", "some blocks", "dense", "own parameters", "released code", "given"],
+    ids=[
+        "plain",
+        "edited",
+        "distrusted",
+        "drawn border",
+        "some blocks",
+        "dense",
+        "own parameters",
+        "released code",
+        "given",
+    ],
 )
 def test_replay_gives_the_same_bytes(tmp_path, how):
     path = written(how(small_run(tmp_path)), tmp_path / "out")
@@ -106,14 +117,18 @@ def test_replay_of_edited_blocks_needs_their_label_map(tmp_path):
         replay(path)
 
 
-def test_replay_of_distrusted_depth_needs_its_mask(tmp_path):
-    path = written(distrusting(small_run(tmp_path)), tmp_path / "out")
-    mask = tmp_path / "out" / "distrusted.png"
+@pytest.mark.parametrize(
+    ("how", "file", "what"),
+    [(distrusting, "distrusted.png", "distrusted depth"), (with_drawn_border, "drawn.png", "drawn borders")],
+)
+def test_replay_needs_the_masks_of_the_run(tmp_path, how, file, what):
+    path = written(how(small_run(tmp_path)), tmp_path / "out")
+    mask = tmp_path / "out" / file
     ilf.io.write_mask(mask, np.ones((60, 80), bool))
-    with pytest.raises(InputError, match="not the mask of distrusted depth of the recorded run"):
+    with pytest.raises(InputError, match=f"not the mask of {what} of the recorded run"):
         replay(path)
     mask.unlink()
-    with pytest.raises(InputError, match=r"distrusted\.png\) is not beside the record"):
+    with pytest.raises(InputError, match=rf"{what} of this run \({file}\) is not beside the record"):
         replay(path)
 
 

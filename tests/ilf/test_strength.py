@@ -88,6 +88,30 @@ def test_strength_goes_with_the_frame() -> None:
     assert [kept() for kept in left] == [None, None]
 
 
+def test_frames_of_the_same_colour_share_what_it_says_and_depth_is_looked_at_again() -> None:
+    frame = _frame()
+    distrusted = frame.distrusting(np.arange(60)[:, None] * np.ones((1, 80)) >= 40)
+    for parameters in (CANNY, NETWORK):
+        found, other = find_edges(frame, parameters), find_edges(distrusted, parameters)
+        assert other.colour is found.colour
+        assert other.canny is found.canny
+        assert found.relief.edges.any()
+        assert not other.relief.edges.any()
+        assert not np.array_equal(found.strength, other.strength)
+
+
+def test_what_colour_says_goes_with_the_last_frame_of_that_colour() -> None:
+    frame = _frame()
+    left = weakref.ref(find_edges(frame, CANNY).canny)
+    frame = frame.distrusting(frame.depth > 2)
+    gc.collect()
+    assert left() is not None
+    assert find_edges(frame, CANNY).canny is left()
+    del frame
+    gc.collect()
+    assert left() is None
+
+
 def test_of_ever_other_parameters_the_latest_few_are_kept() -> None:
     frame = _frame()
     found = [weakref.ref(find_edges(frame, CANNY.replace(canny_sigma=sigma)).strength) for sigma in (1.0, 2.0, 3.0)]

@@ -12,12 +12,13 @@ import math
 import time
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ...blocks import Block, Box
+from ...blocks import Block, Box, within
 from ...edges.frame_edges import FrameEdges
 from ...frame import RGBDFrame
 from ...parameters import Parameters
@@ -25,6 +26,7 @@ from ..convergence import held_out_of
 from ..pyramid import enlarged, largest_of_four, sums_of_four
 from ..sums import inner
 from .flying import flying_pixels
+from .parting import Parting
 from .record import EdgeAwareRecord
 from .smoothness import SmoothnessEnergy, Weights, make_weights
 from .trend import noise_of, trend_of
@@ -86,12 +88,22 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         With filter "edge-aware".
     edges : FrameEdges
         Those of the frame.
+    drawn : ndarray of bool, optional
+        The block's pixels, in the order of `block.mask`'s True values, whose border was drawn by hand: nothing passes
+        there from beyond it.
     """
 
-    def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters, edges: FrameEdges) -> None:
+    def __init__(
+        self,
+        frame: RGBDFrame,
+        block: Block,
+        parameters: Parameters,
+        edges: FrameEdges,
+        drawn: NDArray[np.bool_] | None = None,
+    ) -> None:
         self._start = time.perf_counter()
         self._parameters = parameters
-        self._view = _View(frame, block, parameters)
+        self._view = _View(frame, block, parameters, drawn)
         depth = float(np.nanmean(self._view.depth[self._view.mask], dtype=np.float64))
         noise = parameters.noise or noise_of(self._view.depth, self._view.mask)
         shaped = parameters.trend and (parameters.mode != "fill" or self._view.gap >= _NARROW)
@@ -126,7 +138,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         """P_i at the block's pixels [m], in the order of `block.mask`'s True values; the trend before i = 1."""
         grid, u = self._current
         for finer in reversed(self._grids[: self._grids.index(grid)]):
-            u = enlarged(u, finer.counts.shape)
+            u, grid = grid.enlarged(u, finer), finer
         return self._view.on_block(u + self._grids[0].trend)
 
     @property
@@ -168,9 +180,9 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self._stage = 1
         u = self._energy(coarsest).minimum()
         yield coarsest, coarsest.samples(), u
-        for grid in others:
+        for coarser, grid in pairwise((coarsest, *others)):
             limit = _STEPS if grid is not self._grids[0] else _FINEST_STEPS
-            u = yield from self._descend(grid, self._energy(grid), enlarged(u, grid.counts.shape), limit)
+            u = yield from self._descend(grid, self._energy(grid), coarser.enlarged(u, grid), limit)
         finest = self._grids[0]
         if math.isfinite(self._jump):
             scale = np.full(u.shape, self._jump, np.float32)
@@ -203,7 +215,8 @@ class _Grid:
     """A level of the pyramid over the window.
 
     `counts` and `totals` are of the known depth less the trend, `inside` counts the block's pixels in every cell;
-    `edges` is the largest edge strength there. `held_out` is counts and totals of the depth that is held out, or None.
+    `edges` is the largest edge strength there. `held_out` is counts and totals of the depth that is held out, or None;
+    `parting` is what a drawn border parts, or None.
     """
 
     cell: int
@@ -213,6 +226,7 @@ class _Grid:
     trend: Array
     edges: Array
     held_out: tuple[Array, Array] | None
+    parting: Parting | None
 
     def samples(self) -> Array:
         """The cells' known depth less the trend; 0 where there is none."""
@@ -221,18 +235,31 @@ class _Grid:
     def smooth(self, edge_scale: float) -> tuple[Array, Array]:
         """How much smoothness is left between neighbours along x and y: as much as in the lesser of the two."""
         left = np.exp(-self.edges / np.float32(edge_scale))
-        return np.minimum(left[:, 1:], left[:, :-1]), np.minimum(left[1:], left[:-1])
+        smooth = np.minimum(left[:, 1:], left[:, :-1]), np.minimum(left[1:], left[:-1])
+        return smooth if self.parting is None else self.parting.cut(*smooth)
+
+    def enlarged(self, u: Array, finer: _Grid) -> Array:
+        """A surface on this grid on the next finer one."""
+        if self.parting is None or finer.parting is None:
+            return enlarged(u, finer.counts.shape)
+        return self.parting.enlarged(u, finer.parting)
 
     def halved(self) -> _Grid:
         """The next level: cells of twice the size."""
+        counts, totals, edges = self.counts, self.totals, self.edges
+        if self.parting is not None:
+            counts, totals, edges = (
+                np.where(self.parting.kept, values, np.float32(0)) for values in (counts, totals, edges)
+            )
         return _Grid(
             cell=2 * self.cell,
-            counts=sums_of_four(self.counts),
-            totals=sums_of_four(self.totals),
+            counts=sums_of_four(counts),
+            totals=sums_of_four(totals),
             inside=sums_of_four(self.inside),
             trend=np.float32(0.25) * sums_of_four(self.trend, "edge"),
-            edges=largest_of_four(self.edges),
+            edges=largest_of_four(edges),
             held_out=self.held_out and (sums_of_four(self.held_out[0]), sums_of_four(self.held_out[1])),
+            parting=self.parting and self.parting.halved(),
         )
 
 
@@ -242,16 +269,21 @@ _Step = tuple[_Grid, Array, Array]
 class _View:
     """What the stepper sees of a frame: the window, and the block in it."""
 
-    def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters) -> None:
+    def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters, drawn: NDArray[np.bool_] | None) -> None:
         self._frame = frame
         self._block = block
         self._window = _window(frame, block, parameters.mode)
         around = _union(block.box, self._window)
-        self._place = _within(self._window, around)
+        self._place = within(self._window, around)
         self.mask = np.zeros(frame.depth[around].shape, bool)
         """The block's pixels in the box around block and window."""
-        self.mask[_within(block.box, around)] = block.mask
+        self.mask[within(block.box, around)] = block.mask
         self._mask = self.mask[self._place]
+        self._drawn: NDArray[np.bool_] | None = None
+        if drawn is not None:
+            at = np.zeros(self.mask.shape, bool)
+            at[self.mask] = drawn
+            self._drawn = at[self._place]
 
         trusted = frame.known[around]
         if parameters.jump_share:
@@ -303,6 +335,7 @@ class _View:
             trend=trend,
             edges=edges.astype(np.float32),
             held_out=held_out,
+            parting=None if self._drawn is None else Parting.around(self._mask, self._drawn),
         )
 
     def on_block(self, surface: Array) -> NDArray[np.float64]:
@@ -329,12 +362,6 @@ def _window(frame: RGBDFrame, block: Block, mode: str) -> Box:
 def _union(first: Box, second: Box) -> Box:
     """The smallest box around two."""
     rows, columns = (slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(first, second, strict=True))
-    return rows, columns
-
-
-def _within(inside: Box, outside: Box) -> Box:
-    """Where a box lies in one around it."""
-    rows, columns = (slice(a.start - b.start, a.stop - b.start) for a, b in zip(inside, outside, strict=True))
     return rows, columns
 
 

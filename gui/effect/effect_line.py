@@ -1,0 +1,76 @@
+"""One line under the views that says what the last edit has done, until the next."""
+
+from __future__ import annotations
+
+import html
+
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+
+from gui import theme
+from ilf.run import Effect
+
+_EQUAL = 0.02
+"""Errors that differ by a smaller share are as good as equal."""
+
+
+class EffectLine(QWidget):
+    """What the last edit was, and whether it was for the better: hidden until there is one."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.label = QLabel()
+        self.label.setTextFormat(Qt.TextFormat.RichText)
+        self.label.setMinimumWidth(1)
+        self.label.setToolTip(
+            "What the last edit has done. On hidden depth: most of the known depth near the border is hidden, and the "
+            "blocks there are completed without it, before and after. Hold B to look at the state before it."
+        )
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(8, 2, 8, 2)
+        layout.addWidget(self.label, 1)
+        self._said: tuple[str, Effect | None, str] | None = None
+        self.hide()
+
+    def say(self, text: str, effect: Effect | None = None, note: str = "") -> None:
+        """Show what an edit is called, what it has done as far as that is known, and a note."""
+        self._said = text, effect, note
+        self._write()
+        self.show()
+
+    def clear(self) -> None:
+        """There has been no edit."""
+        self._said = None
+        self.hide()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._write()
+
+    def _write(self) -> None:
+        if self._said is None:
+            return
+        text, effect, note = self._said
+        parts = [f"<b>{html.escape(text)}</b>"]
+        if effect is not None:
+            parts.append(f"{effect.moved:,} px moved".replace(",", "\u202f"))
+            if effect.expected is not None:
+                parts.append(f"expected error {self._change(*effect.expected)}")
+            if effect.held_out is not None:
+                parts.append(f"on hidden depth {self._change(*effect.held_out)}")
+        if note:
+            parts.append(html.escape(note))
+        self.label.setText(" &nbsp;·&nbsp; ".join(parts))
+
+    def _change(self, before: float, after: float) -> str:
+        """Two errors [m] as text, in the colour of better or worse."""
+        colours = theme.colours(self.palette())
+        tone = colours.text
+        if abs(after - before) > _EQUAL * max(before, after):
+            tone = colours.good if after < before else colours.error
+        return f'{_millimetres(before)} → <span style="color:{tone.name()}"><b>{_millimetres(after)} mm</b></span>'
+
+
+def _millimetres(error: float) -> str:
+    return f"{1000 * error:.{1 if error < 0.0995 else 0}f}"

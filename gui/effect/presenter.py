@@ -1,0 +1,145 @@
+"""Says what every edit has done, and shows the state before it while a key is held."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject
+from PySide6.QtGui import QAction
+
+from gui.effect.effect_line import EffectLine
+from gui.state.commands import Change
+from gui.state.session import Session
+from gui.state.workspace import Workspace
+from gui.views.presenter import ViewsPresenter
+from gui.work.latest_question import LatestQuestion
+from gui.work.runs import RunController, RunState
+from ilf.ebs.edit import LabelPatch
+from ilf.outcomes import Completion
+from ilf.run import Effect, Run, edit_effect
+
+
+@dataclass(frozen=True, eq=False)
+class _Question:
+    """An edit, the run that the frame is after it, and what was completed before and after."""
+
+    patch: LabelPatch
+    forward: bool
+    run: Run
+    before: Completion | None
+    after: Completion | None
+
+
+class EffectPresenter(QObject):
+    """The line that says what the last edit of the present frame has done.
+
+    What it did to the depth is worked out when the touched blocks have been solved again, off the GUI's thread.
+
+    Parameters
+    ----------
+    live : QAction
+        Whether blocks are solved again after edits; nothing is worked out without.
+    """
+
+    def __init__(
+        self, workspace: Workspace, runs: RunController, views: ViewsPresenter, line: EffectLine, live: QAction
+    ) -> None:
+        super().__init__(line)
+        self._workspace = workspace
+        self._runs = runs
+        self._views = views
+        self._line = line
+        self._live = live
+        self._change: Change | None = None
+        self._asked = True
+        self._before: Completion | None = None
+        """What was completed before the last edit."""
+        self._present: Completion | None = None
+        """What is completed, as it was when nothing was under way."""
+        self._questions = LatestQuestion[_Question, Effect](_find, self)
+        self._questions.answered.connect(self._say)
+        self._questions.failed.connect(lambda question, error: self._say(question, None, f"not known: {error}"))
+        workspace.edited.connect(self._take)
+        workspace.session_changed.connect(self._forget)
+        runs.state_changed.connect(self._go_on)
+
+    @property
+    def busy(self) -> bool:
+        """Whether an effect is to come."""
+        return self._questions.busy
+
+    @property
+    def change(self) -> Change | None:
+        """The last edit of the present frame."""
+        return self._change
+
+    def note(self, text: str) -> None:
+        """Add something about the last edit, as that it has left slivers."""
+        if self._change is not None:
+            self._line.say(_title(self._change), None, text)
+
+    def look(self, on: bool) -> None:
+        """Show the blocks and the depth before the last edit, or after it if it has been undone; or go back."""
+        if not on or self._change is None:
+            self._views.show_present()
+            return
+        session, patch, forward, _ = self._change
+        labels = session.labels.copy()
+        (patch.revert if forward else patch.apply)(labels)
+        self._views.show_other(labels, None if self._before is None else self._before.depth)
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the thread has ended."""
+        return self._questions.shutdown()
+
+    def _take(self, change: Change) -> None:
+        self._change, self._asked = change, not self._live.isChecked()
+        self._before = self._present
+        self._questions.forget()
+        self._line.say(_title(change), Effect(int(np.count_nonzero(change.patch.before != change.patch.after))))
+        self._go_on()
+
+    def _forget(self) -> None:
+        self._change, self._before, self._asked = None, None, True
+        self._questions.forget()
+        self._line.clear()
+        self._note_present()
+
+    def _go_on(self) -> None:
+        if self._runs.state is not RunState.IDLE or not self._workspace.has_session:
+            return
+        self._note_present()
+        if self._asked or self._change is None:
+            return
+        session = self._change.session
+        if session.results.kept and not all(session.is_up_to_date(label) for label in self._there(session)):
+            return  # they are still to be solved
+        self._asked = True
+        run = session.run(self._workspace.parameters)
+        self._questions.ask(_Question(self._change.patch, self._change.forward, run, self._before, self._present))
+
+    def _there(self, session: Session) -> frozenset[int]:
+        return frozenset() if self._change is None else self._change.blocks & session.counts().keys()
+
+    def _note_present(self) -> None:
+        self._present = self._workspace.session.completion() if self._workspace.has_session else None
+
+    def _say(self, question: _Question, effect: Effect | None, note: str = "") -> None:
+        change = self._change
+        if change is not None and (change.patch, change.forward) == (question.patch, question.forward):
+            self._line.say(_title(change), effect, note)
+
+
+def _title(change: Change) -> str:
+    return change.text if change.forward else f"Undone: {change.text}"
+
+
+def _find(question: _Question) -> Effect:
+    """Off the GUI's thread."""
+    labels: NDArray[np.int32] = question.run.blocks.copy()
+    labels.flags.writeable = True
+    (question.patch.revert if question.forward else question.patch.apply)(labels)
+    before = replace(question.run, blocks=labels)
+    return edit_effect(before, question.run, question.patch, (question.before, question.after))

@@ -1,0 +1,40 @@
+"""Marks in all views on what is to be looked at."""
+
+from __future__ import annotations
+
+from PySide6.QtGui import QColor, QPainterPath
+
+from gui.views.items import HaloPath
+from gui.views.linked_views import LinkedViews
+
+_COLOUR = QColor(255, 96, 208)
+_WIDTH, _HALO, _HEIGHT = 1.5, 170, 5.5
+_SMALLEST_SCALE = 8.0
+"""Image pixels per screen pixel up to which the lines' widths are reckoned with."""
+
+
+class Marks:
+    """One path in every view, in a colour that nothing else has."""
+
+    def __init__(self, views: LinkedViews) -> None:
+        self._items = []
+        for cell in views.cells.values():
+            item = HaloPath(_WIDTH, _COLOUR, _HALO, _HEIGHT)
+            item.set_pixel_size(_SMALLEST_SCALE)
+            cell.view.addItem(item)
+            self._items.append(item)
+
+    @property
+    def path(self) -> QPainterPath:
+        """What is marked, in image coordinates."""
+        return self._items[0].path
+
+    def show(self, path: QPainterPath) -> None:
+        """Mark a path in image coordinates."""
+        for item in self._items:
+            item.set_path(path)
+
+    def clear(self) -> None:
+        """Mark nothing."""
+        for item in self._items:
+            item.set_path(None)

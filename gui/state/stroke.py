@@ -1,0 +1,40 @@
+"""A change of the label map that is under way: what was there before, and where it has got to."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ilf.blocks import Box
+from ilf.ebs.edit import LabelPatch, patch_between
+
+
+class StrokeUnderWay:
+    """Remembers a label map, int32 (H, W), as a stroke found it, and the box that the stroke has reached."""
+
+    def __init__(self, labels: NDArray[np.int32]) -> None:
+        self._before = labels.copy()
+        self._box: Box | None = None
+
+    def reach(self, box: Box) -> None:
+        """The stroke has changed pixels in a box."""
+        self._box = box if self._box is None else around(self._box, box)
+
+    def patch(self, labels: NDArray[np.int32]) -> LabelPatch | None:
+        """What the stroke has changed so far; None for nothing."""
+        if self._box is None:
+            return None
+        inside = patch_between(self._before[self._box], labels[self._box])
+        if inside is None:
+            return None
+        rows, columns = (
+            slice(whole.start + part.start, whole.start + part.stop)
+            for whole, part in zip(self._box, inside.box, strict=True)
+        )
+        return LabelPatch((rows, columns), inside.before, inside.after)
+
+
+def around(box: Box, other: Box) -> Box:
+    """The smallest box around two."""
+    rows, columns = (slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(box, other, strict=True))
+    return rows, columns

@@ -1,0 +1,100 @@
+"""Keys that mean the same wherever the focus is in the window."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QKeyEvent, QKeySequence
+from PySide6.QtWidgets import (
+    QAbstractSpinBox,
+    QApplication,
+    QDockWidget,
+    QLineEdit,
+    QPlainTextEdit,
+    QTextEdit,
+    QWidget,
+)
+
+from gui.tools.editor import Editor
+from gui.views.linked_views import LinkedViews
+
+_EVENTS = frozenset(
+    {
+        QEvent.Type.KeyPress,
+        QEvent.Type.KeyRelease,
+        QEvent.Type.ShortcutOverride,
+        QEvent.Type.WindowDeactivate,
+    }
+)
+_PLAIN = Qt.KeyboardModifier.NoModifier
+_Key = Qt.Key
+
+
+class ToolKeys(QObject):
+    """Space pans, Tab goes on to the next tool, Enter finishes, Backspace takes back, Ctrl+Z gives a stroke up.
+
+    They do so in all of the window and its docks, but not where text or numbers are typed, and not in dialogs; and
+    only while there is something that they can do.
+    """
+
+    def __init__(self, window: QWidget, editor: Editor, views: LinkedViews) -> None:
+        super().__init__(window)
+        self._window = window
+        self._editor = editor
+        self._views = views
+        application = QApplication.instance()
+        if application is not None:
+            application.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Take the keys that are meant for the tools."""
+        if event.type() not in _EVENTS:
+            return False
+        if event.type() == QEvent.Type.WindowDeactivate:
+            if watched is self._window:
+                self._views.set_space(False)
+            return False
+        if not isinstance(event, QKeyEvent) or not isinstance(watched, QWidget) or not self._concerns(watched):
+            return False
+        if event.type() == QEvent.Type.ShortcutOverride:
+            return self._override(event)
+        if event.key() == _Key.Key_Space and event.modifiers() in (_PLAIN, Qt.KeyboardModifier.ShiftModifier):
+            if not event.isAutoRepeat():
+                self._views.set_space(event.type() == QEvent.Type.KeyPress)
+            return True
+        return event.type() == QEvent.Type.KeyPress and self._press(event)
+
+    def _concerns(self, watched: QWidget) -> bool:
+        focus = QApplication.focusWidget() or self._window
+        if watched is not focus or not self._editor.ready or QApplication.activePopupWidget() is not None:
+            return False
+        top = watched.window()
+        panel = isinstance(top, QDockWidget) and top.parentWidget() is self._window  # one that floats
+        return (top is self._window or panel) and not _takes_text(watched)
+
+    def _override(self, event: QKeyEvent) -> bool:
+        """Keep Ctrl+Z from undoing the step before while a stroke is under way."""
+        if not (self._editor.busy and event.matches(QKeySequence.StandardKey.Undo)):
+            return False
+        event.accept()
+        return True
+
+    def _press(self, event: QKeyEvent) -> bool:
+        key, editor = event.key(), self._editor
+        if editor.busy and event.matches(QKeySequence.StandardKey.Undo):
+            return editor.cancel()
+        plain = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier == _PLAIN
+        if key == _Key.Key_Tab and plain:
+            editor.cycle_tool(1)
+            return True
+        if key == _Key.Key_Backtab:
+            editor.cycle_tool(-1)
+            return True
+        if key in (_Key.Key_Return, _Key.Key_Enter) and plain:
+            return editor.finish()
+        return key == _Key.Key_Backspace and plain and editor.take_back()
+
+
+def _takes_text(widget: QWidget) -> bool:
+    if isinstance(widget, (QTextEdit, QPlainTextEdit)):
+        return not widget.isReadOnly()
+    return isinstance(widget, (QLineEdit, QAbstractSpinBox))

@@ -1,0 +1,112 @@
+"""The options of the active tool, in a row beside the tools."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QSpinBox, QToolButton, QWidget
+
+from gui.tools.options import BRUSH_RADII, LARGEST_AMOUNT, LARGEST_LEASH, ToolOptions
+
+_SLIDER_WIDTH = 72
+_GAP = 8
+
+
+class OptionsRow(QWidget):
+    """Sliders and boxes for `ToolOptions`; of them, those that the active tool has are to be seen.
+
+    Parameters
+    ----------
+    similar, no_block : QAction
+        Switches of the options `similar_only` and `to_no_block`.
+    by_amount : sequence of QAction
+        Commands that go by the option `amount`, which stand beside it.
+
+    Signals
+    -------
+    changed(str, object)
+        Name of an option of `ToolOptions`, and the value that the user wants.
+    """
+
+    changed = Signal(str, object)
+
+    def __init__(
+        self, similar: QAction, no_block: QAction, by_amount: Sequence[QAction], parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._brush_text, self._leash_text = QLabel(), QLabel()
+        self.brush = _slider(1, round(BRUSH_RADII[-1]))
+        self.leash = _slider(0, LARGEST_LEASH)
+        self._switches = {"similar_only": similar, "to_no_block": no_block}
+        self.amount = QSpinBox()
+        self.amount.setRange(1, LARGEST_AMOUNT)
+        self.amount.setSuffix(" px")
+        self.leash.setToolTip("Snap: how far a drawn line may move to lie on an edge; at the left end, not at all")
+        self.amount.setToolTip("By how many pixels chosen blocks grow, shrink or are smoothed")
+        self.amount.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self._parts: dict[str, QWidget] = {
+            "brush": _together(self.brush, self._brush_text),
+            "leash": _together(QLabel("Snap"), self.leash, self._leash_text),
+            "similar": _button(similar),
+            "no_block": _button(no_block),
+            "amount": _together(self.amount, *(_button(action) for action in by_amount)),
+        }
+        _fill(self, *self._parts.values())
+        for label, longest in ((self._brush_text, "120 px"), (self._leash_text, "20 px")):
+            label.setMinimumWidth(label.fontMetrics().horizontalAdvance(longest))
+        self.brush.valueChanged.connect(lambda radius: self.changed.emit("brush_radius", float(radius)))
+        self.leash.valueChanged.connect(lambda leash: self.changed.emit("leash", leash))
+        for name, switch in self._switches.items():
+            switch.toggled.connect(lambda on, name=name: self.changed.emit(name, on))
+        self.amount.valueChanged.connect(lambda amount: self.changed.emit("amount", amount))
+
+    def show_options(self, names: Collection[str], options: ToolOptions) -> None:
+        """Show the options of a tool, by `Tool.options`, with their values."""
+        for name, part in self._parts.items():
+            part.setVisible(name in names)
+        diameter = 2 * options.brush_radius
+        self._brush_text.setText(f"{diameter:g} px")
+        self.brush.setToolTip(f"Brush: {diameter:g} px across ([ and ], or Ctrl+wheel)")
+        self._leash_text.setText(f"{options.leash} px" if options.leash else "off")
+        values = (
+            (self.brush, round(options.brush_radius)),
+            (self.leash, options.leash),
+            (self.amount, options.amount),
+        )
+        for slider, value in values:
+            with QSignalBlocker(slider):
+                slider.setValue(value)
+        for name, switch in self._switches.items():
+            switch.setChecked(getattr(options, name))
+
+
+def _slider(low: int, high: int) -> QSlider:
+    slider = QSlider(Qt.Orientation.Horizontal)
+    slider.setRange(low, high)
+    slider.setFixedWidth(_SLIDER_WIDTH)
+    slider.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    return slider
+
+
+def _button(action: QAction) -> QToolButton:
+    button = QToolButton()
+    button.setDefaultAction(action)
+    button.setAutoRaise(True)
+    button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    return button
+
+
+def _together(*widgets: QWidget) -> QWidget:
+    group = QWidget()
+    _fill(group, *widgets)
+    return group
+
+
+def _fill(row: QWidget, *widgets: QWidget) -> None:
+    layout = QHBoxLayout(row)
+    layout.setContentsMargins(0, 0, 0, 0)
+    layout.setSpacing(_GAP // 2)
+    for widget in widgets:
+        layout.addWidget(widget)

@@ -1,0 +1,102 @@
+"""What a tool is about to do, as it is drawn over the views."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPainterPath, QPen
+from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
+
+_LINE, _HALO, _AREA = QColor(255, 221, 51), QColor(0, 0, 0, 200), QColor(255, 221, 51, 110)
+_WIDTH = 2.0
+_HANDLE = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Preview:
+    """Lines, corners and an area, in image coordinates.
+
+    Attributes
+    ----------
+    line : QPainterPath
+        Drawn bright on dark, so that it shows on any picture.
+    corners : sequence of (x, y)
+        Drawn as small squares, of one size at every zoom.
+    dashed : bool
+        Whether the line is only offered.
+    area : QPainterPath, optional
+        Filled, translucent.
+    """
+
+    line: QPainterPath
+    corners: Sequence[tuple[float, float]] = ()
+    dashed: bool = False
+    area: QPainterPath | None = None
+
+
+class PreviewItem(QGraphicsItem):
+    """Draws a preview; the widths of its lines are screen pixels at every zoom."""
+
+    def __init__(self, z: float) -> None:
+        super().__init__()
+        self._preview: Preview | None = None
+        self._bounds = QRectF()
+        self._pixel_size = 1.0
+        self.setZValue(z)
+
+    def set_preview(self, preview: Preview | None) -> None:
+        """Draw another preview; None for nothing."""
+        self._preview = preview
+        self._measure()
+        self.update()
+
+    def set_pixel_size(self, pixel_size: float) -> None:
+        """Image pixels per screen pixel: what widths mean for the bounds."""
+        self._pixel_size = pixel_size
+        self._measure()
+
+    def _measure(self) -> None:
+        self.prepareGeometryChange()
+        self._bounds = QRectF()
+        if self._preview is None:
+            return
+        bounds = self._preview.line.controlPointRect()
+        if self._preview.area is not None:
+            bounds = bounds.united(self._preview.area.controlPointRect())
+        for x, y in self._preview.corners:
+            bounds = bounds.united(QRectF(x, y, 1e-6, 1e-6))
+        reach = (_WIDTH + _HANDLE + 3) * self._pixel_size
+        self._bounds = bounds.adjusted(-reach, -reach, reach, reach)
+
+    def boundingRect(self) -> QRectF:
+        return self._bounds
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        preview = self._preview
+        if preview is None:
+            return
+        if preview.area is not None:
+            painter.fillPath(preview.area, _AREA)
+        # straight lines along the pixels' edges are clearer without; others are not
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        for colour, width in ((_HALO, _WIDTH + 2), (_LINE, _WIDTH)):
+            pen = QPen(colour, width)
+            pen.setCosmetic(True)
+            if preview.dashed and colour is _LINE:
+                pen.setDashPattern([4, 3])
+            pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+            painter.setPen(pen)
+            painter.drawPath(preview.line)
+        self._draw_corners(painter, preview)
+
+    def _draw_corners(self, painter: QPainter, preview: Preview) -> None:
+        half = _HANDLE * self._pixel_size
+        pen = QPen(_HALO, 1.5)
+        pen.setCosmetic(True)
+        painter.setPen(pen)
+        painter.setBrush(_LINE)
+        for x, y in preview.corners:
+            painter.drawRect(QRectF(QPointF(x - half, y - half), QPointF(x + half, y + half)))
+        painter.setBrush(Qt.BrushStyle.NoBrush)

@@ -1,0 +1,120 @@
+"""Whether an edit was for the better: expected error, and the error on depth that is hidden near the border."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..confidence import expected_error
+from ..ebs.edit import LabelPatch
+from ..errors import InputError
+from ..outcomes import Completion
+from .run import Run
+
+_BAND = 5
+"""Known depth is hidden up to so many pixels from those that have changed hands."""
+
+_SHARE = 0.9
+"""Share of it that is hidden."""
+
+_SEED = 0
+
+_FEWEST = 20
+"""Pixels below which an error is not worth saying."""
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What an edit has done.
+
+    Attributes
+    ----------
+    moved : int
+        Pixels that have changed hands.
+    expected : (float, float) or None
+        Root mean square of the expected error [m] of the filled pixels of the touched blocks, before and after; None
+        where they have not been run.
+    held_out : (float, float) or None
+        Root mean square error [m] on the hidden depth, before and after; None where there is too little known depth.
+    hidden : int
+        Pixels that `held_out` is over.
+    """
+
+    moved: int
+    expected: tuple[float, float] | None = None
+    held_out: tuple[float, float] | None = None
+    hidden: int = 0
+
+
+def edit_effect(
+    before: Run, after: Run, patch: LabelPatch, completed: tuple[Completion | None, Completion | None] = (None, None)
+) -> Effect:
+    """What an edit of the label map has done to the depth around it.
+
+    Known depth near the pixels that have changed hands is hidden, most of it, with a fixed seed, and the blocks there
+    are completed without it, once as they were and once as they are.
+
+    Parameters
+    ----------
+    before, after : Run
+        Of the same frame; their blocks differ by the edit.
+    patch : LabelPatch
+        The edit, in either direction.
+    completed : (Completion or None, Completion or None)
+        What the blocks were completed to before and after, where they have been.
+
+    Returns
+    -------
+    Effect
+    """
+    changed = np.zeros(after.blocks.shape, bool)
+    changed[patch.box] = patch.before != patch.after
+    moved = int(np.count_nonzero(changed))
+    touched = {*np.unique(before.blocks[changed]).tolist(), *np.unique(after.blocks[changed]).tolist()} - {0}
+    expected = None
+    if completed[0] is not None and completed[1] is not None:
+        expected = _expected((before, completed[0]), (after, completed[1]), touched)
+    hidden = _near(changed) & after.frame.known
+    hidden &= np.random.default_rng(_SEED).random(changed.shape) < _SHARE
+    errors = [_errors(run, hidden) for run in (before, after)]
+    both = np.isfinite(errors[0]) & np.isfinite(errors[1])
+    count = int(np.count_nonzero(both))
+    if count < _FEWEST:
+        return Effect(moved, expected)
+    return Effect(moved, expected, (_rms(errors[0][both]), _rms(errors[1][both])), count)
+
+
+def _near(changed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _BAND + 1, 2 * _BAND + 1))
+    return cv2.dilate(changed.astype(np.uint8), disk).astype(bool)
+
+
+def _errors(run: Run, hidden: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Errors [m] of the hidden pixels, completed without them; NaN where they come to no depth."""
+    truth = run.frame.depth[hidden]
+    blocks = {*np.unique(run.blocks[hidden]).tolist()} - {0}
+    try:
+        frame = run.frame.distrusting(hidden if run.frame.distrusted is None else hidden | run.frame.distrusted)
+    except InputError:  # nothing would be left
+        return np.full(truth.shape, np.nan, np.float32)
+    alone = replace(run, frame=frame, only=frozenset(blocks), dense=False)
+    return alone.complete(threads=1).depth[hidden] - truth
+
+
+def _expected(
+    before: tuple[Run, Completion], after: tuple[Run, Completion], touched: set[int]
+) -> tuple[float, float] | None:
+    values = []
+    for run, completion in (before, after):
+        there = np.isin(run.blocks, list(touched)) & completion.filled
+        values.append(expected_error(run.frame, completion)[there])
+    if min(map(np.size, values)) < _FEWEST:
+        return None
+    return _rms(values[0]), _rms(values[1])
+
+
+def _rms(values: NDArray[np.float32]) -> float:
+    return float(np.sqrt(np.nanmean(np.square(values, dtype=np.float64))))

@@ -1,0 +1,163 @@
+"""What all kinds of suspicion go by: where depth is known, what it says of each block, and where it would be filled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from skimage.measure import label as connected_regions
+
+from ..blocks import find_blocks
+from ..edges.pairs import apart, mark
+from ..edges.relief import Relief, filled_depth, find_relief
+from ..frame import RGBDFrame
+
+JUMP, JUMP_SHARE = 0.04, 0.04
+"""Neighbours that differ by more than the larger of the two [m, share of the nearer depth] are parted by a jump."""
+
+_APART, _APART_SHARE = 0.06, 0.04
+"""Surfaces that differ by more than the larger of the two [m, share of the nearer depth] are two."""
+
+_PIECE = 12
+"""Known pixels that a piece of a surface has at least; fewer are noise."""
+
+RIM = 3.5
+"""How far [px] a border may be off its place without harm: depth ramps from one surface to the next, and what lies so
+close to a border says nothing of it."""
+
+_PLANE = 60
+"""Known pixels from which on a piece has a plane; with fewer, its depth goes on as it is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """A frame and its blocks, seen with the eyes of somebody who looks for mistakes. Arrays have the shape (H, W).
+
+    Attributes
+    ----------
+    labels : ndarray of int32
+        The label map.
+    missing : ndarray of bool
+        Pixels of blocks that are to be filled.
+    depth : ndarray of float32
+        Known depth [m] without its noise; elsewhere that of the nearest known pixel, of whichever block.
+    relief : Relief
+        Its jumps and bends.
+    inner : ndarray of bool
+        Pixels of blocks farther than `RIM` from any border.
+    source : ndarray of int64
+        Flat index of the nearest known pixel of the same block; -1 for a block without any, and outside of blocks.
+    pieces : ndarray of int32
+        What of a block's known depth hangs together without a jump; 0 elsewhere.
+    planes : ndarray of float64, shape (pieces + 1, 3)
+        Of every piece the inverse depth [1/m] as a linear function of 1, column and row.
+    """
+
+    labels: NDArray[np.int32]
+    missing: NDArray[np.bool_]
+    depth: NDArray[np.float32]
+    relief: Relief
+    inner: NDArray[np.bool_]
+    source: NDArray[np.int64]
+    pieces: NDArray[np.int32]
+    planes: NDArray[np.float64]
+
+    def apart(self, one: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.float64]:
+        """How far [m] the surfaces at two known pixels are apart: 0 if one goes on as the other.
+
+        Parameters
+        ----------
+        one, other : ndarray of int64, shape (n,)
+            Flat indices of known pixels; -1 where there is none, which is apart from nothing.
+
+        Returns
+        -------
+        ndarray of float64, shape (n,)
+            The least of their difference and of what each of them differs from where the plane of the other is there.
+        """
+        depth, pieces = self.depth.ravel().astype(np.float64), self.pieces.ravel()
+        near, far = depth[one], depth[other]
+        least = np.minimum(near, far)
+        difference = np.abs(near - far)
+        for here, there in ((one, other), (other, one)):
+            rows, columns = np.divmod(there, self.labels.shape[1])
+            plane = self.planes[pieces[here]]
+            inverse = plane[:, 0] + plane[:, 1] * columns + plane[:, 2] * rows
+            ahead = 1 / np.maximum(inverse, 1e-3)
+            difference = np.minimum(difference, np.abs(ahead - depth[there]))
+        counts = (one >= 0) & (other >= 0) & (difference > np.maximum(_APART, _APART_SHARE * least))
+        return np.where(counts, difference, 0.0)
+
+
+def survey(frame: RGBDFrame, labels: NDArray[np.int32]) -> Ground:
+    """The ground of a frame with its blocks, int32 (H, W)."""
+    relief = find_relief(frame.depth, JUMP, JUMP_SHARE)
+    depth, _ = filled_depth(frame.depth)
+    border = mark(apart(labels)).astype(np.uint8)
+    inner = (labels > 0) & (cv2.distanceTransform(1 - border, cv2.DIST_L2, 5) > RIM)
+    whole = relief.near & (labels > 0) & ~mark(relief.all_jumps)
+    pieces = np.asarray(connected_regions(np.where(whole, labels, 0), background=0, connectivity=1), np.int32)
+    sure = _sure(frame.known & whole, inner, labels, pieces)
+    return Ground(
+        labels,
+        ~frame.known & (labels > 0),
+        depth,
+        relief,
+        inner,
+        _sources(labels, sure),
+        np.where(sure, pieces, 0),
+        _planes(depth, pieces, sure, int(pieces.max()) + 1),
+    )
+
+
+def _sure(
+    known: NDArray[np.bool_], inner: NDArray[np.bool_], labels: NDArray[np.int32], pieces: NDArray[np.int32]
+) -> NDArray[np.bool_]:
+    """Known pixels that speak for their block: those of pieces that reach into it; all, if there is no such piece."""
+    deep = np.bincount(pieces[known & inner], minlength=int(pieces.max()) + 1) >= _PIECE
+    has_deep = np.zeros(int(labels.max()) + 1, bool)
+    has_deep[labels[known & deep[pieces]]] = True
+    return known & (deep[pieces] | ~has_deep[labels])
+
+
+def _sources(labels: NDArray[np.int32], sure: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Flat index of every pixel's nearest known one of the same block; -1 where there is none."""
+    source = np.full(labels.shape, -1, np.int64)
+    index = np.arange(labels.size).reshape(labels.shape)
+    for block in find_blocks(labels).values():
+        known = sure[block.box] & block.mask
+        if not known.any():
+            continue
+        _, nearest = cv2.distanceTransformWithLabels(
+            (~known).astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
+        )
+        of_number = np.zeros(int(nearest.max()) + 1, np.int64)
+        of_number[nearest[known]] = index[block.box][known]
+        source[block.box][block.mask] = of_number[nearest[block.mask]]
+    return source
+
+
+def _planes(
+    depth: NDArray[np.float32], pieces: NDArray[np.int32], sure: NDArray[np.bool_], count: int
+) -> NDArray[np.float64]:
+    rows, columns = np.nonzero(sure)
+    owner, inverse = pieces[rows, columns], 1 / depth[rows, columns].astype(np.float64)
+    terms = np.stack([np.ones(rows.size), columns, rows])
+
+    def totals(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(np.bincount(owner, values, minlength=count), np.float64)
+
+    squares = np.array([[totals(one * other) for other in terms] for one in terms]).transpose(2, 0, 1)
+    sums = np.array([totals(one * inverse) for one in terms]).T
+    pixels = np.maximum(squares[:, 0, 0], 1.0)
+    # around the pieces' middles, or the solution loses its digits; a trace of ridge, as all pixels may lie on one line
+    middle = squares[:, 0, 1:] / pixels[:, None]
+    spread = squares[:, 1:, 1:] - pixels[:, None, None] * middle[:, :, None] * middle[:, None, :]
+    mean = sums[:, 0] / pixels
+    slopes = np.linalg.solve(
+        spread + pixels[:, None, None] * np.eye(2), (sums[:, 1:] - mean[:, None] * pixels[:, None] * middle)[..., None]
+    )[..., 0]
+    slopes[pixels < _PLANE] = 0.0
+    return np.column_stack([mean - (slopes * middle).sum(axis=1), slopes])

@@ -1,0 +1,197 @@
+"""`python -m tests.bench.corrections --with brush`: what twelve corrections cost, and what they bring.
+
+Each is done on its frame as it was extracted, in the real window, without a display. The table has clicks, strokes and
+keys; wrong pixels before and after, in the region in which the correction is judged; how many pixels outside it have
+changed hands besides; and the error against the truth over the hidden pixels of the region [mm], before, after, and if
+the target were met exactly, once the blocks that the region has pixels of are run. Zooming there is not counted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import math
+import os
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtWidgets import QApplication
+
+import ilf
+from gui.state.session import Session
+from ilf.bench.patterns import Task
+from ilf.run import Run
+
+from . import brush
+from .driver import Driver
+from .hand import Action
+from .scenes import frames_folder, load_scene
+from .targets import Correction, Scene, read_corrections, target_map, wrong_pixels
+
+_HEAD = (
+    f"{'frame':15}{'correction':24}{'clicks':>6}{'strokes':>8}{'keys':>5}{'wrong pixels':>15}{'outside':>9}"
+    f"{'hidden':>8}{'unfilled':>14}{'error [mm]':>19}{'exact':>8}"
+)
+WAYS: Mapping[str, Mapping[str, Sequence[Action]]] = {"brush": brush.ACTIONS}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a correction cost and brought. Errors are in mm over `hidden` pixels; NaN where none has depth."""
+
+    frame: str
+    name: str
+    clicks: int
+    strokes: int
+    keys: int
+    wrong_before: int
+    wrong_after: int
+    outside: int
+    hidden: int
+    unfilled_before: int
+    unfilled_after: int
+    error_before: float
+    error_after: float
+    error_exact: float
+
+
+def main() -> int:
+    """Do the corrections, print the table, write it."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.bench.corrections", description="What twelve corrections cost, and what they bring."
+    )
+    parser.add_argument("--with", dest="way", choices=WAYS, default="brush", help="the tools that they are done with")
+    parser.add_argument("--only", default="", help="just the corrections whose name has this in it")
+    parser.add_argument("--hand", type=int, default=0, help="whose hand it is: a number, from which its tremor follows")
+    parser.add_argument("--out", type=Path, help="file for the table as JSON; corrections-WAY.json if left out")
+    parser.add_argument("--pictures", type=Path, help="folder for a picture of the window after each")
+    options = parser.parse_args()
+    folder = frames_folder()
+    if not folder.is_dir():
+        print(f"There are no frames in {folder}: set ILF_TEST_DATA to the folder that holds rgbd/.", file=sys.stderr)
+        return 1
+    QApplication.setOrganizationName("ILF Studio")
+    QApplication.setApplicationName("ilf-studio-bench")
+    application = QApplication([])
+    driver = Driver()
+    outcomes = []
+    print(_HEAD)
+    for outcome in _walk(driver, folder, options.way, options.only, options.hand):
+        outcomes.append(outcome)
+        print(_row(outcome), flush=True)
+        if options.pictures:
+            options.pictures.mkdir(parents=True, exist_ok=True)
+            driver.window.picture().save(str(options.pictures / f"{outcome.name}.png"))
+    driver.close()
+    application.processEvents()
+    if not outcomes:
+        print(f"No correction has {options.only!r} in its name.", file=sys.stderr)
+        return 1
+    totals = _totals(outcomes)
+    print(_last_line(len(outcomes), totals))
+    target = options.out or Path(f"corrections-{options.way}.json")
+    rows = [asdict(outcome) for outcome in outcomes]
+    table = {"with": options.way, "hand": options.hand, "corrections": rows, "totals": totals}
+    target.write_text(json.dumps(table, indent=1) + "\n")
+    return 0
+
+
+def _walk(driver: Driver, folder: Path, way: str, part: str, hand: int) -> Iterator[Outcome]:
+    scenes, corrections = read_corrections()
+    frames: dict[str, tuple[Task, Run]] = {}
+    for correction in corrections:
+        if part not in correction.name:
+            continue
+        if correction.frame not in frames:
+            frames[correction.frame] = _open(scenes[correction.frame], folder)
+        yield _correct(driver, *frames[correction.frame], correction, WAYS[way][correction.name], hand)
+
+
+def _open(scene: Scene, folder: Path) -> tuple[Task, Run]:
+    task = load_scene(scene, folder)
+    run = Run.extracted(task.frame)
+    found = hashlib.sha256(run.blocks.astype("<i4").tobytes()).hexdigest()
+    if not found.startswith(scene.labels):
+        print(f"{scene.name}: the blocks are no longer those that the corrections were chosen on.", file=sys.stderr)
+    return task, run
+
+
+def _correct(
+    driver: Driver, task: Task, run: Run, correction: Correction, actions: Sequence[Action], hand: int
+) -> Outcome:
+    session = driver.open(run, correction)
+    before = session.labels.copy()
+    target = target_map(before, correction)
+    untouched = _completed(session, correction)
+    count = driver.do(actions, f"{correction.name}, hand {hand}")
+    after = session.labels.copy()
+    depth = _completed(session, correction)
+    exact = _completed(Session.of(replace(run, blocks=target, edited=True), None, "exact"), correction)
+    box = correction.box
+    hidden = np.zeros(task.scored.shape, bool)
+    hidden[box] = task.scored[box]
+    common = hidden & np.isfinite(untouched) & np.isfinite(depth)
+    elsewhere = (after != before) & (target == before)
+    elsewhere[box] = False
+    return Outcome(
+        correction.frame,
+        correction.name,
+        count.clicks,
+        count.strokes,
+        count.keys,
+        int(wrong_pixels(before, target, correction).sum()),
+        int(wrong_pixels(after, target, correction).sum()),
+        int(elsewhere.sum()),
+        int(hidden.sum()),
+        int((hidden & ~np.isfinite(untouched)).sum()),
+        int((hidden & ~np.isfinite(depth)).sum()),
+        *(_error(found, task.truth, common & np.isfinite(exact)) for found in (untouched, depth, exact)),
+    )
+
+
+def _completed(session: Session, correction: Correction) -> NDArray[np.float32]:
+    """Depth after a run, with the preset that is the default, of the blocks in the region."""
+    chosen = {int(label) for label in np.unique(session.labels[correction.box]) if label > 0}
+    return session.run(ilf.preset(), chosen).complete().depth
+
+
+def _error(depth: NDArray[np.float32], truth: NDArray[np.float32], where: NDArray[np.bool_]) -> float:
+    """Root mean square error in mm."""
+    if not where.any():
+        return math.nan
+    return float(1000 * np.sqrt(np.mean((depth[where].astype(float) - truth[where]) ** 2)))
+
+
+def _row(one: Outcome) -> str:
+    return (
+        f"{one.frame:15}{one.name:24}{one.clicks:6}{one.strokes:8}{one.keys:5}"
+        f"{one.wrong_before:7} ->{one.wrong_after:5}{one.outside:9}"
+        f"{one.hidden:8}{one.unfilled_before:6} ->{one.unfilled_after:5}"
+        f"{one.error_before:9.1f} ->{one.error_after:7.1f}{one.error_exact:8.1f}"
+    )
+
+
+def _totals(outcomes: Sequence[Outcome]) -> dict[str, float]:
+    counts = ("clicks", "strokes", "keys", "wrong_before", "wrong_after", "outside")
+    sums = {name: sum(getattr(one, name) for one in outcomes) for name in counts}
+    errors = ("error_before", "error_after", "error_exact")
+    return sums | {name: float(np.nanmean([getattr(one, name) for one in outcomes])) for name in errors}
+
+
+def _last_line(number: int, total: Mapping[str, float]) -> str:
+    return (
+        f"{number} corrections: {total['clicks']} clicks, {total['strokes']} strokes, {total['keys']} keys; "
+        f"wrong pixels {total['wrong_before']} -> {total['wrong_after']}, {total['outside']} outside; mean error "
+        f"{total['error_before']:.1f} -> {total['error_after']:.1f} mm, exact {total['error_exact']:.1f} mm"
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

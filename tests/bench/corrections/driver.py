@@ -1,0 +1,157 @@
+"""Does a user's actions in the real window, with mouse and keyboard, and counts them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QKeySequence
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QWidget
+
+from gui.main_window import MainWindow
+from gui.state.session import Session
+from gui.work.runs import RunState
+from ilf.run import Run
+
+from .hand import Action, Brush, Click, Command, Key, Stroke, Use, by_hand
+from .targets import Correction, Point
+
+_MARGIN = 12
+"""Image pixels that are shown around a region."""
+_PATIENCE_S = 20.0
+"""Longest wait for what the window does after an edit by itself."""
+_Modifier = Qt.KeyboardModifier
+_LEFT = Qt.MouseButton.LeftButton
+
+
+@dataclass
+class Count:
+    """How often the mouse was clicked, drawn with, and a key pressed; a key with Ctrl is one."""
+
+    clicks: int = 0
+    strokes: int = 0
+    keys: int = 0
+
+
+class Driver:
+    """A window of 1280 x 800, shown, whose tool and brush stay from correction to correction."""
+
+    def __init__(self) -> None:
+        self.window = MainWindow(remembers=False)
+        self.window.documents.discard_silently = True
+        self.window.resize(1280, 800)
+        self.window.show()
+        self.window.activateWindow()
+        QTest.qWaitForWindowActive(self.window)
+
+    def open(self, run: Run, correction: Correction) -> Session:
+        """Open a frame with its blocks, and show the region with some of what lies around it."""
+        workspace = self.window.workspace
+        for before in list(workspace.sessions):
+            workspace.close_session(before)
+        session = Session.of(run, None, f"{run.frame.name}: {correction.name}")
+        workspace.add_session(session)
+        self._settle()
+        rows, columns = correction.box
+        self.window.views.zoom_to(
+            slice(rows.start - _MARGIN, rows.stop + _MARGIN), slice(columns.start - _MARGIN, columns.stop + _MARGIN)
+        )
+        self._settle()
+        return session
+
+    def close(self) -> None:
+        """Close the window."""
+        self.window.close()
+
+    def do(self, actions: Sequence[Action], name: str) -> Count:
+        """Do actions one after the other; the hand trembles as the name says."""
+        count = Count()
+        for number, action in enumerate(actions):
+            self._do(action, count, f"{name}:{number}")
+            self._settle()
+        self._wait_for_runs()
+        return count
+
+    def _do(self, action: Action, count: Count, name: str) -> None:
+        match action:
+            case Use(tool):
+                if self.window.editor.tool_name != tool:
+                    self._command(f"tool_{tool}", count)
+            case Brush(radius):
+                self._size_brush(radius, count)
+            case Click():
+                self._click(action)
+                count.clicks += 1
+            case Stroke():
+                self._draw(action, name)
+                count.strokes += 1
+            case Command(command):
+                self._command(command, count)
+            case Key(key):
+                QTest.keySequence(self.window, QKeySequence(key))
+                count.keys += 1
+
+    def _command(self, name: str, count: Count) -> None:
+        keys = self.window.actions_[name].shortcut()
+        if keys.isEmpty():
+            raise ValueError(f"The action {name} has no key.")
+        QTest.keySequence(self.window, keys)
+        count.keys += 1
+
+    def _size_brush(self, radius: float, count: Count) -> None:
+        editor = self.window.editor
+        while editor.brush_radius != radius:
+            before = editor.brush_radius
+            self._command("brush_smaller" if before > radius else "brush_larger", count)
+            if (editor.brush_radius - radius) * (before - radius) < 0 or editor.brush_radius == before:
+                raise ValueError(f"There is no brush of {radius:g} px.")
+
+    def _click(self, action: Click) -> None:
+        button = Qt.MouseButton.RightButton if action.right else _LEFT
+        modifiers = _modifiers(action.ctrl, action.shift)
+        where = self._viewport, button, modifiers, self._place((action.x, action.y))
+        QTest.mouseClick(*where)
+        if action.double:  # what a mouse sends: press, release, double click, release
+            QTest.mouseDClick(*where)
+            QTest.mouseRelease(*where)
+
+    def _draw(self, action: Stroke, name: str) -> None:
+        places = [self._place(point) for point in by_hand(action.path, name)]
+        modifiers = _modifiers(action.ctrl, action.shift, action.alt)
+        QTest.mousePress(self._viewport, _LEFT, modifiers, places[0])
+        for place in places[1:]:
+            QTest.mouseMove(self._viewport, place)
+        QTest.mouseRelease(self._viewport, _LEFT, modifiers, places[-1])
+
+    @property
+    def _viewport(self) -> QWidget:
+        return self.window.views.cells["colour"].view.viewport()
+
+    def _place(self, point: Point) -> QPoint:
+        return self.window.views.cells["colour"].view.viewportTransform().map(QPointF(*point)).toPoint()
+
+    def _wait_for_runs(self) -> None:
+        end = time.monotonic() + _PATIENCE_S
+        while self.window.runs.state is not RunState.IDLE:
+            if time.monotonic() > end:
+                raise TimeoutError("The blocks are not solved, after a long wait.")
+            QTest.qWait(10)
+
+    def _settle(self) -> None:
+        QApplication.processEvents()
+        self.window.refresh.now()
+
+
+def _modifiers(ctrl: bool = False, shift: bool = False, alt: bool = False) -> Qt.KeyboardModifier:
+    chosen = _Modifier.NoModifier
+    for wanted, modifier in (
+        (ctrl, _Modifier.ControlModifier),
+        (shift, _Modifier.ShiftModifier),
+        (alt, _Modifier.AltModifier),
+    ):
+        if wanted:
+            chosen |= modifier
+    return chosen

@@ -1,0 +1,36 @@
+"""The frames that the corrections are about, with holes in their depth."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from ilf.bench.frames import TRUTH_FILE, BenchFrame
+from ilf.bench.patterns import Task, make_task
+from ilf.io import load_frame
+from ilf.io.files import read_json
+from ilf.io.frames import META_NAME
+
+from .targets import Scene
+
+DEPTH_FILE = "depth.png"
+
+
+def frames_folder() -> Path:
+    """The folder of frames: that of ILF_TEST_DATA, or ../shared/data beside the project."""
+    return Path(os.environ.get("ILF_TEST_DATA", Path(__file__).parents[3] / "../shared/data")) / "rgbd"
+
+
+def load_scene(scene: Scene, folder: Path) -> Task:
+    """A frame with a quarter of its known depth hidden in ellipses, and what was hidden.
+
+    Frames without measured depth have their truth as depth.
+    """
+    root = folder / scene.name
+    if (root / DEPTH_FILE).is_file():
+        frame = load_frame(root)
+    else:
+        colour = next(root.glob("rgb.*"))
+        units = read_json(root / META_NAME)["gt_units_per_m"]
+        frame = load_frame(colour, root / TRUTH_FILE, depth_units=units, name=scene.name)
+    return make_task(BenchFrame(frame, None), "areas", scene.seed)

@@ -1,0 +1,112 @@
+"""Blocks from and to other programs through the real window."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from PySide6.QtWidgets import QFileDialog, QMessageBox
+from pytestqt.qtbot import QtBot
+
+from gui.dialogs.load_blocks import LoadBlocksDialog
+from gui.main_window import MainWindow
+from ilf.io import read_blocks, write_blocks
+
+from .conftest import WAIT_MS
+
+
+def _dialog(window: MainWindow) -> LoadBlocksDialog:
+    window.actions_["load_blocks"].trigger()
+    return window.findChild(LoadBlocksDialog)
+
+
+def _read(dialog: LoadBlocksDialog, qtbot: QtBot, path: Path) -> None:
+    dialog.path.setText(str(path))
+    dialog.read()
+    qtbot.waitUntil(lambda: dialog.message.text() != "Reading…", timeout=WAIT_MS)
+
+
+def test_blocks_of_another_program_come_in_as_one_step_and_go_out_to_a_third(
+    opened: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = opened.workspace.session
+    before = session.labels.copy()
+    drawn = np.zeros(session.frame.shape, np.int32)
+    drawn[5:20, 5:20], drawn[22:28, 5:30] = 4, 7
+    write_blocks(tmp_path / "drawn.json", drawn, format="labelme", names={4: "Chair"})
+
+    dialog = _dialog(opened)
+    assert not dialog.load_button.isEnabled()
+    _read(dialog, qtbot, tmp_path / "drawn.json")
+    assert dialog.message.text().startswith("2 blocks cover")
+    dialog.fill_gaps.setChecked(True)
+    qtbot.waitUntil(dialog.load_button.isEnabled, timeout=WAIT_MS)
+    assert "cover 100.0%" in dialog.message.text()
+    np.testing.assert_array_equal(session.labels, before)
+    dialog.load_button.click()
+
+    for label in (4, 7):
+        np.testing.assert_array_equal(session.labels == label, drawn == label)
+    assert np.all(session.labels > 0)
+    assert session.info(4).name == "Chair"
+    loaded = session.labels.copy()
+
+    target = tmp_path / "saved"
+    monkeypatch.setattr(
+        QFileDialog, "getSaveFileName", lambda *_: (str(target), "COCO, run lengths (*.json)"), raising=True
+    )
+    opened.actions_["save_blocks"].trigger()
+    found = read_blocks(tmp_path / "saved.json", session.frame.shape)
+    np.testing.assert_array_equal(found.labels, loaded)
+    assert found.names == {4: "Chair"}
+    assert '"counts"' in (tmp_path / "saved.json").read_text()
+
+    opened.workspace.undo_group.undo()
+    np.testing.assert_array_equal(session.labels, before)
+    assert session.info(4).name == "Block 4"
+    opened.workspace.undo_group.redo()
+    np.testing.assert_array_equal(session.labels, loaded)
+    assert session.info(4).name == "Chair"
+
+
+def test_what_cannot_be_read_is_said_in_the_dialog_and_nothing_changes(
+    opened: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    session = opened.workspace.session
+    before = session.labels.copy()
+    (tmp_path / "bad.json").write_text('{"shapes": [{"label": "a", "points": [[0, 0], [900, 0], [900, NaN]]}]}')
+    masks = tmp_path / "masks"
+    masks.mkdir()
+    cv2.imwrite(str(masks / "0.png"), np.ones((3, 3), np.uint8))
+    dialog = _dialog(opened)
+    for path, reason in (
+        (tmp_path / "bad.json", "a point that is no number"),
+        (masks, "the mask is 3 x 3"),
+        (tmp_path / "gone.png", "there is no such file"),
+    ):
+        _read(dialog, qtbot, path)
+        assert reason in dialog.message.text()
+        assert dialog.message.tone() == "error"
+        assert not dialog.load_button.isEnabled()
+    # a good file after a bad one, and then given up
+    cv2.imwrite(str(masks / "0.png"), np.ones(session.frame.shape, np.uint8))
+    _read(dialog, qtbot, masks)
+    assert dialog.load_button.isEnabled()
+    dialog.reject()
+    np.testing.assert_array_equal(session.labels, before)
+    assert session.undo_stack.count() == 0
+
+
+def test_the_frames_own_files_are_not_written_over(
+    opened: MainWindow, frame_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said: list[str] = []
+    monkeypatch.setattr(QMessageBox, "open", lambda box: said.append(box.text()))
+    content = (frame_folder / "rgb.png").read_bytes()
+    assert not opened.documents.save_blocks(str(frame_folder / "rgb.png"))
+    assert "rgb.png" in said[0]
+    assert (frame_folder / "rgb.png").read_bytes() == content
+    assert not opened.documents.save_blocks(str(frame_folder / "blocks.txt"))
+    assert "use .png or .json" in said[1]

@@ -1,0 +1,44 @@
+"""The driver that corrects boundaries in the real window as a user does, on a small frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from ilf import RGBDFrame, Run
+from tests.bench.corrections.driver import Count, Driver
+from tests.bench.corrections.hand import Brush, Click, Command, Key, Use, stroke
+from tests.bench.corrections.targets import Correction
+
+
+@pytest.fixture
+def driver(qtbot: QtBot) -> Iterator[Driver]:
+    """A window that nothing has been done in."""
+    driver = Driver()
+    yield driver
+    driver.close()
+
+
+def test_actions_are_done_and_counted(driver: Driver, small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+    session = driver.open(Run(small_frame, small_labels), Correction("edge", "", "", (20, 4, 44, 44), ()))
+    grow = [Use("select"), Click(50, 24), Use("paint"), Brush(5), stroke((28, 10), (28, 38)), Use("paint")]
+    assert driver.do(grow, "grow") == Count(clicks=1, strokes=1, keys=2)
+    assert session.selected == [2]
+    assert (session.labels[12:36, 26:30] == 2).all()
+    assert (session.labels[:, :21] == 1).all()
+    undo = [Command("undo"), Use("select"), Click(10, 24, ctrl=True), Key("Escape")]
+    assert driver.do(undo, "undo") == Count(clicks=1, keys=3)
+    assert np.array_equal(session.labels, small_labels)
+    assert session.selected == [2, 1]
+
+
+def test_what_cannot_be_done_is_an_error(driver: Driver, small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+    driver.open(Run(small_frame, small_labels), Correction("edge", "", "", (20, 4, 44, 44), ()))
+    for brush in (Brush(4), Brush(1000)):
+        with pytest.raises(ValueError, match="There is no brush"):
+            driver.do([brush], "brush")
+    with pytest.raises(ValueError, match="has no key"):
+        driver.do([Command("guess")], "guess")

@@ -1,0 +1,142 @@
+"""Next suspicious place and suggested distrust, through the real window."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from pytestqt.qtbot import QtBot
+
+from gui.frames.frame_source import FrameSource
+from gui.main_window import MainWindow
+from ilf.frame import RGBDFrame
+
+from .conftest import WAIT_MS, open_frame, write_frame
+
+HEIGHT, WIDTH = 180, 240
+
+
+def three_walls() -> RGBDFrame:
+    """Three walls side by side at 1, 1.5 and 2.2 m, holes across where they meet, and a speckle in the last."""
+    columns = np.indices((HEIGHT, WIDTH))[1]
+    part = (columns >= 80).astype(int) + (columns >= 160)
+    depth = np.array([1.0, 1.5, 2.2])[part]
+    depth[20:160, 84:110] = np.nan
+    depth[100:160, 150:158] = np.nan
+    depth[30:32, 200:202] = 1.1
+    return RGBDFrame(np.array([[200, 80, 40], [60, 180, 90], [50, 70, 190]], np.uint8)[part], depth)
+
+
+def opened_with(window: MainWindow, qtbot: QtBot, tmp_path: Path, labels: np.ndarray) -> None:
+    open_frame(window, qtbot, FrameSource(str(write_frame(tmp_path / "walls", three_walls()))))
+    window.workspace.replace_labels(labels.astype(np.int32), "Blocks of the test")
+    window.refresh.now()
+
+
+def walls(*limits: int) -> np.ndarray:
+    """Blocks 1, 2, ... side by side that end at these columns."""
+    return 1 + np.searchsorted(limits, np.indices((HEIGHT, WIDTH))[1], side="right")
+
+
+def press(window: MainWindow, qtbot: QtBot, name: str) -> str:
+    """Give a command and wait for what the strip says then."""
+    window.actions_[name].trigger()
+    return settled(window, qtbot)
+
+
+def settled(window: MainWindow, qtbot: QtBot) -> str:
+    qtbot.waitUntil(lambda: not window.review.busy, timeout=WAIT_MS)
+    window.refresh.now()
+    return window.review_strip.label.text()
+
+
+def test_going_through_mending_and_leaving(window, qtbot, tmp_path):
+    opened_with(window, qtbot, tmp_path, walls(WIDTH))
+    workspace, strip = window.workspace, window.review_strip
+    assert not strip.isVisible()
+    assert not window.actions_["leave_suspect"].isEnabled()
+    assert press(window, qtbot, "next_suspect") == "1 of 2: Depth jumps by 0.50 m inside Block 1."
+    assert strip.isVisible()
+    assert workspace.session.selected == [1]
+    assert not window.review._marks.path.isEmpty()
+    assert "2 of 2" in press(window, qtbot, "next_suspect")
+    assert "1 of 2" in press(window, qtbot, "next_suspect")
+    assert "2 of 2" in press(window, qtbot, "previous_suspect")
+    press(window, qtbot, "next_suspect")
+
+    # what an edit mends is dropped, what undo brings back is there again
+    workspace.replace_labels(walls(80, WIDTH).astype(np.int32), "Split")
+    assert settled(window, qtbot) == "Mended. 1 suspicious place is left to look at."
+    assert "1 of 1: Depth jumps by 0.70 m inside Block 2." in press(window, qtbot, "next_suspect")
+    assert workspace.session.selected == [2]
+    window.actions_["undo"].trigger()
+    settled(window, qtbot)
+    assert len(window.review.review.places) == 2
+    window.actions_["redo"].trigger()
+    settled(window, qtbot)
+
+    press(window, qtbot, "next_suspect")
+    said = press(window, qtbot, "leave_suspect")
+    assert said == "Nothing looks suspicious any more. 1 left as they are."
+    assert not window.actions_["leave_suspect"].isEnabled()
+    workspace.replace_labels(walls(81, WIDTH).astype(np.int32), "Another edit")
+    assert settled(window, qtbot) == said  # it stays left
+    strip.closed.emit()
+    assert not strip.isVisible()
+    assert window.review._marks.path.isEmpty()
+
+
+def test_it_zooms_to_the_place_and_names_blocks_as_the_user_does(window, qtbot, tmp_path):
+    opened_with(window, qtbot, tmp_path, walls(WIDTH))
+    window.workspace.edit_info(1, "Rename", name="Wall")
+    assert press(window, qtbot, "next_suspect").endswith("inside Wall.")
+    view = window.views.cells["colour"].view
+    place = window.review.review.present
+    shown = view.to_image(view.viewport().rect().center().toPointF())
+    assert abs(shown.x() - place.point[0]) < 60
+
+
+def test_right_blocks_are_not_suspicious(window, qtbot, tmp_path):
+    opened_with(window, qtbot, tmp_path, walls(80, 160, WIDTH))
+    assert press(window, qtbot, "next_suspect") == "Nothing looks suspicious."
+
+
+def test_high_expected_error_is_a_place_once_it_is_known(window, qtbot, tmp_path, run_all):
+    opened_with(window, qtbot, tmp_path, walls(80, 160, WIDTH))
+    run_all(window)
+    assert press(window, qtbot, "next_suspect") == "Nothing looks suspicious."
+    session = window.workspace.session
+    error = np.where(session.frame.known, np.float32(np.nan), np.float32(0.3))
+    window.workspace.store_error(session, session.completion(), error)
+    settled(window, qtbot)
+    assert "Expected error 300 mm" in press(window, qtbot, "next_suspect")
+
+
+def test_another_frame_ends_the_review(window, qtbot, tmp_path, frame_folder):
+    opened_with(window, qtbot, tmp_path, walls(WIDTH))
+    press(window, qtbot, "next_suspect")
+    open_frame(window, qtbot, FrameSource(str(frame_folder)))
+    assert not window.review_strip.isVisible()
+
+
+def test_suggested_distrust_is_shown_then_taken_or_left(window, qtbot, tmp_path):
+    opened_with(window, qtbot, tmp_path, walls(80, 160, WIDTH))
+    strip, session = window.distrust_strip, window.workspace.session
+    for taken in (False, True):
+        window.actions_["suggest_distrust"].trigger()
+        qtbot.waitUntil(lambda: not window.distrust.busy, timeout=WAIT_MS)
+        assert strip.label.text().startswith("4 px of known depth look wrong")
+        assert session.frame.distrusted is None
+        assert window.actions_["take_suggested"].isEnabled()
+        (window.actions_["take_suggested"].trigger if taken else strip.closed.emit)()
+        assert not strip.isVisible()
+    wrong = np.zeros((HEIGHT, WIDTH), bool)
+    wrong[30:32, 200:202] = True
+    assert np.array_equal(session.frame.distrusted, wrong)
+    window.actions_["undo"].trigger()
+    assert session.frame.distrusted is None
+    window.actions_["redo"].trigger()
+    window.actions_["suggest_distrust"].trigger()
+    qtbot.waitUntil(lambda: not window.distrust.busy, timeout=WAIT_MS)
+    assert not strip.isVisible()
+    assert not window.actions_["take_suggested"].isEnabled()

@@ -1,0 +1,79 @@
+"""Drawn pixels: what edits make of them, pixel by pixel, and that it can be undone."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from ilf.ebs.drawn import border_pixels, redrawn
+from ilf.ebs.edit import patch_between
+
+SHAPE = (9, 11)
+label_maps = arrays(np.int32, SHAPE, elements=st.integers(0, 3))
+masks = arrays(np.bool_, SHAPE)
+boxes = st.tuples(*(st.tuples(*[st.integers(0, size)] * 2).map(lambda ends: slice(*sorted(ends))) for size in SHAPE))
+
+
+def _links(labels: np.ndarray) -> set[frozenset[tuple[int, int]]]:
+    """Pairs of neighbours with different labels, the slow way."""
+    found = set()
+    for row, column in np.ndindex(*labels.shape):
+        for there in ((row + 1, column), (row, column + 1)):
+            if there[0] < labels.shape[0] and there[1] < labels.shape[1] and labels[there] != labels[row, column]:
+                found.add(frozenset([(row, column), there]))
+    return found
+
+
+def _mask(pixels: set[tuple[int, int]]) -> np.ndarray:
+    result = np.zeros(SHAPE, bool)
+    for pixel in pixels:
+        result[pixel] = True
+    return result
+
+
+def _ends(links: set[frozenset[tuple[int, int]]]) -> np.ndarray:
+    return _mask({pixel for link in links for pixel in link})
+
+
+@given(label_maps, boxes)
+def test_border_pixels_are_the_blocks_ends_of_border_links(labels: np.ndarray, box: tuple[slice, slice]) -> None:
+    expected = _ends(_links(labels)) & (labels > 0)
+    assert np.array_equal(border_pixels(labels), expected)
+    assert np.array_equal(border_pixels(labels, box), expected[box])
+
+
+@given(label_maps, label_maps, masks, boxes)
+def test_drawn_after_an_edit_are_the_ends_of_new_links_and_what_was_drawn_and_still_is_border(
+    labels: np.ndarray, others: np.ndarray, drawn: np.ndarray, swept: tuple[slice, slice]
+) -> None:
+    after = labels.copy()
+    after[swept] = others[swept]
+    patch = patch_between(labels, after)
+    if patch is None:
+        return
+    drawn &= border_pixels(labels)
+    was, now = _links(labels), _links(after)
+    expected = (_ends(now - was) | drawn & _ends(now)) & (after > 0)
+    box, values = redrawn(drawn, labels, patch)
+    result = drawn.copy()
+    result[box] = values
+    assert np.array_equal(result, expected)
+    assert not (result & ~border_pixels(after)).any()
+    assert np.array_equal(redrawn(drawn, after, patch)[1], values), "before the patch is applied, and after"
+    assert np.array_equal(redrawn(None, labels, patch)[1], (_ends(now - was) & (after > 0))[box])
+
+
+def test_a_border_that_moves_is_drawn_where_it_is_now_and_extracted_where_it_was_not_touched() -> None:
+    labels = np.where(np.arange(11) < 5, 1, 2) * np.ones(SHAPE, np.int32)
+    after = labels.copy()
+    after[2:5, 5:7] = 1
+    patch = patch_between(labels, after)
+    assert patch is not None
+    box, values = redrawn(None, labels, patch)
+    drawn = np.zeros(SHAPE, bool)
+    drawn[box] = values
+    # the swept pixels' new sides: along row 2 above, row 4 below, and between columns 6 and 7
+    expected = _mask({(r, c) for r in (1, 2, 4, 5) for c in (5, 6)} | {(3, 6)} | {(r, 7) for r in (2, 3, 4)})
+    assert np.array_equal(drawn, expected)

@@ -1,0 +1,117 @@
+"""Help for editing that looks at colour and depth: pieces, similar pixels, snapping, splits that are suggested."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ilf.ebs.edit import Stroke, split
+from ilf.ebs.pieces import piece_at
+from ilf.ebs.similar import Similar
+from ilf.ebs.snapping import Snapper
+from ilf.ebs.splitting import suggest_split
+from ilf.frame import RGBDFrame
+
+SHAPE = (80, 120)
+ROWS, COLUMNS = np.mgrid[:80, :120] + 0.5
+WEAK = np.zeros(SHAPE, np.float32)
+GREY = np.full((*SHAPE, 3), 120, np.uint8)
+
+
+def _frame(depth: np.ndarray, rgb: np.ndarray = GREY) -> RGBDFrame:
+    return RGBDFrame(rgb, depth)
+
+
+def test_a_piece_is_the_connected_part_under_the_point() -> None:
+    labels = np.array([[1, 1, 2, 1], [2, 1, 2, 1]], np.int32)
+    assert piece_at(labels, 0.5, 0.5).tolist() == [[True, True, False, False], [False, True, False, False]]
+    assert piece_at(labels, 3.9, 1.0).sum() == 2
+    regions = np.array([[5, 5, 5, 5], [5, 6, 6, 0]], np.int32)
+    assert piece_at(labels, 0.5, 0.5, regions).sum() == 2, "only as far as the region goes"
+    assert piece_at(labels, 3.5, 1.5, regions).sum() == 2, "there is no region"
+    for x, y in ((-0.1, 0.5), (4.0, 0.5), (0.5, 2.0)):
+        assert not piece_at(labels, x, y).any()
+
+
+def test_a_stroke_is_kept_from_other_colours_depths_and_beyond_edges() -> None:
+    everything = Stroke((slice(10, 70), slice(0, 120)), np.ones((60, 120), bool))
+    rgb = GREY.copy()
+    rgb[:, 90:] = (200, 40, 40)
+    edge = WEAK.copy()
+    edge[:, 20:22] = 0.9
+    frame = _frame(np.where(COLUMNS < 60, 1.0, 2.0), rgb)
+    swept = Similar(frame, edge, 40.5, 40.5).limit(everything)
+    assert swept is not None
+    inside = np.flatnonzero(swept.mask.all(axis=0))
+    assert 20 <= inside[0] <= 22
+    assert inside[-1] == 59
+    beyond = Similar(frame, edge, 75.5, 40.5).limit(everything)
+    assert beyond is not None
+    columns = np.flatnonzero(beyond.mask.any(axis=0))
+    assert columns[0] in (60, 61)
+    assert 85 <= columns[-1] <= 90
+    assert (
+        Similar(frame, edge, 75.5, 40.5).limit(Stroke((slice(10, 20), slice(0, 40)), np.ones((10, 40), bool))) is None
+    )
+    assert Similar(frame, edge, -5, 40.5).mask.all()
+
+
+@pytest.mark.parametrize("by", ["depth", "colour", "strength"])
+def test_a_line_snaps_to_what_speaks_for_a_border(by: str) -> None:
+    step = COLUMNS < 60
+    strength = np.float32(0.8) * (np.abs(COLUMNS - 60) < 1) if by == "strength" else WEAK
+    rgb = np.where(step[..., None], 60, 180).repeat(3, axis=2).astype(np.uint8) if by == "colour" else GREY
+    depth = np.where(step, 1.0, 2.0) if by == "depth" else np.where(np.abs(COLUMNS - 60) < 25, np.nan, 1.0)
+    snapper = Snapper(_frame(depth, rgb), strength.astype(np.float32))
+    drawn = [(56.0, 5.0), (62.0, 30.0), (57.0, 50.0), (63.0, 75.0)]
+    snapped = np.array(snapper.snap(drawn, 8))
+    assert np.abs(snapped[:, 0] - 60).max() < 1.2
+    assert snapper.snap(drawn, 0) == drawn
+    held = np.array(snapper.snap([(55.0, 5.0), (55.0, 75.0)], 2))
+    assert np.abs(held[:, 0] - 55).max() <= 2
+
+
+def test_a_line_stays_where_nothing_speaks_for_another_place() -> None:
+    snapper = Snapper(_frame(np.full(SHAPE, 1.5)), WEAK)
+    snapped = np.array(snapper.snap([(20.0, 10.0), (20.0, 70.0)], 10))
+    assert np.allclose(snapped[:, 0], 20)
+    for short in ([], [(3.0, 3.0)], [(3.0, 3.0), (4.0, 3.0)]):
+        assert snapper.snap(short, 10) == short
+
+
+def test_depth_outweighs_a_colour_edge_on_a_surface() -> None:
+    rgb = np.where((COLUMNS < 54)[..., None], 60, 180).repeat(3, axis=2).astype(np.uint8)
+    snapper = Snapper(_frame(np.where(COLUMNS < 60, 1.0, 2.0), rgb), WEAK)
+    snapped = np.array(snapper.snap([(56.0, 5.0), (56.0, 75.0)], 8))
+    assert np.abs(snapped[:, 0] - 60).max() < 1.2
+
+
+@pytest.mark.parametrize("what", ["jump", "fold"])
+def test_two_surfaces_in_a_block_are_parted_where_they_meet(what: str) -> None:
+    right = COLUMNS > 70
+    depth = np.where(right, 2.0, 1.2) if what == "jump" else 1 / (0.5 + 0.004 * np.abs(COLUMNS - 70))
+    depth = depth + np.random.default_rng(0).normal(0, 0.002, SHAPE)
+    depth[30:40, 50:90] = np.nan
+    labels = np.zeros(SHAPE, np.int32)
+    labels[5:75, 10:110] = 3
+    points = suggest_split(_frame(depth), labels, 3, WEAK)
+    assert points is not None
+    patch = split(labels, 3, points)
+    assert patch is not None
+    patch.apply(labels)
+    assert set(np.unique(labels)) == {0, 3, 4}
+    wrong = (labels > 0) & ((labels == 4) != (right == (labels[50, 100] == 4)))
+    assert wrong.sum() / 70 < 3, "a line at most three pixels off"
+
+
+@pytest.mark.parametrize("what", ["plane", "curved", "unknown"])
+def test_one_surface_suggests_no_split(what: str) -> None:
+    depth = 1 / (0.5 + 0.002 * COLUMNS + 0.001 * ROWS)
+    if what == "curved":
+        depth = 1.5 - 0.3 * np.sqrt(np.maximum(1 - ((COLUMNS - 60) / 80) ** 2, 0))
+    depth = depth + np.random.default_rng(0).normal(0, 0.002, SHAPE)
+    if what == "unknown":
+        depth[3:] = np.nan
+    labels = np.ones(SHAPE, np.int32)
+    assert suggest_split(_frame(depth), labels, 1, WEAK) is None
+    assert suggest_split(_frame(depth), labels, 7, WEAK) is None

@@ -1,0 +1,138 @@
+"""Borders drawn anew, against what can be drawn by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.ndimage import label as components
+
+from ilf.ebs.edit import redraw_border
+
+Line = list[tuple[float, float]]
+
+
+def _halves(column: int, shape: tuple[int, int] = (60, 80)) -> np.ndarray:
+    labels = np.ones(shape, np.int32)
+    labels[:, column:] = 2
+    return labels
+
+
+def _redrawn(labels: np.ndarray, points: Line, locked: tuple[int, ...] = ()) -> np.ndarray:
+    after = labels.copy()
+    patch = redraw_border(labels, points, locked)
+    if patch is not None:
+        patch.apply(after)
+        changed = np.argwhere(after != labels)
+        assert [(s.start, s.stop) for s in patch.box] == [
+            (low, high + 1) for low, high in zip(changed.min(axis=0), changed.max(axis=0), strict=True)
+        ]
+    return after
+
+
+@pytest.mark.parametrize("reach", [(-5.0, 65.0), (0.5, 59.5), (2.0, 57.0)], ids=["beyond", "at the rim", "just short"])
+@pytest.mark.parametrize("column", [25, 37, 41, 60])
+def test_a_straight_border_moves_to_the_pixel(column: int, reach: tuple[float, float]) -> None:
+    for ends in (reach, reach[::-1]):
+        after = _redrawn(_halves(40), [(float(column), y) for y in ends])
+        assert np.array_equal(after, _halves(column))
+
+
+def test_only_the_drawn_stretch_moves() -> None:
+    after = _redrawn(_halves(40), [(40.0, 10.0), (30.0, 10.0), (30.0, 50.0), (40.0, 50.0)])
+    wanted = _halves(40)
+    wanted[10:50, 30:40] = 2
+    assert np.array_equal(after, wanted)
+
+
+def test_a_line_that_crosses_the_old_border_sweeps_on_both_sides() -> None:
+    rows, columns = np.mgrid[:60, :80] + 0.5
+    wavy = np.where(columns < 40 + 5 * np.sin(rows / 4), 1, 2).astype(np.int32)
+    assert np.array_equal(_redrawn(wavy, [(40.0, -1.0), (40.0, 61.0)]), _halves(40))
+    part = _redrawn(wavy, [(38.0, 15.0), (40.0, 20.0), (40.0, 40.0), (41.0, 46.0)])
+    assert np.array_equal(part[20:40], _halves(40)[20:40])
+    assert np.array_equal(part[:13], wavy[:13])
+    assert np.array_equal(part[48:], wavy[48:])
+
+
+@pytest.mark.parametrize("start", [10.0, 19.0, 21.0, 23.0])
+def test_a_line_begins_at_the_third_block_that_both_touch(start: float) -> None:
+    labels, wanted = _halves(40), _halves(30)
+    labels[:20] = wanted[:20] = 3
+    assert np.array_equal(_redrawn(labels, [(30.0, start), (30.0, 61.0)]), wanted)
+
+
+def test_a_border_around_a_corner_of_the_frame() -> None:
+    rows, columns = np.mgrid[:60, :80] + 0.5
+    before, wanted = (np.where(rows + columns < reach, 1, 2).astype(np.int32) for reach in (30, 40))
+    assert np.array_equal(_redrawn(before, [(45.0, -5.0), (-5.0, 45.0)]), wanted)
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.2])
+def test_a_block_drawn_all_around(gap: float) -> None:
+    rows, columns = np.mgrid[:60, :80] + 0.5
+    before = np.where(np.hypot(rows - 30, columns - 40) < 14, 2, 1).astype(np.int32)
+    wanted = np.where(np.hypot(rows - 30, columns - 41) < 17, 2, 1).astype(np.int32)
+    turn = np.linspace(gap, 2 * np.pi - gap, 200)
+    after = _redrawn(before, list(zip(41 + 17 * np.cos(turn), 30 + 17 * np.sin(turn), strict=True)))
+    assert np.count_nonzero(after != wanted) <= 5
+
+
+def test_what_a_line_cuts_off_goes_to_the_other_block() -> None:
+    labels = _halves(20)
+    labels[28:33] = 1  # an arm to the right
+    after = _redrawn(labels, [(20.0, 24.0), (20.0, 36.0)])
+    assert np.array_equal(after, _halves(20))
+
+
+def test_what_lies_amidst_a_swept_area_is_not_swapped() -> None:
+    labels, wanted = _halves(40), _halves(28)
+    labels[25:35, 32:36] = 2
+    labels[5:10, 50:55] = wanted[5:10, 50:55] = 1
+    assert np.array_equal(_redrawn(labels, [(28.0, -1.0), (28.0, 61.0)]), wanted)
+
+
+def test_no_block_may_be_a_neighbour_and_what_lies_between_stays() -> None:
+    labels, wanted = _halves(40), _halves(30)
+    for some in (labels, wanted):
+        some[some == 2] = 0
+        some[25:30, 36:44] = 3
+    assert np.array_equal(_redrawn(labels, [(30.0, -1.0), (30.0, 61.0)]), wanted)
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        [],
+        [(40.0, 30.0)],
+        [(40.0, 30.0), (40.0, 31.0)],
+        [(15.0, 20.0), (15.0, 40.0)],
+        [(-30.0, 20.0), (-20.0, 40.0)],
+        [(40.0, -1.0), (40.0, 61.0)],
+    ],
+    ids=["none", "a point", "too short", "far from any border", "off the frame", "where it is"],
+)
+def test_lines_that_move_no_border(points: Line) -> None:
+    assert redraw_border(_halves(40), points) is None
+
+
+def test_locked_blocks_keep_their_border() -> None:
+    for locked in ((1,), (2,)):
+        assert redraw_border(_halves(40), [(30.0, -1.0), (30.0, 61.0)], locked) is None
+
+
+@given(st.lists(st.tuples(st.floats(-8, 8), st.floats(2, 12)), min_size=2, max_size=6), st.floats(-4, 30))
+def test_two_blocks_at_most_change_and_both_stay_whole(moves: list[tuple[float, float]], start: float) -> None:
+    labels = _halves(40)
+    labels[:15] = 3
+    labels[45:, :20] = 0
+    y, points = start, []
+    for x, step in moves:
+        points.append((40 + x, y))
+        y += step
+    after = _redrawn(labels, points)
+    changed = after != labels
+    assert len(set(labels[changed]) | set(after[changed])) in (0, 2)
+    for label in range(4):
+        assert components(after == label)[1] <= 1
