@@ -108,7 +108,7 @@ class Navigation(QObject):
         self._last = position
         match event.type():
             case QEvent.Type.MouseMove if self._drag is _Drag.PAN:
-                self._pan(moved.x(), moved.y())
+                self._pan(moved.x() / view.share, moved.y() / view.share)
             case QEvent.Type.MouseMove:
                 self._set_pixel(self._pixel_at(view.to_image(position)))
                 kind = PointerKind.MOVE if self._drag is _Drag.TOOL else PointerKind.HOVER
