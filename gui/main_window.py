@@ -92,13 +92,13 @@ class MainWindow(QMainWindow):
         actions = self.actions_
         self.status = StatusBar()
         self.log = LogPanel()
-        self.messages = MessageStrip(self)
-        self.notes = Notes(self, self.messages, self.log)
         self.views = LinkedViews()
         self.effect_line = EffectLine()
         going = [actions[name] for name in ["previous_suspect", "next_suspect", "close_review"]]
         self.review_strip = ReviewStrip(going, [actions["leave_suspect"]])
         self.distrust_strip = ReviewStrip([], [actions["take_suggested"], actions["leave_suggested"]])
+        self.messages = MessageStrip(self, (self.effect_line, self.review_strip, self.distrust_strip))
+        self.notes = Notes(self, self.messages, self.log)
         self.cloud = CloudView()
         self.curves = CurvesPanel()
         self.frames = FrameList()
@@ -119,7 +119,7 @@ class MainWindow(QMainWindow):
         workspace, runs, loader, actions = self.workspace, self.runs, self.loader, self.actions_
         self.editor = Editor(workspace, self.views, self)
         self.block_commands = BlockCommands(workspace, self.editor)
-        self.keys = ToolKeys(self, self.editor, self.views)
+        self.keys = ToolKeys(self, self.editor, self.views, actions["look_before"])
         self.documents = Documents(self, self.picture, workspace, loader, runs, self.notes)
         self.replays = ReplayPresenter(self.notes)
         self.frame_presenter = FramesPresenter(workspace, self.frames)
@@ -305,7 +305,8 @@ class MainWindow(QMainWindow):
     def _connect_messages(self) -> None:
         notes = self.notes
         self.runs.ended.connect(notes.tell)
-        self.runs.resolved.connect(notes.glimpse)
+        # after an edit, what it did is said, and that is enough
+        self.runs.resolved.connect(lambda text: None if self.effect.busy else notes.glimpse(text))
         self.runs.failed.connect(lambda error: notes.report("The run stopped", error))
         self.errors.failed.connect(lambda error: notes.report("Expected error", error))
         self.review.failed.connect(lambda error: notes.report("Suspicious places", error))
