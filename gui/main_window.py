@@ -320,7 +320,7 @@ class MainWindow(QMainWindow):
         self.editor.slivers_left.connect(
             lambda left: notes.offer(f"{left} sliver{'s' * (left != 1)} left.", self.actions_["clean_up"])
         )
-        self.editor.guides.failed.connect(lambda error: notes.report("Edges of the frame", error))
+        self.editor.failed.connect(lambda error: notes.report("Edges of the frame", error))
         self.block_commands.message.connect(notes.tell)
         self.experiments.message.connect(notes.tell)
 
@@ -385,7 +385,7 @@ class MainWindow(QMainWindow):
         if not (self.documents.may_close() and self._may_stop_experiments()):
             event.ignore()
             return
-        reviews, views = (self.review, self.distrust), (self.errors, self.effect, self.stages, self.editor.guides)
+        reviews, views = (self.review, self.distrust), (self.errors, self.effect, self.stages, self.editor)
         for worker in (self.runs, *reviews, *views, self.loader, self.documents, self.experiments):
             worker.shutdown()
         self.refresh.stop()

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
@@ -15,11 +19,20 @@ from gui.tools.options import ToolOptions
 from gui.views.linked_views import LinkedViews
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
+from gui.work.latest_question import LatestQuestion
 from ilf.ebs.edit import LabelPatch, count_slivers
 from ilf.errors import InputError
 
+_Found = TypeVar("_Found")
+
 _GUIDED = {"leash", "similar"}
 """Options of tools that ask for the guide."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Job:
+    find: Callable[[], Any]
+    take: Callable[[Any], None]
 
 
 class Editor(QObject):
@@ -34,6 +47,8 @@ class Editor(QObject):
     message(str)
     slivers_left(int)
         An edit has left so many islands, slivers and holes.
+    failed(object)
+        The exception that kept something from being worked out.
     """
 
     tool_changed = Signal()
@@ -41,12 +56,17 @@ class Editor(QObject):
     hint_changed = Signal()
     message = Signal(str)
     slivers_left = Signal(int)
+    failed = Signal(object)
 
     def __init__(self, workspace: Workspace, views: LinkedViews, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._workspace = workspace
         self._views = views
         self.guides = GuideSource(self)
+        self.guides.failed.connect(self.failed)
+        self._jobs = LatestQuestion[_Job, Any](lambda job: job.find(), self)
+        self._jobs.answered.connect(self._take_answer)
+        self._jobs.failed.connect(lambda _, error: self.failed.emit(error))
         self.tools: dict[str, Tool] = make_tools()
         self.options = ToolOptions()
         self._active = "select"
@@ -92,6 +112,7 @@ class Editor(QObject):
 
     def cancel(self) -> bool:
         """Give up what the tool has under way; False if there is nothing."""
+        self._jobs.forget()
         return self._tell(self._workspace.has_session and self.tool.cancel(self))
 
     def escape(self) -> None:
@@ -199,6 +220,24 @@ class Editor(QObject):
         except InputError as error:
             self.say(str(error))
             return False
+
+    def work_out(self, find: Callable[[], _Found], take: Callable[[_Found], None]) -> None:
+        """Work something out off the GUI's thread, then take it, unless the tool is made to give up before."""
+        self._jobs.ask(_Job(find, take))
+
+    @property
+    def working(self) -> bool:
+        """Whether something is being worked out."""
+        return self._jobs.busy
+
+    def _take_answer(self, job: _Job, answer: object) -> None:
+        job.take(answer)
+        self._tell(True)
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the threads have ended."""
+        ended = self._jobs.shutdown()
+        return self.guides.shutdown() and ended
 
     def show_preview(self, preview: Preview | None) -> None:
         """Draw a tool's preview over the views."""

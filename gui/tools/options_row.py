@@ -49,8 +49,8 @@ class OptionsRow(QWidget):
         self._parts: dict[str, QWidget] = {
             "brush": _together(self.brush, self._brush_text),
             "leash": _together(QLabel("Snap"), self.leash, self._leash_text),
-            "similar": _button(similar),
-            "no_block": _button(no_block),
+            "similar": _button(similar, named=True),
+            "no_block": _button(no_block, named=True),
             "amount": _together(self.amount, *(_button(action) for action in by_amount)),
         }
         _fill(self, *self._parts.values())
@@ -90,9 +90,11 @@ def _slider(low: int, high: int) -> QSlider:
     return slider
 
 
-def _button(action: QAction) -> QToolButton:
+def _button(action: QAction, named: bool = False) -> QToolButton:
     button = QToolButton()
     button.setDefaultAction(action)
+    if named:
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
     button.setAutoRaise(True)
     button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
     return button

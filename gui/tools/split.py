@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -33,10 +34,14 @@ class SplitTool(Tool):
         self._press: Press | None = None
         self._by_clicks = False
         self._offer: _Offer | None = None
+        self._asked = False
+        self._at_once = False
 
     @property
     def hint(self) -> str:
         """What a drag, a click or a key would do."""
+        if self._asked:
+            return "Looking for a line that parts two surfaces… | Enter: cut along it at once | Esc: give up"
         if self._offer is not None:
             return "Click or Enter: cut along this line | drag: draw another | Esc: give up"
         if self._by_clicks:
@@ -46,7 +51,7 @@ class SplitTool(Tool):
     @property
     def busy(self) -> bool:
         """Whether there is a line, drawn or suggested."""
-        return self._press is not None or self._pen.down or self._offer is not None
+        return self._asked or self._press is not None or self._pen.down or self._offer is not None
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Draw; a drag cuts at its release."""
@@ -73,13 +78,16 @@ class SplitTool(Tool):
         """Drop the line."""
         under_way = self.busy
         self._press = self._offer = None
-        self._by_clicks = False
+        self._by_clicks = self._asked = self._at_once = False
         self._pen.lift()
         host.show_preview(None)
         return under_way
 
     def finish(self, host: Host) -> bool:
-        """Cut along the line as it lies."""
+        """Cut along the line as it lies; along one that is still looked for, as soon as it is found."""
+        if self._asked:
+            self._at_once = True
+            return True
         offer, line = self._offer, self._pen.line
         if offer is None and len(line) < 2:
             return False
@@ -105,7 +113,7 @@ class SplitTool(Tool):
         dragged = press.drags
         if not press.follow(event):
             return
-        self._offer = None
+        self._forget_offer()
         snap = partial(snapped, host)
         if not self._pen.down:
             self._pen.begin(press.point)
@@ -120,31 +128,51 @@ class SplitTool(Tool):
         else:
             self.finish(host)
 
+    def _forget_offer(self) -> None:
+        self._offer = None
+        self._asked = self._at_once = False
+
     def _click(self, point: Point, event: PointerEvent, host: Host) -> None:
         if self._by_clicks:
             self._pen.go(point, event.shift, partial(snapped, host))
-        elif self._offer is not None and not event.ctrl:
+        elif (self._offer is not None or self._asked) and not event.ctrl:
             self.finish(host)
             return
-        elif event.ctrl or not self._suggest(point, host):
-            self._offer = None
-            self._by_clicks = True
-            self._pen.begin(point)
+        elif event.ctrl or not self._ask(point, host):
+            self._begin(point)
         self._show(host)
 
-    def _suggest(self, point: Point, host: Host) -> bool:
-        """Offer a line for the block at a point; False if a line may be begun there instead."""
+    def _begin(self, point: Point) -> None:
+        """Begin a line of clicks."""
+        self._forget_offer()
+        self._by_clicks = True
+        self._pen.begin(point)
+
+    def _ask(self, point: Point, host: Host) -> bool:
+        """Look for a line in the block at a point; False if there is none, and a line may be begun there instead."""
         label = host.session.label_at(*point)
         if label == 0:
             return False
-        if refuses(host, label) or not knows_edges(host):
-            return True
-        line = _suggestion(host, label)
-        if line is None:
-            host.say(f"Nothing tells two surfaces in {host.session.info(label).name} apart: click on, point by point.")
-            return False
-        self._offer = _Offer(label, line)
+        if not refuses(host, label) and knows_edges(host):
+            self._asked = True
+            _look_for_line(host, label, partial(self._take, host, label, point))
         return True
+
+    def _take(self, host: Host, label: int, point: Point, line: list[Point] | None) -> None:
+        if not self._asked:
+            return
+        at_once = self._at_once
+        self._forget_offer()
+        if line is not None:
+            self._offer = _Offer(label, line)
+        elif at_once:
+            host.say(f"Nothing tells two surfaces in {host.session.info(label).name} apart.")
+        else:
+            host.say(f"Nothing tells two surfaces in {host.session.info(label).name} apart: click on, point by point.")
+            self._begin(point)
+        self._show(host)
+        if at_once:
+            self.finish(host)
 
     def _show(self, host: Host, event: PointerEvent | None = None) -> None:
         if self._offer is not None:
@@ -157,20 +185,26 @@ class SplitTool(Tool):
 
 
 def suggested_cut(host: Host, label: int) -> None:
-    """Cut a block at once where its depth and edges suggest it."""
+    """Cut a block where its depth and edges suggest it, as soon as that is known."""
     if refuses(host, label) or not knows_edges(host):
         return
-    line = _suggestion(host, label)
-    if line is None:
-        host.say(f"Nothing tells two surfaces in {host.session.info(label).name} apart. Draw the line with Split.")
-    else:
-        _cut(label, line, host)
+    name = host.session.info(label).name
+
+    def take(line: list[Point] | None) -> None:
+        if line is None:
+            host.say(f"Nothing tells two surfaces in {name} apart. Draw the line with Split.")
+        else:
+            _cut(label, line, host)
+
+    _look_for_line(host, label, take)
 
 
-def _suggestion(host: Host, label: int) -> list[Point] | None:
+def _look_for_line(host: Host, label: int, take: Callable[[list[Point] | None], None]) -> None:
     session, guide = host.session, host.guide
-    line = None if guide is None else suggest_split(session.frame, session.labels, label, guide.strength)
-    return None if line is None else list(line)
+    if guide is None:
+        return
+    frame, labels, strength = session.frame, session.labels.copy(), guide.strength
+    host.work_out(lambda: suggest_split(frame, labels, label, strength), take)
 
 
 def _cut(label: int, line: list[Point], host: Host) -> None:

@@ -109,6 +109,7 @@ def boundary_path(mask: NDArray[np.bool_], x: int = 0, y: int = 0) -> QPainterPa
 
 def _runs(edges: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
     """Row, start and stop of every run of True along the rows."""
-    steps = np.diff(edges.astype(np.int8), axis=1, prepend=0, append=0)
-    rows, starts = np.nonzero(steps == 1)
-    return rows, starts, np.nonzero(steps == -1)[1]
+    padded = np.pad(edges, ((0, 0), (1, 1)))
+    # in a row, runs begin and end in turn
+    rows, columns = np.divmod(np.flatnonzero(padded[:, 1:] != padded[:, :-1]), edges.shape[1] + 1)
+    return rows[::2], columns[::2], columns[1::2]

@@ -68,14 +68,17 @@ def test_an_outline_is_clicked_and_closed_by_enter(editing: MainWindow) -> None:
     assert session.selected == []
 
 
-def test_a_click_suggests_a_split_and_enter_takes_it(editing: MainWindow) -> None:
+def test_a_click_suggests_a_split_and_enter_takes_it(editing: MainWindow, qtbot: QtBot) -> None:
     session = editing.workspace.session
     before = session.labels.copy()
     editing.workspace.select([1, 2])
     editing.actions_["merge_blocks"].trigger()
     _take(editing, "split")
     click(editing, (10, 5))
+    qtbot.waitUntil(lambda: editing.editor.tool.hint.startswith("Click or Enter"), timeout=WAIT_MS)
     assert session.undo_stack.undoText() == "Merge 2 blocks"
+    editing.refresh.now()
+    assert editing.status.hint.text() == editing.editor.tool.hint
     key(editing, _Key.Key_Enter)
     assert session.undo_stack.undoText().startswith("Split")
     parts = session.labels == session.labels[5, 5]
@@ -270,7 +273,7 @@ def test_merging_says_that_parts_do_not_touch(editing: MainWindow) -> None:
     assert session.labels[-1, -1] == session.labels[0, 0]
 
 
-def test_the_menu_offers_what_can_be_done_here(editing: MainWindow) -> None:
+def test_the_menu_offers_what_can_be_done_here(editing: MainWindow, qtbot: QtBot) -> None:
     session = editing.workspace.session
     before = session.labels.copy()
     left, right = int(before[5, 5]), int(before[5, 50])
@@ -288,5 +291,6 @@ def test_the_menu_offers_what_can_be_done_here(editing: MainWindow) -> None:
     assert (session.labels == left).all()
     menu = editing.context_menu.menu(50, 5)
     next(action for action in menu.actions() if action.text().startswith("Split")).trigger()
+    qtbot.waitUntil(lambda: not editing.editor.working, timeout=WAIT_MS)
     assert session.labels[5, 5] != session.labels[5, 50]
     assert editing.actions_["zoom_block"] in menu.actions()

@@ -234,6 +234,26 @@ def test_a_suggested_line_is_given_up_by_escape_or_by_a_drag(small_frame: RGBDFr
     assert len(host.steps) == 1
 
 
+@pytest.mark.parametrize("end", ["click", "escape", "drag"])
+def test_a_line_that_is_still_looked_for(small_frame: RGBDFrame, qapp: QObject, end: str) -> None:
+    host = ToolHost(small_frame, np.ones((48, 64), np.int32))
+    host.waits = True
+    split = hand(host, "split")
+    split.click((10, 5))
+    assert "Looking" in split.tool.hint
+    if end == "click":
+        split.double_click((10, 5))
+    elif end == "escape":
+        assert split.tool.cancel(host)
+    else:
+        split.drag([(-1, 24), (30, 24), (65, 24)])
+    for answer in host.waiting:
+        answer()
+    assert host.steps == ([] if end == "escape" else ["Split Block 1"])
+    assert (host.labels[5, 10] == host.labels[5, 50]) == (end != "click")
+    assert not split.tool.busy
+
+
 def test_where_nothing_suggests_itself_a_click_begins_a_line(host: ToolHost) -> None:
     split = hand(host, "split")
     split.click((45, -1))

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gui.state.session import Session
 from gui.state.workspace import Workspace
-from gui.tools.base import Point, Tool
+from gui.tools.base import Found, Point, Tool
 from gui.tools.guide import Guide, guide_of
 from gui.tools.options import ToolOptions
 from gui.views.pointer import PointerEvent, PointerKind
@@ -32,6 +32,8 @@ class ToolHost:
         self.guide: Guide | None = guide_of(frame, strength, regions.astype(np.int32))
         self.preview: Preview | None = None
         self.said: list[str] = []
+        self.waits = False
+        self.waiting: list[Callable[[], None]] = []
 
     @property
     def session(self) -> Session:
@@ -67,6 +69,13 @@ class ToolHost:
 
     def show_preview(self, preview: Preview | None) -> None:
         self.preview = preview
+
+    def work_out(self, find: Callable[[], Found], take: Callable[[Found], None]) -> None:
+        """At once, unless a test lets it wait."""
+        if self.waits:
+            self.waiting.append(lambda: take(find()))
+        else:
+            take(find())
 
     def say(self, message: str) -> None:
         self.said.append(message)

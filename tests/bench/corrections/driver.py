@@ -142,6 +142,8 @@ class Driver:
 
     def _settle(self) -> None:
         QApplication.processEvents()
+        while self.window.editor.working:
+            QApplication.processEvents()
         self.window.refresh.now()
 
 
