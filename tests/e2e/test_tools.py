@@ -183,11 +183,11 @@ def test_text_fields_keep_their_keys(editing: MainWindow) -> None:
     field = QLineEdit(editing)
     field.show()
     field.setFocus()
-    _take_before = editing.editor.tool_name
+    tool = editing.editor.tool_name
     for code in (_Key.Key_Space, _Key.Key_A, _Key.Key_Backspace):
         QTest.keyClick(field, code)
     assert field.text() == " "
-    assert editing.editor.tool_name == _take_before
+    assert editing.editor.tool_name == tool
 
 
 def test_undo_during_a_stroke_gives_up_that_stroke_only(editing: MainWindow) -> None:
