@@ -296,6 +296,7 @@ class MainWindow(QMainWindow):
         self.review.shown.connect(lambda: self.centre.setCurrentWidget(self.images))
         self.views.layoutChanged.connect(self._show_layout)
         self.runs.state_changed.connect(self._open_curves)
+        self.workspace.sessions_changed.connect(self._open_frames)
         self.views.set_pointer_handler(self._point)
         self.views.cursorMoved.connect(self.readout.point_at)
         self.views.contextMenuRequested.connect(self.context_menu.show)
@@ -340,6 +341,10 @@ class MainWindow(QMainWindow):
     def _open_curves(self) -> None:
         if self.runs.state is RunState.RUNNING:
             self.panels.offer("Convergence")
+
+    def _open_frames(self) -> None:
+        if len(self.workspace.sessions) > 1:
+            self.panels.offer("Frames")
 
     def _show_full_screen(self, on: bool) -> None:
         (self.showFullScreen if on else self.showNormal)()

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ilf.blocks import Box
 
 from .changes import grown
-from .sampling import Argb
+from .sampling import Argb, Rims
 
 _LINE = 0xC0C0C0C0
 _HALO = 0x58000000
@@ -64,7 +64,7 @@ class BlockLines:
         self._chosen = np.zeros(len(self._colours), np.uint8)
         self._chosen[[label for label in self._selected if 0 < label < len(self._chosen)]] = 1
 
-    def draw(self, here: NDArray[np.int32], drawn: Argb, box: Box, ratio: int = 1) -> Box:
+    def draw(self, here: NDArray[np.int32], drawn: Argb, box: Box, rims: Rims, ratio: int = 1) -> Box:
         """Draw what labels inside a box have to do with.
 
         Parameters
@@ -75,6 +75,8 @@ class BlockLines:
             What is drawn there; changed in place.
         box : (slice, slice)
             Rows and columns of those where labels, or what is shown of them, have changed.
+        rims : ((bool, bool), (bool, bool))
+            Whether the frame's own rim is at the first and last row, and column, of `here`.
         ratio : int
             How many device pixels make one of the screen's.
 
@@ -88,10 +90,14 @@ class BlockLines:
         rows, columns = (
             slice(own.start - around.start, own.stop - around.start) for own, around in zip(inner, outer, strict=True)
         )
-        drawn[inner] = self._draw(here[outer], here.shape, outer, ratio)[rows, columns]
+        at_rims = tuple(
+            (rim[0] and span.start == 0, rim[1] and span.stop == size)
+            for rim, span, size in zip(rims, outer, here.shape, strict=True)
+        )
+        drawn[inner] = self._draw(here[outer], at_rims, ratio)[rows, columns]
         return inner
 
-    def _draw(self, here: NDArray[np.int32], shape: tuple[int, ...], box: Box, ratio: int) -> Argb:
+    def _draw(self, here: NDArray[np.int32], rims: tuple[tuple[bool, bool], ...], ratio: int) -> Argb:
         shown = self._shown[here]
         across, down = shown[:, 1:] != shown[:, :-1], shown[1:] != shown[:-1]
         line = np.zeros(shown.shape, np.uint8)
@@ -108,19 +114,18 @@ class BlockLines:
         on_line = line > 0
         drawn[on_line] = self._lines[shown[on_line]] if self.in_colours else np.uint32(_LINE)
         if self._chosen.any():
-            self._draw_chosen(self._chosen[here], shape, box, drawn, ratio)
+            self._draw_chosen(self._chosen[here], rims, drawn, ratio)
         return drawn
 
     def _draw_chosen(
-        self, chosen: NDArray[np.uint8], shape: tuple[int, ...], box: Box, drawn: Argb, ratio: int
+        self, chosen: NDArray[np.uint8], rims: tuple[tuple[bool, bool], ...], drawn: Argb, ratio: int
     ) -> None:
-        """The frame's rim is a border, too; that of a box inside it is not."""
-        rims = [(int(span.start == 0), int(span.stop == size)) for span, size in zip(box, shape, strict=True)]
-        padded = np.pad(chosen, rims)
+        """The frame's rim is a border, too."""
+        padded = np.pad(chosen, [(int(first), int(last)) for first, last in rims])
         inside = cv2.erode(padded, _CROSS, iterations=2 * ratio)
         inner = cv2.erode(inside, _SQUARE, iterations=ratio)
         outer = cv2.dilate(padded, _SQUARE, iterations=ratio)
-        (above, _), (before, _) = rims
+        above, before = int(rims[0][0]), int(rims[1][0])
         part = slice(above, above + chosen.shape[0]), slice(before, before + chosen.shape[1])
         drawn[(outer > inner)[part]] = _CHOSEN_HALO
         drawn[((chosen > 0) & (inside[part] == 0))] = _CHOSEN

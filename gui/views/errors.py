@@ -60,7 +60,8 @@ class ErrorPresenter(QObject):
             self._session, self._shown = session, None
         completion, error = session.completion(), session.expected_error()
         # what there was stays until there is something newer, as the depth does
-        outdated = error is None and session.present_depth() is not None and completion is not self._hopeless
+        hopeless = completion is not None and completion is self._hopeless
+        outdated = error is None and session.present_depth() is not None and not hopeless
         if error is not self._shown and not outdated:
             self._shown = error
             self._views.set_expected_error(error)

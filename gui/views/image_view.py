@@ -65,6 +65,8 @@ class ImageView(pg.GraphicsView):
         self.stripes = ScreenItem(4)
         self.lines = ScreenItem(5)
         self.names = NamesItem(5.5)
+        self.has_lines = True
+        """Whether the lines around blocks belong on this picture."""
         self.sampling: Sampling | None = None
         """How the frame lies on the device pixels; None until it is known."""
         self.preview = PreviewItem(6)

@@ -15,6 +15,8 @@ from ilf.blocks import Box
 Argb = NDArray[np.uint32]
 """Device pixels as Qt's premultiplied ARGB: 0xAARRGGBB, each colour at most as large as alpha."""
 
+Rims = tuple[tuple[bool, bool], tuple[bool, bool]]
+
 
 @dataclass(frozen=True)
 class Sampling:
@@ -62,6 +64,15 @@ class Sampling:
     def shape(self) -> tuple[int, int]:
         """Rows and columns of device pixels that show the frame."""
         return len(self.rows), len(self.columns)
+
+    @property
+    def rims(self) -> Rims:
+        """Whether the frame's rim is to be seen: above and below, at the left and right."""
+        width, height = self.frame
+        if 0 in self.shape:
+            return (False, False), (False, False)
+        above, below = int(self.rows[0]) == 0, int(self.rows[-1]) == height - 1
+        return (above, below), (int(self.columns[0]) == 0, int(self.columns[-1]) == width - 1)
 
     def sample(self, values: NDArray[Any], box: Box) -> NDArray[Any]:
         """Values (H, W) of the image on a box of the device pixels that show the frame."""

@@ -87,7 +87,7 @@ class ScreenLayers:
 
     def _redraw(self, sampling: Sampling, part: Box) -> None:
         lines = self._lines[sampling]
-        drawn = self._blocks.draw(lines.labels, lines.pixels, part, lines.ratio)
+        drawn = self._blocks.draw(lines.labels, lines.pixels, part, sampling.rims, lines.ratio)
         for view in self._views:
             if view.sampling == sampling:
                 view.lines.note_change(drawn)
@@ -114,13 +114,13 @@ class ScreenLayers:
 
     def _show_lines(self, view: ImageView) -> None:
         sampling = view.sampling
-        if self._labels is None or sampling is None or self._labels.shape != sampling.frame[::-1]:
+        if not view.has_lines or self._labels is None or sampling is None or self._labels.shape != sampling.frame[::-1]:
             view.lines.clear()
             return
         if sampling not in self._lines:
             part = whole(sampling.shape)
             lines = _Lines(sampling.sample(self._labels, part), np.zeros(sampling.shape, np.uint32), view.pixel_ratio)
-            self._blocks.draw(lines.labels, lines.pixels, part, lines.ratio)
+            self._blocks.draw(lines.labels, lines.pixels, part, sampling.rims, lines.ratio)
             self._lines[sampling] = lines
         if view.lines.pixels is not self._lines[sampling].pixels:
             view.lines.show_pixels(self._lines[sampling].pixels, sampling, view.devicePixelRatioF())

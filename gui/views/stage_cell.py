@@ -92,6 +92,8 @@ class StageCell(ViewCell):
         layout = QHBoxLayout(self.strip)
         layout.setContentsMargins(self.strip.caption_end, 1, 0, 1)
         layout.addWidget(self._picker, 0, Qt.AlignmentFlag.AlignLeft)
+        # its blocks are others than those of the frame
+        self.view.has_lines = False
         self._table = strength_table()
         self.bar.set_table(self._table)
         self.stage = "blocks"

@@ -376,6 +376,11 @@ def test_the_chosen_block_has_the_wider_line(views):
     view, white = view_of(views), (255, 255, 255)
     assert colour_at(view, place(view, 30, 15) + QPoint(1, 0)) == white
     assert colour_at(view, place(view, 30, 15) - QPoint(3, 0)) != white
+    views.zoom_to(slice(10, 20), slice(40, 50))
+    assert not (view.lines.pixels == 0xFFFFFFFF).any(), "the view's edge is no border"
+    views.fit()
+    views.set_blocks(np.full(labels.shape, 2, np.int32), table)
+    assert (view.lines.pixels[[0, -1]] == 0xFFFFFFFF).all(), "the frame's edge is"
     views.set_selected([99])
     assert not (view_of(views).lines.pixels == 0xFFFFFFFF).any()
 
