@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLineEdit
 from pytestqt.qtbot import QtBot
@@ -177,6 +177,22 @@ def test_keys_work_wherever_the_focus_is_but_not_where_numbers_are_typed(editing
     QTest.keyRelease(widget, _Key.Key_Space)
     assert viewport.cursor().shape() is Qt.CursorShape.CrossCursor
     assert all(editing.workspace.session.info(label).visible for label in (1, 2)), "space hides no block"
+
+
+def test_space_pans_in_a_view_that_had_not_the_focus(editing: MainWindow) -> None:
+    _take(editing, "paint")
+    click(editing, (50, 24))
+    steps = editing.workspace.session.undo_stack.count()
+    view = editing.views.cells["colour"].view
+    corner = view.to_image(QPointF(0, 0))
+    other = editing.views.cells["depth-in"].view
+    other.setFocus()
+    QTest.keyPress(other, _Key.Key_Space)
+    view.setFocus()  # as a click does
+    drag(editing, [(40, 20), (30, 20), (20, 20)])
+    QTest.keyRelease(view, _Key.Key_Space)
+    assert view.to_image(QPointF(0, 0)).x() > corner.x() + 5
+    assert editing.workspace.session.undo_stack.count() == steps
 
 
 def test_text_fields_keep_their_keys(editing: MainWindow) -> None:
