@@ -119,6 +119,11 @@ class Editor(QObject):
         if not self.cancel():
             self.select([])
 
+    def undo(self) -> None:
+        """Give up what the tool has under way, or else take the last step back."""
+        if not self.cancel():
+            self._workspace.undo_group.undo()
+
     def finish(self) -> bool:
         """Complete what the tool has under way; False if there is nothing."""
         return self._tell(self._workspace.has_session and self.tool.finish(self))

@@ -222,6 +222,20 @@ def test_undo_during_a_stroke_gives_up_that_stroke_only(editing: MainWindow) -> 
     assert session.undo_stack.index() == 0
 
 
+def test_the_undo_button_gives_up_what_is_under_way_first(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    editing.workspace.select([])
+    _take(editing, "outline")
+    drag(editing, [(40, 10), (50, 10), (50, 20), (40, 20), (40, 11)])
+    click(editing, (5, 5))
+    click(editing, (15, 5))
+    editing.actions_["undo"].trigger()
+    assert not editing.editor.busy
+    assert session.undo_stack.index() == 1
+    editing.actions_["undo"].trigger()
+    assert session.undo_stack.index() == 0
+
+
 def test_undo_gives_up_the_very_first_stroke(editing: MainWindow) -> None:
     before = editing.workspace.session.labels.copy()
     click(editing, (50, 24))
