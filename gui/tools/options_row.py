@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QSpinBox, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSlider, QSpinBox, QToolButton, QWidget
 
 from gui.tools.options import BRUSH_RADII, LARGEST_AMOUNT, LARGEST_LEASH, ToolOptions
 
@@ -54,12 +54,14 @@ class OptionsRow(QWidget):
             "amount": _together(self.amount, *(_button(action) for action in by_amount)),
         }
         _fill(self, *self._parts.values())
+        self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Preferred)
         for label, longest in ((self._brush_text, "120 px"), (self._leash_text, "20 px")):
             label.setMinimumWidth(label.fontMetrics().horizontalAdvance(longest))
         self.brush.valueChanged.connect(lambda radius: self.changed.emit("brush_radius", float(radius)))
         self.leash.valueChanged.connect(lambda leash: self.changed.emit("leash", leash))
         for name, switch in self._switches.items():
             switch.toggled.connect(lambda on, name=name: self.changed.emit(name, on))
+        self.amount.editingFinished.connect(self.amount.clearFocus)  # keys are the tools' again
         self.amount.valueChanged.connect(lambda amount: self.changed.emit("amount", amount))
 
     def show_options(self, names: Collection[str], options: ToolOptions) -> None:
