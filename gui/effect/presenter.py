@@ -40,7 +40,7 @@ class EffectPresenter(QObject):
     Parameters
     ----------
     live : QAction
-        Whether blocks are solved again after edits; nothing is worked out without.
+        Whether blocks are solved again after edits; without, what an edit did is known after the next run.
     """
 
     def __init__(
@@ -54,6 +54,8 @@ class EffectPresenter(QObject):
         self._live = live
         self._change: Change | None = None
         self._asked = True
+        self._edited = False
+        """Whether there is a state before an edit."""
         self._before: Completion | None = None
         """What was completed before the last edit."""
         self._present: Completion | None = None
@@ -63,6 +65,8 @@ class EffectPresenter(QObject):
         self._questions.failed.connect(lambda question, error: self._say(question, None, f"not known: {error}"))
         workspace.edited.connect(self._take)
         workspace.session_changed.connect(self._forget)
+        workspace.replaced.connect(self._forget)
+        workspace.distrusted_changed.connect(self._take_distrusted)
         runs.state_changed.connect(self._go_on)
 
     @property
@@ -70,25 +74,15 @@ class EffectPresenter(QObject):
         """Whether an effect is to come."""
         return self._questions.busy
 
-    @property
-    def change(self) -> Change | None:
-        """The last edit of the present frame."""
-        return self._change
-
-    def note(self, text: str) -> None:
-        """Add something about the last edit, as that it has left slivers."""
-        if self._change is not None:
-            self._line.say(_title(self._change), None, text)
-
     def look(self, on: bool) -> None:
         """Show the blocks and the depth before the last edit, or after it if it has been undone; or go back."""
         self._line.mark_look(on)
-        if not on or self._change is None:
+        if not on or not self._edited:
             self._views.show_present()
             return
-        session, patch, forward, _ = self._change
-        labels = session.labels.copy()
-        (patch.revert if forward else patch.apply)(labels)
+        labels = self._workspace.session.labels.copy()
+        if self._change is not None:
+            (self._change.patch.revert if self._change.forward else self._change.patch.apply)(labels)
         self._views.show_other(labels, None if self._before is None else self._before.depth)
 
     def shutdown(self) -> bool:
@@ -96,14 +90,23 @@ class EffectPresenter(QObject):
         return self._questions.shutdown()
 
     def _take(self, change: Change) -> None:
-        self._change, self._asked = change, not self._live.isChecked()
+        self._change, self._asked, self._edited = change, False, True
         self._before = self._present
         self._questions.forget()
         self._line.say(_title(change), Effect(int(np.count_nonzero(change.patch.before != change.patch.after))))
         self._go_on()
 
+    def _take_distrusted(self) -> None:
+        """Other depth is distrusted: the state before it can be seen; its effect is that on all blocks."""
+        before = self._present
+        self._forget()
+        self._edited, self._before = True, before
+        distrusted = self._workspace.session.frame.distrusted
+        count = 0 if distrusted is None else int(np.count_nonzero(distrusted))
+        self._line.say("Distrusted depth", note=f"{count:,} px".replace(",", "\u202f") if count else "none")
+
     def _forget(self) -> None:
-        self._change, self._before, self._asked = None, None, True
+        self._change, self._before, self._asked, self._edited = None, None, True, False
         self._questions.forget()
         self._line.clear()
         self._note_present()
@@ -115,7 +118,8 @@ class EffectPresenter(QObject):
         if self._asked or self._change is None:
             return
         session = self._change.session
-        if session.results.kept and not all(session.is_up_to_date(label) for label in self._there(session)):
+        solved = bool(session.results.kept) or not self._live.isChecked()
+        if solved and not all(session.is_up_to_date(label) for label in self._there(session)):
             return  # they are still to be solved
         self._asked = True
         run = session.run(self._workspace.parameters)
@@ -143,4 +147,7 @@ def _find(question: _Question) -> Effect:
     labels.flags.writeable = True
     (question.patch.revert if question.forward else question.patch.apply)(labels)
     before = replace(question.run, blocks=labels)
-    return edit_effect(before, question.run, question.patch, (question.before, question.after))
+    there = set(np.unique(labels[question.patch.box]).tolist()) - {0}
+    known = question.before is not None and there <= question.before.results.keys()
+    completed = question.before if known else None  # what was edited before and not run since has no result to compare
+    return edit_effect(before, question.run, question.patch, (completed, question.after))
