@@ -58,7 +58,7 @@ class BorderTool(Tool):
             return
         if not self._pen.down:
             self._pen.begin(press.point)
-        self._pen.drag((event.x, event.y), event.shift, partial(snapped, host))
+        self._pen.drag((event.x, event.y), event.shift, partial(snapped, host, event.pixel))
         host.show_preview(Preview(line_path(self._pen.line)))
 
     def _redraw(self, line: list[Point], host: Host) -> None:

@@ -1,48 +1,85 @@
-"""Giving a piece of one block to another."""
+"""Giving a piece of one block to another: one that is there, or one that a line cuts off."""
 
 from __future__ import annotations
+
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gui.tools.base import Host, Tool
+from gui.tools.base import Host, Point, Press, Tool, line_path, refuses, snapped
+from gui.tools.crossing import crossed
+from gui.tools.pen import Pen
 from gui.views.overlay import boundary_path
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
-from ilf.ebs.edit import give
+from ilf.ebs.edit import cut_off, give
 from ilf.ebs.pieces import piece_at
 
 
 class GiveTool(Tool):
-    """A click gives the piece under the pointer to the chosen block; hovering shows the piece."""
+    """A click gives the piece under the pointer to the chosen block; hovering shows the piece.
+
+    A line drawn from one block through another cuts a part off that, and gives it to the one that it begins in.
+    """
+
+    options = ("leash",)
 
     def __init__(self) -> None:
+        self._pen = Pen()
+        self._press: Press | None = None
         self._piece: NDArray[np.bool_] | None = None
         self._by_region = False
 
     @property
     def hint(self) -> str:
-        """What a click would do."""
-        return "Click: give this piece to the chosen block | Ctrl+click: this region | Shift+click: choose the block"
+        """What a click or a drag would do."""
+        return (
+            "Click: give this piece to the chosen block, with Ctrl this region | Shift+click: choose the block | "
+            "drag from a block: cut a part off for it"
+        )
+
+    @property
+    def busy(self) -> bool:
+        """Whether a line is being drawn."""
+        return self._press is not None
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Show the piece, or give it."""
+        """Show the piece, or give it; draw while the button is down, and cut at its release."""
         match event.kind:
             case PointerKind.PRESS:
-                self._press(event, host)
-            case PointerKind.LEAVE:
+                self._press = Press(event)
+            case PointerKind.MOVE if self._press is not None:
+                self._draw(self._press, event, host)
+            case PointerKind.RELEASE if self._press is not None:
+                press, line = self._press, self._pen.line
                 self.cancel(host)
-            case PointerKind.HOVER | PointerKind.MOVE:
+                if press.drags:
+                    _cut_off(press.point, line, host)
+                else:
+                    self._click(event, host)
+            case PointerKind.LEAVE if self._press is None:
+                self.cancel(host)
+            case PointerKind.HOVER:
                 self._show(event, host)
         return event.kind is not PointerKind.DOUBLE
 
     def cancel(self, host: Host) -> bool:
-        """Forget the piece that is shown, as the label map may be another; nothing is ever under way."""
-        self._piece = None
+        """Drop the line, and forget the piece that is shown, as the label map may be another."""
+        under_way, self._press, self._piece = self.busy, None, None
+        self._pen.lift()
         host.show_preview(None)
-        return False
+        return under_way
 
-    def _press(self, event: PointerEvent, host: Host) -> None:
+    def _draw(self, press: Press, event: PointerEvent, host: Host) -> None:
+        if not press.follow(event):
+            return
+        if not self._pen.down:
+            self._pen.begin(press.point)
+        self._pen.drag((event.x, event.y), event.shift, partial(snapped, host, event.pixel))
+        host.show_preview(Preview(line_path(self._pen.line)))
+
+    def _click(self, event: PointerEvent, host: Host) -> None:
         session = host.session
         label = session.label_at(event.x, event.y)
         if event.shift or not session.selected:
@@ -51,10 +88,8 @@ class GiveTool(Tool):
                 host.say(f"{session.info(label).name} gets the pieces that you click now.")
             return
         piece = self._at(event, host)
-        if piece is None:
-            return
-        self.cancel(host)
-        give_piece(host, piece, label)
+        if piece is not None:
+            give_piece(host, piece, label)
 
     def _show(self, event: PointerEvent, host: Host) -> None:
         shown = self._piece
@@ -70,6 +105,31 @@ class GiveTool(Tool):
         guide = host.guide if event.ctrl else None
         piece = piece_at(host.session.labels, event.x, event.y, None if guide is None else guide.regions)
         return piece if piece.any() else None
+
+
+def _cut_off(start: Point, line: list[Point], host: Host) -> None:
+    """Give the block that a line begins in what it cuts off from another, the one that it crosses most if from several.
+
+    What is smaller than the line in it is not meant. If it cuts off nothing but of that block, the chosen one gets it.
+    """
+    session = host.session
+    first, chosen = session.label_at(*start), session.selected[:1]
+    found = crossed(session.labels, line)
+    ways = [(source, first) for source in found if source != first and first]
+    ways += [(first, label) for label in chosen if first not in (0, label)]
+    if not ways:
+        host.say("Begin the line in the block that is to get a part, and draw it right across another.")
+        return
+    for source, label in ways:
+        patch = cut_off(session.labels, source, line, label)
+        if patch is None or np.count_nonzero(patch.before != patch.after) <= found.get(source, 0):
+            continue
+        if not refuses(host, label) and not refuses(host, source):
+            names = session.info(source).name, session.info(label).name
+            host.commit(patch, "Give a part of {} to {}".format(*names))
+        return
+    name = session.info(ways[0][1]).name
+    host.say(f"The line cuts nothing off for {name}: draw it right across another block.")
 
 
 def give_piece(host: Host, piece: NDArray[np.bool_], source: int) -> None:

@@ -25,6 +25,7 @@ class OutlineTool(Tool):
         self._press: Press | None = None
         self._by_clicks = False
         self._new = False
+        self._pixel = 1.0
 
     @property
     def hint(self) -> str:
@@ -40,6 +41,7 @@ class OutlineTool(Tool):
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Draw; a drag closes at its release."""
+        self._pixel = event.pixel
         match event.kind:
             case PointerKind.PRESS:
                 self._begin(event, host)
@@ -69,7 +71,7 @@ class OutlineTool(Tool):
         if len(line) < 3:
             host.say("An outline needs three corners.")
             return True
-        closing = self._pen.reach(line[0], False, partial(snapped, host))
+        closing = self._pen.reach(line[0], False, partial(snapped, host, self._pixel))
         self.cancel(host)
         session = host.session
         label = self._target(host) or session.next_label()
@@ -113,7 +115,7 @@ class OutlineTool(Tool):
         dragged = press.drags
         if not press.follow(event):
             return
-        snap = partial(snapped, host)
+        snap = partial(snapped, host, event.pixel)
         if not dragged and self._by_clicks:
             self._pen.go(press.point, event.shift, snap)
         self._pen.drag((event.x, event.y), event.shift, snap)
@@ -126,7 +128,7 @@ class OutlineTool(Tool):
             self.cancel(host)
             return
         if not press.drags and self._by_clicks:
-            self._pen.go(press.point, event.shift, partial(snapped, host))
+            self._pen.go(press.point, event.shift, partial(snapped, host, event.pixel))
         self._pen.rest()
         self._by_clicks = True
         self._show(host)
@@ -134,5 +136,5 @@ class OutlineTool(Tool):
     def _show(self, host: Host, event: PointerEvent | None = None) -> None:
         line = self._pen.line
         if event is not None:
-            line = line + self._pen.reach((event.x, event.y), event.shift, partial(snapped, host))[1:]
+            line = line + self._pen.reach((event.x, event.y), event.shift, partial(snapped, host, event.pixel))[1:]
         host.show_preview(Preview(line_path(line), self._pen.corners if self._by_clicks else line[:1]))

@@ -5,11 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 
-import cv2
-import numpy as np
-
-from gui.state.session import Session
 from gui.tools.base import Host, Point, Press, Tool, knows_edges, line_path, refuses, snapped
+from gui.tools.crossing import crossed
 from gui.tools.pen import Pen
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
@@ -87,7 +84,9 @@ class SplitTool(Tool):
         if offer is not None:
             _cut(offer.label, offer.line, host)
         else:
-            _cut(most_crossed(host.session, line), line, host)
+            found = crossed(host.session.labels, line)
+            chosen = [label for label in host.session.selected[:1] if label in found]
+            _cut((chosen or list(found) or [0])[0], line, host)
         return True
 
     def take_back(self, host: Host) -> bool:
@@ -106,7 +105,7 @@ class SplitTool(Tool):
         if not press.follow(event):
             return
         self._offer = None
-        snap = partial(snapped, host)
+        snap = partial(snapped, host, event.pixel)
         if not self._pen.down:
             self._pen.begin(press.point)
         elif not dragged:
@@ -122,7 +121,7 @@ class SplitTool(Tool):
 
     def _click(self, point: Point, event: PointerEvent, host: Host) -> None:
         if self._by_clicks:
-            self._pen.go(point, event.shift, partial(snapped, host))
+            self._pen.go(point, event.shift, partial(snapped, host, event.pixel))
         elif self._offer is not None and not event.ctrl:
             self.finish(host)
             return
@@ -152,7 +151,7 @@ class SplitTool(Tool):
             return
         line = self._pen.line
         if event is not None:
-            line = line + self._pen.reach((event.x, event.y), event.shift, partial(snapped, host))[1:]
+            line = line + self._pen.reach((event.x, event.y), event.shift, partial(snapped, host, event.pixel))[1:]
         host.show_preview(Preview(line_path(line), self._pen.corners if self._by_clicks else ()))
 
 
@@ -185,16 +184,3 @@ def _cut(label: int, line: list[Point], host: Host) -> None:
         host.select([label])
     else:
         host.say(f"The line does not part {name}: draw it from boundary to boundary.")
-
-
-def most_crossed(session: Session, points: list[Point]) -> int:
-    """The chosen block if the line crosses it, else the one it crosses most; 0 for none."""
-    line = np.zeros(session.labels.shape, np.uint8)
-    path = np.floor(np.asarray(points)).astype(np.int32).reshape(-1, 1, 2)
-    cv2.polylines(line, [path], False, 1)
-    crossed = np.bincount(session.labels[line > 0], minlength=1)
-    crossed[0] = 0
-    for label in session.selected[:1]:
-        if label < crossed.size and crossed[label]:
-            return label
-    return int(np.argmax(crossed))

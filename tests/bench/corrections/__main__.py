@@ -31,7 +31,7 @@ from ilf.ebs.drawn import redrawn
 from ilf.ebs.edit import patch_between
 from ilf.run import Run
 
-from . import brush
+from . import brush, tools
 from .driver import Driver
 from .hand import Action
 from .scenes import frames_folder, load_scene
@@ -41,7 +41,7 @@ _HEAD = (
     f"{'frame':15}{'correction':24}{'clicks':>6}{'strokes':>8}{'keys':>5}{'wrong pixels':>15}{'outside':>9}"
     f"{'hidden':>8}{'unfilled':>14}{'error [mm]':>19}{'exact':>8}"
 )
-WAYS: Mapping[str, Mapping[str, Sequence[Action]]] = {"brush": brush.ACTIONS}
+WAYS: Mapping[str, Mapping[str, Sequence[Action]]] = {"brush": brush.ACTIONS, "tools": tools.ACTIONS}
 
 
 @dataclass(frozen=True)
