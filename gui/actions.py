@@ -165,7 +165,7 @@ COMMANDS = (
         "to_no_block",
         "To &no block",
         "ph.selection-slash",
-        "Ctrl+Shift+N",
+        "Ctrl+Shift+E",
         "Erased pixels belong to no block, instead of the neighbour that they fit best",
         checkable=True,
     ),
@@ -178,7 +178,7 @@ COMMANDS = (
     ),
     Command("grow_blocks", "&Grow", "ph.arrows-out-simple", "Ctrl++", "Let the chosen blocks gain a rim"),
     Command("shrink_blocks", "S&hrink", "ph.arrows-in-simple", "Ctrl+-", "Let the chosen blocks lose their rim"),
-    Command("smooth_blocks", "S&mooth", "ph.waves", "Ctrl+Shift+M", "Make the outlines of the chosen blocks smooth"),
+    Command("smooth_blocks", "S&mooth", "ph.waves", "Ctrl+Shift+S", "Make the outlines of the chosen blocks smooth"),
     Command("hide_blocks", "Show or h&ide", "ph.eye", "Ctrl+H", "Show the chosen blocks over the picture, or do not"),
     Command(
         "next_suspect",
@@ -196,9 +196,51 @@ COMMANDS = (
         "",
         "Look for known depth that is likely wrong: flying pixels, speckles, glass; you take it or leave it",
     ),
+    Command("close_review", "&Close", "ph.x", "", "Look at no more suspicious places"),
     Command("take_suggested", "&Distrust them", "ph.check", "", "Let the marked depth count as missing"),
+    Command("leave_suggested", "Leave them", "ph.x", "", "Trust the marked depth on"),
     Command("fit", "&Fit frame", "ph.arrows-out", "Ctrl+0", "Show the whole frame"),
     Command("one_to_one", "&One to one", "ph.frame-corners", "Ctrl+9", "One image pixel on one screen pixel"),
+    Command(
+        "layout_correct",
+        "&Correct",
+        "ph.layout",
+        "F4",
+        "One large view to correct blocks in, the others small beside it; or back",
+        checkable=True,
+    ),
+    Command(
+        "contours_only",
+        "&Contours only",
+        "ph.polygon",
+        "Ctrl+Shift+C",
+        "Lines in the colours of the blocks, and no fill",
+        checkable=True,
+    ),
+    Command(
+        "block_names",
+        "Block &names",
+        "ph.text-t",
+        "Ctrl+Shift+T",
+        "Write the names of the blocks over the pictures",
+        checkable=True,
+    ),
+    Command(
+        "show_missing",
+        "&Missing depth over colour",
+        "ph.selection-slash",
+        "Ctrl+Shift+H",
+        "Stripe the colour image where depth is missing",
+        checkable=True,
+    ),
+    Command("shuffle_colours", "&Shuffle colours", "ph.shuffle", "", "Give the blocks other colours, as one step"),
+    Command(
+        "fold_panels",
+        "&Fold or open all panels",
+        "ph.arrows-in-line-horizontal",
+        "F9",
+        "All of the window for the pictures",
+    ),
     Command(
         "stage_strength",
         "Edge &strength",
@@ -266,6 +308,7 @@ class Actions:
             window.addAction(action)
             self._actions[command.name] = action
         undo, redo = history.createUndoAction(window, "Undo"), history.createRedoAction(window, "Redo")
+        undo.triggered.disconnect()  # what undoing means while a stroke is under way is not the history's to say
         undo.setShortcut(QKeySequence("Ctrl+Z"))
         redo.setShortcuts([QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")])
         self._actions |= {"undo": undo, "redo": redo}

@@ -1,46 +1,142 @@
-"""Where the window's panels stand, how large they are, and how the window fits the screen."""
+"""Where the window's panels stand, which are open, and how the window fits the screen."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import QRect, QSettings, QSize, Qt
-from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QWidget
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from PySide6.QtCore import QEvent, QObject, QRect, QSettings, QSize, Qt
+from PySide6.QtGui import QAction, QPalette
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolBar, QWidget
+
+from gui import theme
 
 DEFAULT_SIZE = QSize(1440, 900)
 _FRAME = QSize(0, 40)
 """Room for what the system puts around a window."""
+_VERSION = 1
+"""Of the arrangement that is remembered: that of another version is not taken up."""
+_COLUMN = 0.26, 270, 380
+"""Width of the column of panels: share of the window, and bounds [px]."""
+_RAIL_ICON = 20
 
 
-class Docks:
-    """The panels around the centre of a window.
+class _Panel(NamedTuple):
+    dock: QDockWidget
+    icon: str
+    height: float
+
+
+class Docks(QObject):
+    """The panels around the centre of a window, and the rail of icons at its side that opens and folds them.
+
+    Which panels are open is remembered, apart for each `arrangement`. What the user has folded does not open by
+    itself any more, until the user opens it.
 
     Parameters
     ----------
+    window : QMainWindow
+    fold : QAction
+        What folds all panels; the first icon of the rail.
     remembers : bool
-        Whether size and places are those of the last time, and are kept for the next.
+        Whether size, places and what is open are those of the last time, and are kept for the next.
     """
 
-    def __init__(self, window: QMainWindow, remembers: bool) -> None:
+    def __init__(self, window: QMainWindow, fold: QAction, remembers: bool) -> None:
+        super().__init__(window)
         self._window = window
         self._remembers = remembers
         self._arranged = False
-        self._docks: dict[str, QDockWidget] = {}
+        self._panels: dict[str, _Panel] = {}
+        self._first: list[str] = []
+        self._folded: list[str] = []
+        self._declined: set[str] = set()
+        self._sized: set[str] = set()
+        self._arrangement = ""
+        self._open_in: dict[str, list[str]] = {}
         window.setDockOptions(QMainWindow.DockOption.AnimatedDocks | QMainWindow.DockOption.AllowTabbedDocks)
+        self.rail = QToolBar("Panels", window)
+        self.rail.setObjectName("Panels")
+        self.rail.setMovable(False)
+        self.rail.setIconSize(QSize(_RAIL_ICON, _RAIL_ICON))
+        self.rail.addAction(fold)
+        self.rail.addSeparator()
+        window.addToolBar(Qt.ToolBarArea.RightToolBarArea, self.rail)
+        fold.triggered.connect(self.toggle_all)
 
-    def add(self, title: str, widget: QWidget, area: Qt.DockWidgetArea, behind: str = "") -> None:
-        """Add a panel; `behind` another one, as a tab."""
+    def add(
+        self,
+        title: str,
+        widget: QWidget,
+        area: Qt.DockWidgetArea,
+        icon: str,
+        height: float = 1.0,
+        is_open: bool = False,
+    ) -> None:
+        """Add a panel.
+
+        Parameters
+        ----------
+        title : str
+        widget : QWidget
+            What it holds.
+        area : Qt.DockWidgetArea
+            Where it stands until the user moves it.
+        icon : str
+            Of the rail ("ph.stack").
+        height : float
+            Its share of a column that it stands in with others, over theirs.
+        is_open : bool
+            Whether it is open at the first start.
+        """
         dock = QDockWidget(title, self._window)
         dock.setObjectName(title)
         dock.setWidget(widget)
+        dock.installEventFilter(self)
         self._window.addDockWidget(area, dock)
-        self._docks[title] = dock
-        if behind:
-            self._window.tabifyDockWidget(self._docks[behind], dock)
-            self._docks[behind].raise_()
+        self._panels[title] = _Panel(dock, icon, height)
+        if is_open:
+            self._first.append(title)
+        dock.setVisible(is_open)
+        action = dock.toggleViewAction()
+        action.setToolTip(f"{title}: open or fold this panel")
+        action.triggered.connect(lambda on: self._decide(title, on))
+        self.rail.addAction(action)
+        self.draw_icons(self._window.palette())
 
     def toggles(self) -> list[QAction]:
-        """What shows and hides the panels, in the order in which they were added."""
-        return [dock.toggleViewAction() for dock in self._docks.values()]
+        """What opens and folds the panels, in the order in which they were added."""
+        return [panel.dock.toggleViewAction() for panel in self._panels.values()]
+
+    def draw_icons(self, palette: QPalette) -> None:
+        """Take the icons in the colours of a palette."""
+        for panel in self._panels.values():
+            panel.dock.toggleViewAction().setIcon(theme.icon(panel.icon, palette))
+
+    @property
+    def open(self) -> list[str]:
+        """Titles of the open panels, those behind others in tabs included."""
+        return [title for title, panel in self._panels.items() if not panel.dock.isHidden()]
+
+    def offer(self, title: str) -> None:
+        """Open a panel for what goes on, unless the user has folded it before, or has folded all of them."""
+        if title not in self._declined and self.open:
+            self._show([*self.open, title])
+
+    def toggle_all(self) -> None:
+        """Fold all panels, or open those again that were folded so."""
+        if self.open:
+            self._folded = self.open
+            self._show([])
+        else:
+            self._show(self._folded or self._first)
+
+    def use(self, arrangement: str) -> None:
+        """Turn to another set of open panels; one that is new has none."""
+        if arrangement != self._arrangement:
+            self._open_in[self._arrangement] = self.open
+            self._arrangement = arrangement
+            self._show(self._open_in.get(arrangement, []))
 
     def size_window(self) -> None:
         """Give the window the size and place of the last time, or the default one, as far as the screen has room."""
@@ -58,27 +154,74 @@ class Docks:
         if self._arranged:
             return
         self._arranged = True
-        state = QSettings().value("window/state") if self._remembers else None
-        if state is None or not self._window.restoreState(state):
-            self._arrange()
+        settings = QSettings()
+        state = settings.value("panels/state") if self._remembers else None
+        if state is None or not self._window.restoreState(state, _VERSION):
+            self._set_sizes(self.open)
+            return
+        self._declined = set(_titles(settings.value("panels/declined")))
+        self._sized = set(self.open)
+        settings.beginGroup("panels/open")
+        self._open_in = {name: _titles(settings.value(name)) for name in settings.childKeys()}
+        settings.endGroup()
 
     def remember(self) -> None:
-        """Keep size and arrangement for the next time."""
-        if self._remembers:
-            settings = QSettings()
-            settings.setValue("window/geometry", self._window.saveGeometry())
-            settings.setValue("window/state", self._window.saveState())
+        """Keep size, places and what is open for the next time, which begins as the first arrangement."""
+        if not self._remembers:
+            return
+        self.use("")
+        settings = QSettings()
+        settings.setValue("window/geometry", self._window.saveGeometry())
+        settings.setValue("panels/state", self._window.saveState(_VERSION))
+        settings.setValue("panels/declined", sorted(self._declined))
+        for name, titles in self._open_in.items():
+            if name:
+                settings.setValue(f"panels/open/{name}", titles)
 
-    def _arrange(self) -> None:
-        """Enough for the content of the panels where the window is large, a share of it where not."""
-        width, height = self._window.width(), self._window.height()
-        frames, blocks, right, curves = (
-            self._docks[title] for title in ("Frames", "Blocks", "Parameters", "Convergence")
-        )
-        left_width, right_width = min(430, round(0.33 * width)), min(310, round(0.24 * width))
-        self._window.resizeDocks([frames, right], [left_width, right_width], Qt.Orientation.Horizontal)
-        self._window.resizeDocks([frames, blocks], [170, 600], Qt.Orientation.Vertical)
-        self._window.resizeDocks([curves], [min(230, round(0.3 * height))], Qt.Orientation.Vertical)
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Hear of panels that are folded by the button in their title."""
+        if event.type() == QEvent.Type.Close and isinstance(watched, QDockWidget):
+            self._decide(watched.objectName(), False)
+        return super().eventFilter(watched, event)
+
+    def _decide(self, title: str, is_open: bool) -> None:
+        """The user has opened or folded a panel."""
+        if not is_open:
+            self._declined.add(title)
+            return
+        self._declined.discard(title)
+        self._panels[title].dock.raise_()
+        self._size_new()
+
+    def _show(self, titles: Iterable[str]) -> None:
+        wanted = set(titles)
+        for title, panel in self._panels.items():
+            if panel.dock.isHidden() == (title in wanted):
+                panel.dock.setVisible(title in wanted)
+        self._size_new()
+
+    def _size_new(self) -> None:
+        """Sizes for panels that are open for the first time, and for their neighbours; others keep theirs."""
+        if self._arranged and not self._sized.issuperset(self.open):
+            self._set_sizes(self.open)
+
+    def _set_sizes(self, titles: list[str]) -> None:
+        self._sized.update(titles)
+        docks = [self._panels[title].dock for title in titles]
+        share, least, most = _COLUMN
+        width = min(max(round(share * self._window.width()), least), most)
+        for area in (Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea):
+            column = [dock for dock in docks if self._window.dockWidgetArea(dock) == area and not dock.isFloating()]
+            heights = [round(100 * self._panels[dock.objectName()].height) for dock in column]
+            self._window.resizeDocks(column, [width] * len(column), Qt.Orientation.Horizontal)
+            self._window.resizeDocks(column, heights, Qt.Orientation.Vertical)
+
+
+def _titles(value: object) -> list[str]:
+    """A list of strings as settings give it: one alone comes as such, and none as nothing."""
+    if isinstance(value, str):
+        return [value]
+    return [str(title) for title in value] if isinstance(value, list) else []
 
 
 def available_geometry(window: QWidget) -> QRect:

@@ -46,15 +46,17 @@ from gui.tools.editor import Editor
 from gui.tools.keys import ToolKeys
 from gui.tools.presenter import ToolsPresenter
 from gui.views.errors import ErrorPresenter
+from gui.views.layouts import CORRECT
 from gui.views.linked_views import LinkedViews
 from gui.views.pointer import PointerEvent
 from gui.views.presenter import ViewsPresenter
+from gui.views.view_bar import ViewBar
 from gui.widgets.log import LogPanel
 from gui.widgets.message_strip import MessageStrip
 from gui.widgets.notes import Notes
 from gui.work.live import LiveSolver
 from gui.work.refresh import Refresh
-from gui.work.runs import RunController
+from gui.work.runs import RunController, RunState
 from ilf.drawing.stages import STAGES
 
 
@@ -67,8 +69,8 @@ class MainWindow(QMainWindow):
     def __init__(self, remembers: bool = True) -> None:
         super().__init__()
         self.setAcceptDrops(True)
-        self._docks = Docks(self, remembers)
         self._make_state()
+        self.panels = Docks(self, self.actions_["fold_panels"], remembers)
         self._make_widgets()
         self._make_presenters()
         self._make_layout()
@@ -77,7 +79,7 @@ class MainWindow(QMainWindow):
         self._connect_messages()
         self.commands.show()
         self.refresh.draw_all()
-        self._docks.size_window()
+        self.panels.size_window()
 
     def _make_state(self) -> None:
         self.workspace = Workspace(self)
@@ -90,14 +92,13 @@ class MainWindow(QMainWindow):
         actions = self.actions_
         self.status = StatusBar()
         self.log = LogPanel()
-        self.messages = MessageStrip(self)
-        self.notes = Notes(self, self.messages, self.log)
         self.views = LinkedViews()
         self.effect_line = EffectLine()
-        self.review_strip = ReviewStrip(
-            [actions[name] for name in ["previous_suspect", "next_suspect", "leave_suspect"]]
-        )
-        self.distrust_strip = ReviewStrip([actions["take_suggested"]])
+        going = [actions[name] for name in ["previous_suspect", "next_suspect", "close_review"]]
+        self.review_strip = ReviewStrip(going, [actions["leave_suspect"]])
+        self.distrust_strip = ReviewStrip([], [actions["take_suggested"], actions["leave_suggested"]])
+        self.messages = MessageStrip(self, (self.effect_line, self.review_strip, self.distrust_strip))
+        self.notes = Notes(self, self.messages, self.log)
         self.cloud = CloudView()
         self.curves = CurvesPanel()
         self.frames = FrameList()
@@ -108,14 +109,17 @@ class MainWindow(QMainWindow):
             [actions[name] for name in ["copy_own", "reset_own"]],
         )
         self.extraction_panel = ExtractionPanel(actions["extract"])
-        self.tool_bar = ToolBar(actions, self.views, self)
+        self.tool_bar = ToolBar(actions, self)
+        self.view_bar = ViewBar(
+            self.views, entries(actions, "contours_only block_names show_missing | layout_correct fit")
+        )
         self.experiments = ExperimentsMenu(self)
 
     def _make_presenters(self) -> None:
         workspace, runs, loader, actions = self.workspace, self.runs, self.loader, self.actions_
         self.editor = Editor(workspace, self.views, self)
         self.block_commands = BlockCommands(workspace, self.editor)
-        self.keys = ToolKeys(self, self.editor, self.views)
+        self.keys = ToolKeys(self, self.editor, self.views, actions["look_before"])
         self.documents = Documents(self, self.picture, workspace, loader, runs, self.notes)
         self.replays = ReplayPresenter(self.notes)
         self.frame_presenter = FramesPresenter(workspace, self.frames)
@@ -127,7 +131,7 @@ class MainWindow(QMainWindow):
         self.live = LiveSolver(workspace, runs, actions["live"])
         self.effect = EffectPresenter(workspace, runs, self.view_presenter, self.effect_line, actions["live"])
         self.review = ReviewPresenter(workspace, self.views, self.review_strip, actions["leave_suspect"])
-        self.distrust = DistrustPresenter(workspace, self.views, self.distrust_strip, actions["take_suggested"])
+        self.distrust = DistrustPresenter(workspace, self.views, self.distrust_strip)
         self.curve_presenter = CurvesPresenter(workspace, self.curves)
         self.cloud_presenter = CloudPresenter(workspace, self.cloud)
         tools = {name: actions[f"tool_{name}"] for name in self.editor.tools}
@@ -149,19 +153,24 @@ class MainWindow(QMainWindow):
             column.addWidget(line)
         self.centre.addTab(self.images, "Images")
         self.centre.addTab(self.cloud, "Point cloud")
+        self.centre.setCornerWidget(self.view_bar)
+        self.centre.currentChanged.connect(
+            lambda _: self.view_bar.setVisible(self.centre.currentWidget() is self.images)
+        )
         self.setCentralWidget(self.centre)
         parameters = QTabWidget()
         parameters.setDocumentMode(True)
         parameters.addTab(self.filter_panel, "Filter")
         parameters.addTab(self.extraction_panel, "Extraction")
         self.parameter_tabs = parameters
-        area, docks = Qt.DockWidgetArea, self._docks
-        docks.add("Frames", self.frames, area.LeftDockWidgetArea)
-        docks.add("Blocks", self.blocks, area.LeftDockWidgetArea)
-        docks.add("Parameters", parameters, area.RightDockWidgetArea)
-        docks.add("Convergence", self.curves, area.BottomDockWidgetArea)
-        docks.add("History", self.history, area.BottomDockWidgetArea, behind="Convergence")
-        docks.add("Log", self.log, area.BottomDockWidgetArea, behind="Convergence")
+        area, docks = Qt.DockWidgetArea, self.panels
+        # one column, and the pictures have the height of the window: there they can be largest
+        docks.add("Frames", self.frames, area.RightDockWidgetArea, "ph.image", 1.3)
+        docks.add("Blocks", self.blocks, area.RightDockWidgetArea, "ph.stack", 2.2, is_open=True)
+        docks.add("Parameters", parameters, area.RightDockWidgetArea, "ph.sliders-horizontal", 3.2, is_open=True)
+        docks.add("Convergence", self.curves, area.RightDockWidgetArea, "ph.chart-line", 2.6)
+        docks.add("History", self.history, area.RightDockWidgetArea, "ph.clock-counter-clockwise", 1.8)
+        docks.add("Log", self.log, area.BottomDockWidgetArea, "ph.list-dashes")
         self.setCorner(Qt.Corner.BottomLeftCorner, area.LeftDockWidgetArea)
         self.setCorner(Qt.Corner.BottomRightCorner, area.RightDockWidgetArea)
         self.setStatusBar(self.status)
@@ -177,12 +186,17 @@ class MainWindow(QMainWindow):
         infos, values = workspace.infos_changed, workspace.parameters_changed
         results, coming, depth = workspace.results_changed, workspace.results_added, workspace.previews_changed
         looked_at = views.layoutChanged, self.centre.currentChanged
+        named = self.view_presenter.names_switched
         running, loading = runs.state_changed, self.loader.busy_changed
         saved = workspace.undo_group.cleanChanged, workspace.sessions_changed
         add("title", self._show_title, (turned, results, *saved), (coming,))
-        add("picture", self.view_presenter.show_frame, (turned,))
+        add("picture", self.view_presenter.show_frame, (turned, workspace.distrusted_changed))
         add("frames", self.frame_presenter.show, (turned, workspace.sessions_changed, blocks, results), (coming,))
-        add("blocks", self.view_presenter.show_blocks, (turned, blocks, workspace.stroke_changed, infos, selected))
+        add(
+            "blocks",
+            self.view_presenter.show_blocks,
+            (turned, blocks, workspace.stroke_changed, infos, selected, named),
+        )
         add("depth", self.view_presenter.show_depth, (turned, blocks, results), (coming, depth))
         add("error", self.errors.show, (turned, blocks, results, workspace.error_changed, running, *looked_at))
         add("cloud", self.cloud_presenter.show, (turned, blocks, results, *looked_at), (coming,))
@@ -194,7 +208,7 @@ class MainWindow(QMainWindow):
         )
         add("filter", self.filter_presenter.show, (turned, infos, selected, values, self.filter_panel.scope_changed))
         shown_records = turned, blocks, infos, selected, values, results, workspace.records_added
-        add("curves", self.curve_presenter.show, shown_records, (coming,))
+        add("curves", self.curve_presenter.show, (*shown_records, self.curves.shown), (coming,))
         add("stages", self.stages.show, (turned, workspace.extraction_changed, self.stages.changed, *looked_at))
         add("extraction", self.stages.describe, (blocks, infos, self.stages.described))
         # not a part: what is done next may come before the next turn, and must be allowed or not by then
@@ -243,15 +257,21 @@ class MainWindow(QMainWindow):
             "reset_own": self.filter_presenter.reset_own,
             "copy_own": self.filter_presenter.copy_own,
             "clear_results": runs.clear_results,
+            "undo": editor.undo,
             "give_up": editor.escape,
             "brush_smaller": lambda: editor.step_brush(-1),
             "brush_larger": lambda: editor.step_brush(1),
             "next_suspect": lambda: self.review.go(1),
             "previous_suspect": lambda: self.review.go(-1),
             "leave_suspect": self.review.leave,
+            "close_review": self.review.close,
             "suggest_distrust": self.distrust.suggest,
+            "take_suggested": self.distrust.take,
+            "leave_suggested": self.distrust.leave,
             "fit": self.views.fit,
             "one_to_one": self.views.one_to_one,
+            "shuffle_colours": self.block_presenter.shuffle_colours,
+            "layout_correct": partial(self.views.toggle_layout, CORRECT),
             "next_frame": lambda: self.frame_presenter.turn(1),
             "previous_frame": lambda: self.frame_presenter.turn(-1),
             "about": lambda: show_about(self),
@@ -261,6 +281,9 @@ class MainWindow(QMainWindow):
             self.actions_[name].triggered.connect(lambda _=False, handler=handler: handler())
         self.actions_["look_before"].toggled.connect(self.effect.look)
         self.actions_["full_screen"].toggled.connect(self._show_full_screen)
+        self.actions_["contours_only"].toggled.connect(self.views.set_contours_only)
+        self.actions_["block_names"].toggled.connect(self.view_presenter.show_names)
+        self.actions_["show_missing"].toggled.connect(self.views.set_missing_shown)
         stage_cell = self.views.extraction
         self.actions_[f"stage_{stage_cell.stage}"].setChecked(True)
         stage_cell.stageChanged.connect(lambda name: self.actions_[f"stage_{name}"].setChecked(True))
@@ -272,6 +295,9 @@ class MainWindow(QMainWindow):
         self.stages.extraction_wished.connect(self.loader.extract)
         self.stages.view_wished.connect(lambda: self.centre.setCurrentWidget(self.images))
         self.review.shown.connect(lambda: self.centre.setCurrentWidget(self.images))
+        self.views.layoutChanged.connect(self._show_layout)
+        self.runs.state_changed.connect(self._open_curves)
+        self.workspace.sessions_changed.connect(self._open_frames)
         self.views.set_pointer_handler(self._point)
         self.views.cursorMoved.connect(self.readout.point_at)
         self.views.contextMenuRequested.connect(self.context_menu.show)
@@ -281,7 +307,8 @@ class MainWindow(QMainWindow):
     def _connect_messages(self) -> None:
         notes = self.notes
         self.runs.ended.connect(notes.tell)
-        self.runs.resolved.connect(notes.glimpse)
+        # after an edit, what it did is said, and that is enough
+        self.runs.resolved.connect(lambda text: None if self.effect.busy else notes.glimpse(text))
         self.runs.failed.connect(lambda error: notes.report("The run stopped", error))
         self.errors.failed.connect(lambda error: notes.report("Expected error", error))
         self.review.failed.connect(lambda error: notes.report("Suspicious places", error))
@@ -294,7 +321,7 @@ class MainWindow(QMainWindow):
         self.editor.slivers_left.connect(
             lambda left: notes.offer(f"{left} sliver{'s' * (left != 1)} left.", self.actions_["clean_up"])
         )
-        self.editor.guides.failed.connect(lambda error: notes.report("Edges of the frame", error))
+        self.editor.failed.connect(lambda error: notes.report("Edges of the frame", error))
         self.block_commands.message.connect(notes.tell)
         self.experiments.message.connect(notes.tell)
 
@@ -306,6 +333,19 @@ class MainWindow(QMainWindow):
     def _point(self, event: PointerEvent) -> bool:
         self.refresh.now()  # what the pointer is at is what the user sees
         return self.editor.pointer(event)
+
+    def _show_layout(self, name: str) -> None:
+        """Correcting has open panels of its own: at first none, for a picture as large as can be."""
+        self.actions_["layout_correct"].setChecked(name == CORRECT)
+        self.panels.use(CORRECT if name == CORRECT else "")
+
+    def _open_curves(self) -> None:
+        if self.runs.state is RunState.RUNNING:
+            self.panels.offer("Convergence")
+
+    def _open_frames(self) -> None:
+        if len(self.workspace.sessions) > 1:
+            self.panels.offer("Frames")
 
     def _show_full_screen(self, on: bool) -> None:
         (self.showFullScreen if on else self.showNormal)()
@@ -336,6 +376,7 @@ class MainWindow(QMainWindow):
             return
         if event.type() == QEvent.Type.PaletteChange:
             self.actions_.draw_icons()
+            self.panels.draw_icons(self.palette())
         elif event.type() == QEvent.Type.WindowStateChange:
             with QSignalBlocker(self.actions_["full_screen"]):
                 self.actions_["full_screen"].setChecked(self.isFullScreen())
@@ -345,11 +386,11 @@ class MainWindow(QMainWindow):
         if not (self.documents.may_close() and self._may_stop_experiments()):
             event.ignore()
             return
-        reviews, views = (self.review, self.distrust), (self.errors, self.effect, self.stages, self.editor.guides)
+        reviews, views = (self.review, self.distrust), (self.errors, self.effect, self.stages, self.editor)
         for worker in (self.runs, *reviews, *views, self.loader, self.documents, self.experiments):
             worker.shutdown()
         self.refresh.stop()
-        self._docks.remember()
+        self.panels.remember()
         super().closeEvent(event)
 
     def _may_stop_experiments(self) -> bool:
@@ -361,6 +402,6 @@ class MainWindow(QMainWindow):
     def showEvent(self, event: QShowEvent) -> None:
         """Take the last layout, or at the first start the default one; load what is not needed at once."""
         super().showEvent(event)
-        self._docks.arrange()
+        self.panels.arrange()
         self.refresh.mark("error", "cloud", "stages")  # what is drawn for those who look at it alone
         self.experiments.load_soon()

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from PySide6.QtCore import QSettings, Qt
+from PySide6.QtCore import QSettings
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import (
     QApplication,
-    QComboBox,
-    QLabel,
     QMenu,
     QMenuBar,
     QMessageBox,
     QSizePolicy,
-    QSlider,
     QToolBar,
     QWidget,
 )
@@ -41,41 +38,23 @@ _MENUS = {
     "Re&view": "next_suspect previous_suspect leave_suspect | suggest_distrust",
     "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | guess clear_results",
 }
-_OPACITY = 45
 
 
 class ToolBar(QToolBar):
-    """The commands that are needed all the time, with the tool's options, opacity and layout."""
+    """The commands that are needed all the time, with the tool's options."""
 
-    def __init__(self, actions: Mapping[str, QAction] | Actions, views: LinkedViews, window: QWidget) -> None:
+    def __init__(self, actions: Mapping[str, QAction] | Actions, window: QWidget) -> None:
         super().__init__("Tools", window)
         self.setObjectName("Tools")
         self.setMovable(False)
-        _fill(self, entries(actions, f"open export | undo redo | {_TOOLS} |"))
+        _fill(self, entries(actions, f"open export | run | undo redo | {_TOOLS} |"))
         by_amount = [actions[name] for name in ("grow_blocks", "shrink_blocks", "smooth_blocks")]
         self.options = OptionsRow(actions["similar_only"], actions["to_no_block"], by_amount)
         self.addWidget(self.options)
         spring = QWidget()  # what is right of it stays where it is when another tool has other options
         spring.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self.addWidget(spring)
-        _fill(self, entries(actions, "new_block merge_blocks delete_blocks clean_up | next_suspect |"))
-        self.addWidget(QLabel(" Blocks "))
-        self.opacity = QSlider(Qt.Orientation.Horizontal)
-        self.opacity.setRange(0, 100)
-        self.opacity.setFixedWidth(80)
-        self.opacity.setToolTip("Opacity of the blocks over the colour image")
-        self.opacity.valueChanged.connect(lambda value: views.set_overlay_opacity(value / 100))
-        self.opacity.setValue(_OPACITY)
-        self.addWidget(self.opacity)
-        self.layouts = QComboBox()
-        for name, text in LAYOUT_TEXTS.items():
-            self.layouts.addItem(text, name)
-        self.layouts.setToolTip("Which views are shown; a double-click on a title shows one alone")
-        self.layouts.activated.connect(lambda _: views.set_layout(self.layouts.currentData()))
-        views.layoutChanged.connect(lambda name: self.layouts.setCurrentIndex(LAYOUTS.index(name)))
-        self.addSeparator()
-        self.addWidget(self.layouts)
-        _fill(self, entries(actions, "fit"))
+        _fill(self, entries(actions, "new_block merge_blocks delete_blocks clean_up | next_suspect"))
 
 
 def fill_menu_bar(
@@ -87,8 +66,10 @@ def fill_menu_bar(
     view = bar.addMenu("&View")
     _fill(view, entries(actions, "fit one_to_one zoom_block look_before | next_frame previous_frame | full_screen"))
     view.addSeparator()
+    view.addAction(actions["fold_panels"])
     view.addActions(list(toggles))
     view.addSeparator()
+    _fill(view, entries(actions, "contours_only block_names show_missing shuffle_colours | layout_correct"))
     view.addMenu(_layout_menu(views, view))
     stages = view.addMenu("&Stage of the extraction")
     _fill(stages, entries(actions, " ".join(f"stage_{name}" for name in STAGES)))

@@ -150,7 +150,7 @@ def _style_sheet(tones: dict[str, str]) -> str:
     return f"""
         QToolTip {{ color: {text}; background: {base}; border: 1px solid {border}; padding: 3px; }}
         QToolBar {{ border: none; spacing: 2px; padding: 3px; }}
-        QDockWidget::title {{ padding: 5px 8px; background: {window}; }}
+        QDockWidget::title {{ padding: 3px 8px; background: {window}; }}
         QMainWindow::separator {{ background: {border}; width: 1px; height: 1px; }}
         QStatusBar::item {{ border: none; }}
         QCheckBox::indicator:unchecked {{ border: 1px solid {muted}; border-radius: 2px; background: {base}; }}

@@ -77,16 +77,26 @@ class BlockRow:
 class Column(IntEnum):
     """Columns of the table, from the left."""
 
-    VISIBLE = 0
-    LOCKED = 1
-    COLOUR = 2
-    NAME = 3
-    STATE = 4
-    MISSING = 5
+    COLOUR = 0
+    NAME = 1
+    MISSING = 2
+    STATE = 3
+    VISIBLE = 4
+    LOCKED = 5
     ITERATIONS = 6
     SIGMA = 7
     PIXELS = 8
 
+
+OPTIONAL = {
+    Column.VISIBLE: "Shown",
+    Column.LOCKED: "Locked",
+    Column.ITERATIONS: "Iterations",
+    Column.SIGMA: "Deviation \u03c3",
+    Column.PIXELS: "Pixels",
+}
+"""Columns that the user can do without, and what they are called where that is chosen."""
+HIDDEN_AT_FIRST = (Column.ITERATIONS, Column.SIGMA, Column.PIXELS)
 
 _HEADERS = {
     Column.VISIBLE: ("", "Shown in the views. Click the eye, or press Space for the selected blocks."),
@@ -151,7 +161,7 @@ class BlockModel(QAbstractTableModel):
                 self.rows.insert(number, row)
                 self.endInsertRows()
             # NaN in sigma_i is not equal to itself, its text is
-            elif repr(self.rows[number]) != repr(row):
+            elif self.rows[number] != row and repr(self.rows[number]) != repr(row):
                 self._change(number, row)
 
     def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008

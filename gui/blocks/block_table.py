@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 
 from PySide6.QtCore import (
     QEvent,
@@ -12,6 +13,7 @@ from PySide6.QtCore import (
     QModelIndex,
     QPoint,
     QRect,
+    QSettings,
     QSize,
     QSortFilterProxyModel,
     Qt,
@@ -22,6 +24,7 @@ from PySide6.QtWidgets import (
     QAbstractItemView,
     QColorDialog,
     QHeaderView,
+    QMenu,
     QStyle,
     QStyledItemDelegate,
     QStyleOptionViewItem,
@@ -30,11 +33,23 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from gui.blocks.block_model import ICON_COLUMNS, ICON_SIZE, SORT_ROLE, TOOL_ICONS, BlockModel, BlockRow, Column, Index
+from gui.blocks.block_model import (
+    HIDDEN_AT_FIRST,
+    ICON_COLUMNS,
+    ICON_SIZE,
+    OPTIONAL,
+    SORT_ROLE,
+    TOOL_ICONS,
+    BlockModel,
+    BlockRow,
+    Column,
+    Index,
+)
 from gui.widgets.hint import paint_hint
 
 _WIDTHS = {Column.MISSING: 62, Column.ITERATIONS: 42, Column.SIGMA: 56, Column.PIXELS: 60}
 _ICON_WIDTH = 26
+_HIDDEN_KEY = "blocks/hidden_columns"
 _NAME_WIDTH = 72  # at least; below, the table scrolls sideways
 
 
@@ -194,10 +209,36 @@ class _BlockView(QTableView):
             elif column != Column.NAME:
                 header.resizeSection(column, _WIDTHS[column])
         header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
+        header.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        header.customContextMenuRequested.connect(lambda at: self.column_menu().popup(header.mapToGlobal(at)))
         self.setSortingEnabled(True)
+        hidden = QSettings().value(_HIDDEN_KEY)
+        names = [column.name for column in HIDDEN_AT_FIRST] if hidden is None else str(hidden).split()
+        for column in OPTIONAL:
+            self.setColumnHidden(column, column.name in names)
+
+    def column_menu(self) -> QMenu:
+        """Which columns are shown, to choose."""
+        menu = QMenu(self)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        for column, text in OPTIONAL.items():
+            action = menu.addAction(text)
+            action.setCheckable(True)
+            action.setChecked(not self.isColumnHidden(column))
+            action.toggled.connect(lambda on, column=column: self._show_column(column, on))
+        return menu
+
+    def _show_column(self, column: Column, on: bool) -> None:
+        self.setColumnHidden(column, not on)
+        hidden = [other.name for other in OPTIONAL if self.isColumnHidden(other)]
+        QSettings().setValue(_HIDDEN_KEY, " ".join(hidden))
+        self._fit_names()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
+        self._fit_names()
+
+    def _fit_names(self) -> None:
         header = self.horizontalHeader()
         others = header.length() - header.sectionSize(Column.NAME)
         header.resizeSection(Column.NAME, max(_NAME_WIDTH, self.viewport().width() - others))
@@ -245,7 +286,7 @@ class _BlockDelegate(QStyledItemDelegate):
     def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
         super().initStyleOption(option, index)
         accent, base = option.palette.highlight().color(), option.palette.base().color()
-        option.palette.setColor(QPalette.ColorRole.Highlight, _blend(accent, base, 0.28))
+        option.palette.setColor(QPalette.ColorRole.Highlight, _soft(accent.rgb(), base.rgb()))
         option.palette.setColor(QPalette.ColorRole.HighlightedText, option.palette.text().color())
         option.state &= ~QStyle.StateFlag.State_HasFocus
 
@@ -269,6 +310,12 @@ class _BlockDelegate(QStyledItemDelegate):
             painter.restore()
         else:
             decoration.paint(painter, box)
+
+
+@lru_cache(maxsize=8)
+def _soft(accent: int, base: int) -> QColor:
+    """What marks selected rows, of the palette's colours as numbers: asked for once for every cell."""
+    return _blend(QColor(accent), QColor(base), 0.28)
 
 
 def _blend(colour: QColor, other: QColor, share: float) -> QColor:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Sequence
 
 from PySide6.QtCore import QObject, QPoint
@@ -12,6 +13,10 @@ from gui.blocks.block_rows import block_rows
 from gui.blocks.block_table import BlockTable
 from gui.state.workspace import Workspace
 from gui.work.runs import RunController
+from ilf.drawing.block_pictures import block_colour
+
+_COLOURS = 1000
+"""Numbers that shuffled colours start from."""
 
 
 class BlocksPresenter(QObject):
@@ -59,6 +64,19 @@ class BlocksPresenter(QObject):
                 menu.addAction(command)
         menu.exec(place)
         menu.deleteLater()
+
+    def shuffle_colours(self) -> None:
+        """Other colours for all blocks, far from each other in hue as before, as one undoable step."""
+        if not self._workspace.has_session:
+            return
+        session = self._workspace.session
+        labels = list(session.counts())
+        start = random.randrange(1, _COLOURS)
+        numbers = random.sample(range(start, start + len(labels)), len(labels))
+        session.undo_stack.beginMacro("Shuffle colours")
+        for label, number in zip(labels, numbers, strict=True):
+            self._workspace.edit_info(label, "Recolour block", colour=block_colour(number))
+        session.undo_stack.endMacro()
 
     def _recolour(self, label: int, colour: QColor) -> None:
         self._workspace.edit_info(label, "Recolour block", colour=(colour.red(), colour.green(), colour.blue()))

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, Qt
-from PySide6.QtGui import QFont, QResizeEvent
+from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtGui import QFont, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QLabel, QStackedWidget, QVBoxLayout, QWidget
 
 from gui import theme
@@ -82,7 +82,15 @@ class SumAxis(pg.AxisItem):
 
 
 class CurvesPanel(QWidget):
-    """The curves of one block, with linked iterations and a readout; errors if pixels are held out to tell them by."""
+    """The curves of one block, with linked iterations and a readout; errors if pixels are held out to tell them by.
+
+    Signals
+    -------
+    shown()
+        It can be seen again: what has come meanwhile is to be drawn.
+    """
+
+    shown = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -201,6 +209,10 @@ class CurvesPanel(QWidget):
         if metres is not None:
             self._criterion_line.setValue(math.log10(max(metres, SIGMA_FLOOR)))
             self._criterion_line.label.setFormat(f"S_criteria {length_text(metres)}")
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self.shown.emit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

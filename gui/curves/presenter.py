@@ -24,7 +24,12 @@ class CurvesPresenter(QObject):
         self._records: Sequence[IterationRecord] = ()
 
     def show(self) -> None:
-        """Draw the curves: those that are shown already get what has come since, others start anew."""
+        """Draw the curves: those that are shown already get what has come since, others start anew.
+
+        Nothing is drawn while nobody can see it.
+        """
+        if not self._curves.isVisible():
+            return
         session = self._workspace.session if self._workspace.has_session else None
         label = self._label(session) if session is not None else 0
         if session is None or label == 0:

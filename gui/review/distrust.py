@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtGui import QAction
 
 from gui.review.marks import Marks
 from gui.review.strip import ReviewStrip
@@ -33,11 +32,6 @@ class _Question:
 class DistrustPresenter(QObject):
     """Candidates for wrong depth in the present frame, marked in all views until they are taken or left.
 
-    Parameters
-    ----------
-    take : QAction
-        What takes the candidates, enabled while there are some; closing the strip leaves them.
-
     Signals
     -------
     message(str)
@@ -49,19 +43,15 @@ class DistrustPresenter(QObject):
     message = Signal(str)
     failed = Signal(object)
 
-    def __init__(self, workspace: Workspace, views: LinkedViews, strip: ReviewStrip, take: QAction) -> None:
+    def __init__(self, workspace: Workspace, views: LinkedViews, strip: ReviewStrip) -> None:
         super().__init__(strip)
         self._workspace = workspace
         self._strip = strip
-        self._action = take
-        take.setEnabled(False)
         self._marks = Marks(views)
         self._found: Mask | None = None
         self._questions = LatestQuestion[_Question, Mask](_find, self)
         self._questions.answered.connect(self._take_answer)
         self._questions.failed.connect(self._fail)
-        take.triggered.connect(lambda _=False: self.take())
-        strip.closed.connect(self.leave)
         workspace.session_changed.connect(self.leave)
         workspace.distrusted_changed.connect(self.leave)
 
@@ -96,7 +86,6 @@ class DistrustPresenter(QObject):
         """Forget the candidates."""
         self._questions.forget()
         self._found = None
-        self._action.setEnabled(False)
         self._marks.clear()
         self._strip.hide()
 
@@ -113,9 +102,8 @@ class DistrustPresenter(QObject):
             self.message.emit("No known depth looks wrong: there are no flying pixels, speckles or things of glass.")
             return
         self._found = found
-        self._action.setEnabled(True)
         self._marks.show(boundary_path(found))
-        self._strip.say(f"{pixels:,} px of known depth look wrong: flying pixels, speckles or glass. Distrust them?")
+        self._strip.say(f"{pixels:,} px of known depth look wrong: flying pixels, speckles or glass.")
 
     def _fail(self, question: _Question, error: Exception) -> None:
         self.leave()

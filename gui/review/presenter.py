@@ -79,7 +79,6 @@ class ReviewPresenter(QObject):
         self._questions = LatestQuestion[_Question, Sequence[Place]](_find, self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(self._fail)
-        strip.closed.connect(self.close)
         workspace.session_changed.connect(self.close)
         for changed in (workspace.labels_changed, workspace.distrusted_changed, workspace.error_changed):
             changed.connect(lambda *_: self._ask_again())
@@ -137,7 +136,10 @@ class ReviewPresenter(QObject):
     def _take(self, question: _Question, found: Sequence[Place]) -> None:
         if question is not self._asked:
             return
-        mended = self.review.take(found)
+        former = self.review.present
+        gone = self.review.take(found)
+        # what was expected of depth that is yet to be completed again is not known
+        mended = gone and former is not None and (former.kind != "error" or question.error is not None)
         self._fresh = True
         wish, self._wish = self._wish, 0
         if wish:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QToolButton, QWidget
+
+_LEAST_TEXT = 120
 
 
 class ReviewStrip(QWidget):
@@ -14,40 +16,31 @@ class ReviewStrip(QWidget):
 
     Parameters
     ----------
-    actions : iterable of QAction
-        What can be done, one button each.
-
-    Signals
-    -------
-    closed()
-        The user wants no more of it.
+    icons, named : iterable of QAction
+        What can be done: buttons with their icons alone, and beside them some with their names, too.
     """
 
-    closed = Signal()
-
-    def __init__(self, actions: Iterable[QAction], parent: QWidget | None = None) -> None:
+    def __init__(self, icons: Iterable[QAction], named: Iterable[QAction], parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.label = QLabel()
         self.label.setTextFormat(Qt.TextFormat.PlainText)
-        self.label.setMinimumWidth(1)
+        self.label.setWordWrap(True)
+        self.label.setMinimumWidth(_LEAST_TEXT)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(8, 2, 8, 2)
         layout.addWidget(self.label, 1)
-        for action in actions:
-            button = QToolButton()
-            button.setDefaultAction(action)
-            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-            button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-            layout.addWidget(button)
-        close = QToolButton()
-        close.setText("Close")
-        close.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        close.clicked.connect(self.closed)
-        layout.addWidget(close)
+        style = Qt.ToolButtonStyle
+        for actions, shown in ((named, style.ToolButtonTextBesideIcon), (icons, style.ToolButtonIconOnly)):
+            for action in actions:
+                button = QToolButton()
+                button.setDefaultAction(action)
+                button.setToolButtonStyle(shown)
+                # keys go on to the views
+                button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+                layout.addWidget(button)
         self.hide()
 
     def say(self, text: str) -> None:
-        """Show a text; the whole of it as a tool tip, too, where there is no room for it."""
+        """Show a text."""
         self.label.setText(text)
-        self.label.setToolTip(text)
         self.show()

@@ -203,7 +203,7 @@ class Session:
 
     def next_label(self) -> int:
         """A number that no block has, nor had: names, locks and results of the past stay with their blocks."""
-        taken = {*np.unique(self.labels).tolist(), *self.infos}
+        taken = {*self.counts(), *self.infos}
         following = max(taken, default=0) + 1
         if following <= LARGEST_LABEL:
             return following

@@ -28,6 +28,7 @@ class StatusPresenter(QObject):
         """What is being opened or extracted, or else what a click would do now."""
         idle = self._editor.tool.hint if self._workspace.has_session else "Open a frame: Ctrl+O"
         self._bar.hint.setText(self._loader.present or idle)
+        self._bar.hint.setToolTip(idle)  # where the window is too narrow for it
 
     def show_progress(self) -> None:
         """How far the run is; or that something is being opened or extracted."""

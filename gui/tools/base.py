@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Protocol
+from collections.abc import Callable, Sequence
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from gui.views.preview import Preview
 from ilf.ebs.edit import LabelPatch
 
 Point = tuple[float, float]
+Found = TypeVar("Found")
 
 _CLICK = 3
 """Pixels of the screen that the pointer may go during a click."""
@@ -64,6 +65,10 @@ class Host(Protocol):
 
     def show_preview(self, preview: Preview | None) -> None:
         """Draw a preview over the views."""
+        ...
+
+    def work_out(self, find: Callable[[], Found], take: Callable[[Found], None]) -> None:
+        """Work something out off the GUI's thread, then take it; not if the label map has changed, or on `cancel`."""
         ...
 
     def say(self, message: str) -> None:

@@ -98,11 +98,9 @@ class BlockCommands(QObject):
         """Give islands, slivers and holes of the whole frame to where they belong."""
         session = self._workspace.session
         smallest = sliver_size(session.labels.size)
-        before = count_slivers(session.labels, smallest, locked=session.locked)
+        found = count_slivers(session.labels, smallest, locked=session.locked)
         if self._edit(clean_up(session.labels, smallest, session.locked), "Clean up"):
-            after = count_slivers(session.labels, smallest, locked=session.locked)
-            left = f", {after} left that belong nowhere" if after else ""
-            self.message.emit(f"{_count(before - after)} of fewer than {smallest} px cleaned up{left}.")
+            self.message.emit(f"{found} sliver{'s' * (found != 1)} of fewer than {smallest} px cleaned up.")
         else:
             self.message.emit(f"There are no islands, slivers or holes of fewer than {smallest} px.")
 
@@ -136,7 +134,3 @@ class BlockCommands(QObject):
         session = self._workspace.session
         chosen = session.selected
         return f"{verb} {session.info(chosen[0]).name}" if len(chosen) == 1 else f"{verb} {len(chosen)} blocks"
-
-
-def _count(slivers: int) -> str:
-    return f"{slivers} sliver{'s' * (slivers != 1)}"

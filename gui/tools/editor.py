@@ -2,24 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from gui.state.session import Session
 from gui.state.workspace import Workspace
-from gui.tools.base import Tool
+from gui.tools.base import Found, Tool
 from gui.tools.guide import Guide, GuideSource
 from gui.tools.kinds import make_tools
 from gui.tools.options import ToolOptions
 from gui.views.linked_views import LinkedViews
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
+from gui.work.latest_question import LatestQuestion
 from ilf.ebs.edit import LabelPatch, count_slivers
 from ilf.errors import InputError
 
 _GUIDED = {"leash", "similar"}
 """Options of tools that ask for the guide."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Job:
+    find: Callable[[], Any]
+    take: Callable[[Any], None]
 
 
 class Editor(QObject):
@@ -34,6 +45,8 @@ class Editor(QObject):
     message(str)
     slivers_left(int)
         An edit has left so many islands, slivers and holes.
+    failed(object)
+        The exception that kept something from being worked out.
     """
 
     tool_changed = Signal()
@@ -41,12 +54,17 @@ class Editor(QObject):
     hint_changed = Signal()
     message = Signal(str)
     slivers_left = Signal(int)
+    failed = Signal(object)
 
     def __init__(self, workspace: Workspace, views: LinkedViews, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._workspace = workspace
         self._views = views
         self.guides = GuideSource(self)
+        self.guides.failed.connect(self.failed)
+        self._jobs = LatestQuestion[_Job, Any](lambda job: job.find(), self)
+        self._jobs.answered.connect(self._take_answer)
+        self._jobs.failed.connect(lambda _, error: self.failed.emit(error))
         self.tools: dict[str, Tool] = make_tools()
         self.options = ToolOptions()
         self._active = "select"
@@ -73,6 +91,7 @@ class Editor(QObject):
         self._active = name
         self._views.set_preview(None)
         self._look_ahead()
+        self._hover_again()
         self.tool_changed.emit()
 
     def cycle_tool(self, steps: int) -> None:
@@ -92,12 +111,18 @@ class Editor(QObject):
 
     def cancel(self) -> bool:
         """Give up what the tool has under way; False if there is nothing."""
+        self._jobs.forget()
         return self._tell(self._workspace.has_session and self.tool.cancel(self))
 
     def escape(self) -> None:
         """Give up what the tool has under way, or else choose no block."""
         if not self.cancel():
             self.select([])
+
+    def undo(self) -> None:
+        """Give up what the tool has under way, or else take the last step back."""
+        if not self.cancel():
+            self._workspace.undo_group.undo()
 
     def finish(self) -> bool:
         """Complete what the tool has under way; False if there is nothing."""
@@ -149,6 +174,10 @@ class Editor(QObject):
 
     def _take_options(self) -> None:
         self.options_changed.emit()
+        self._hover_again()
+
+    def _hover_again(self) -> None:
+        """Show what the tool shows where the pointer is."""
         if self._pointer is not None and self._workspace.has_session:
             at = self._pointer
             self.tool.pointer(PointerEvent(PointerKind.HOVER, at.x, at.y, pixel=at.pixel), self)
@@ -199,6 +228,24 @@ class Editor(QObject):
         except InputError as error:
             self.say(str(error))
             return False
+
+    def work_out(self, find: Callable[[], Found], take: Callable[[Found], None]) -> None:
+        """Work something out off the GUI's thread, then take it, unless the tool is made to give up before."""
+        self._jobs.ask(_Job(find, take))
+
+    @property
+    def working(self) -> bool:
+        """Whether something is being worked out."""
+        return self._jobs.busy
+
+    def _take_answer(self, job: _Job, answer: object) -> None:
+        job.take(answer)
+        self._tell(True)
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the threads have ended."""
+        ended = self._jobs.shutdown()
+        return self.guides.shutdown() and ended
 
     def show_preview(self, preview: Preview | None) -> None:
         """Draw a tool's preview over the views."""

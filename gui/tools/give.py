@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 from numpy.typing import NDArray
 
-from gui.tools.base import Host, Point, Press, Tool, line_path, refuses, snapped
+from gui.tools.base import Host, Point, Press, refuses
 from gui.tools.crossing import crossed
-from gui.tools.pen import Pen
+from gui.tools.line import LineTool
 from gui.views.overlay import boundary_path
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
@@ -17,17 +15,14 @@ from ilf.ebs.edit import cut_off, give
 from ilf.ebs.pieces import piece_at
 
 
-class GiveTool(Tool):
+class GiveTool(LineTool):
     """A click gives the piece under the pointer to the chosen block; hovering shows the piece.
 
     A line drawn from one block through another cuts a part off that, and gives it to the one that it begins in.
     """
 
-    options = ("leash",)
-
     def __init__(self) -> None:
-        self._pen = Pen()
-        self._press: Press | None = None
+        super().__init__()
         self._piece: NDArray[np.bool_] | None = None
         self._by_region = False
 
@@ -39,47 +34,32 @@ class GiveTool(Tool):
             "drag from a block: cut a part off for it"
         )
 
-    @property
-    def busy(self) -> bool:
-        """Whether a line is being drawn."""
-        return self._press is not None
-
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Show the piece, or give it; draw while the button is down, and cut at its release."""
         match event.kind:
             case PointerKind.PRESS:
                 self._press = Press(event)
             case PointerKind.MOVE if self._press is not None:
-                self._draw(self._press, event, host)
+                self._drag(self._press, event, host)
             case PointerKind.RELEASE if self._press is not None:
                 press, line = self._press, self._pen.line
                 self.cancel(host)
                 if press.drags:
                     _cut_off(press.point, line, host)
                 else:
-                    self._click(event, host)
+                    self._give(event, host)
             case PointerKind.LEAVE if self._press is None:
                 self.cancel(host)
             case PointerKind.HOVER:
-                self._show(event, host)
+                self._show_piece(event, host)
         return event.kind is not PointerKind.DOUBLE
 
     def cancel(self, host: Host) -> bool:
         """Drop the line, and forget the piece that is shown, as the label map may be another."""
-        under_way, self._press, self._piece = self.busy, None, None
-        self._pen.lift()
-        host.show_preview(None)
-        return under_way
+        self._piece = None
+        return super().cancel(host)
 
-    def _draw(self, press: Press, event: PointerEvent, host: Host) -> None:
-        if not press.follow(event):
-            return
-        if not self._pen.down:
-            self._pen.begin(press.point)
-        self._pen.drag((event.x, event.y), event.shift, partial(snapped, host, event.pixel))
-        host.show_preview(Preview(line_path(self._pen.line)))
-
-    def _click(self, event: PointerEvent, host: Host) -> None:
+    def _give(self, event: PointerEvent, host: Host) -> None:
         session = host.session
         label = session.label_at(event.x, event.y)
         if event.shift or not session.selected:
@@ -91,7 +71,7 @@ class GiveTool(Tool):
         if piece is not None:
             give_piece(host, piece, label)
 
-    def _show(self, event: PointerEvent, host: Host) -> None:
+    def _show_piece(self, event: PointerEvent, host: Host) -> None:
         shown = self._piece
         row, column = int(event.y // 1), int(event.x // 1)
         inside = shown is not None and 0 <= row < shown.shape[0] and 0 <= column < shown.shape[1]
@@ -113,16 +93,15 @@ def _cut_off(start: Point, line: list[Point], host: Host) -> None:
     What is smaller than the line in it is not meant. If it cuts off nothing but of that block, the chosen one gets it.
     """
     session = host.session
-    first, chosen = session.label_at(*start), session.selected[:1]
+    takers = dict.fromkeys([session.label_at(*start), *session.selected[:1]])
     found = crossed(session.labels, line)
-    ways = [(source, first) for source in found if source != first and first]
-    ways += [(first, label) for label in chosen if first not in (0, label)]
+    ways = [(source, label) for label in takers if label for source in found if source != label]
     if not ways:
         host.say("Begin the line in the block that is to get a part, and draw it right across another.")
         return
     for source, label in ways:
         patch = cut_off(session.labels, source, line, label)
-        if patch is None or np.count_nonzero(patch.before != patch.after) <= found.get(source, 0):
+        if patch is None or np.count_nonzero(patch.before != patch.after) <= found[source]:
             continue
         if not refuses(host, label) and not refuses(host, source):
             names = session.info(source).name, session.info(label).name

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, Qt
-from PySide6.QtGui import QKeyEvent, QKeySequence
+from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QApplication,
@@ -30,14 +30,16 @@ _Key = Qt.Key
 
 
 class ToolKeys(QObject):
-    """Space pans, Tab goes on to the next tool, Enter finishes, Backspace takes back, Ctrl+Z gives a stroke up.
+    """Space pans, Tab goes on to the next tool, Enter finishes, Backspace takes back, Ctrl+Z gives a stroke up; while B
+    is held, the state before the last edit is to be seen.
 
     They do so in all of the window and its docks, but not where text or numbers are typed, and not in dialogs; and
     only while there is something that they can do.
     """
 
-    def __init__(self, window: QWidget, editor: Editor, views: LinkedViews) -> None:
+    def __init__(self, window: QWidget, editor: Editor, views: LinkedViews, look: QAction) -> None:
         super().__init__(window)
+        self._look = look
         self._window = window
         self._editor = editor
         self._views = views
@@ -52,14 +54,23 @@ class ToolKeys(QObject):
         if event.type() == QEvent.Type.WindowDeactivate:
             if watched is self._window:
                 self._views.set_space(False)
+                self._look.setChecked(False)
             return False
-        if not isinstance(event, QKeyEvent) or not isinstance(watched, QWidget) or not self._concerns(watched):
+        if not isinstance(event, QKeyEvent):
+            return False
+        if event.type() == QEvent.Type.KeyRelease and event.key() == _Key.Key_Space and not event.isAutoRepeat():
+            self._views.set_space(False)  # wherever the focus has gone meanwhile
+        if not isinstance(watched, QWidget) or not self._concerns(watched):
             return False
         if event.type() == QEvent.Type.ShortcutOverride:
             return self._override(event)
         if event.key() == _Key.Key_Space and event.modifiers() in (_PLAIN, Qt.KeyboardModifier.ShiftModifier):
+            if event.type() == QEvent.Type.KeyPress and not event.isAutoRepeat():
+                self._views.set_space(True)
+            return True
+        if event.key() == _Key.Key_B and event.modifiers() == _PLAIN:
             if not event.isAutoRepeat():
-                self._views.set_space(event.type() == QEvent.Type.KeyPress)
+                self._look.setChecked(event.type() == QEvent.Type.KeyPress)
             return True
         return event.type() == QEvent.Type.KeyPress and self._press(event)
 

@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QSpinBox, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSlider, QSpinBox, QToolButton, QWidget
 
 from gui.tools.options import BRUSH_RADII, LARGEST_AMOUNT, LARGEST_LEASH, ToolOptions
 
@@ -51,17 +51,19 @@ class OptionsRow(QWidget):
         self._parts: dict[str, QWidget] = {
             "brush": _together(self.brush, self._brush_text),
             "leash": _together(QLabel("Snap"), self.leash, self._leash_text),
-            "similar": _button(similar),
-            "no_block": _button(no_block),
+            "similar": _button(similar, named=True),
+            "no_block": _button(no_block, named=True),
             "amount": _together(self.amount, *(_button(action) for action in by_amount)),
         }
         _fill(self, *self._parts.values())
+        self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Preferred)
         for label, longest in ((self._brush_text, "120 px"), (self._leash_text, "20 px")):
             label.setMinimumWidth(label.fontMetrics().horizontalAdvance(longest))
         self.brush.valueChanged.connect(lambda radius: self.changed.emit("brush_radius", float(radius)))
         self.leash.valueChanged.connect(lambda leash: self.changed.emit("leash", leash))
         for name, switch in self._switches.items():
             switch.toggled.connect(lambda on, name=name: self.changed.emit(name, on))
+        self.amount.editingFinished.connect(self.amount.clearFocus)  # keys are the tools' again
         self.amount.valueChanged.connect(lambda amount: self.changed.emit("amount", amount))
 
     def show_options(self, names: Collection[str], options: ToolOptions) -> None:
@@ -92,9 +94,11 @@ def _slider(low: int, high: int) -> QSlider:
     return slider
 
 
-def _button(action: QAction) -> QToolButton:
+def _button(action: QAction, named: bool = False) -> QToolButton:
     button = QToolButton()
     button.setDefaultAction(action)
+    if named:
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
     button.setAutoRaise(True)
     button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
     return button

@@ -26,13 +26,7 @@ class _Stretch:
 
 
 class Pen:
-    """A line in stretches: each free, and moved onto edges nearby, or straight, and left as drawn.
-
-    Attributes
-    ----------
-    corners : list of (x, y)
-        Where the line begins, and where its stretches end.
-    """
+    """A line in stretches: each free, and moved onto edges nearby, or straight, and left as drawn."""
 
     def __init__(self) -> None:
         self._start: Point | None = None
@@ -47,7 +41,7 @@ class Pen:
     @property
     def line(self) -> list[Point]:
         """The line as it lies."""
-        points = [] if self._start is None else [self._start]
+        points = self._first
         for stretch in self._stretches:
             points += stretch.line[1:]
         return points
@@ -55,7 +49,13 @@ class Pen:
     @property
     def corners(self) -> list[Point]:
         """Where the line begins, and where its stretches end."""
-        return ([] if self._start is None else [self._start]) + [stretch.line[-1] for stretch in self._stretches]
+        return self._first + [stretch.line[-1] for stretch in self._stretches]
+
+    @property
+    def _first(self) -> list[Point]:
+        if self._start is None:
+            return []
+        return self._stretches[0].line[:1] if self._stretches else [self._start]
 
     def lift(self) -> None:
         """Drop the line."""

@@ -6,7 +6,7 @@ import numpy as np
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
-from gui.tools.base import Host, Press, Tool
+from gui.tools.base import Host, Point, Press, Tool
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
 
@@ -38,7 +38,7 @@ class SelectTool(Tool):
             if event.shift:
                 self._press = Press(event)
                 return True
-            self._choose(event, host)
+            choose((event.x, event.y), event, host)
         elif event.kind is PointerKind.MOVE and self._press is not None and self._press.follow(event):
             band = QPainterPath()
             band.addRect(_band(self._press, event))
@@ -46,8 +46,10 @@ class SelectTool(Tool):
         elif event.kind is PointerKind.RELEASE and self._press is not None:
             press = self._press
             self.cancel(host)
-            found = _inside(_band(press, event), host) if press.drags else [host.session.label_at(*press.point)]
-            host.select(list(dict.fromkeys([*host.session.selected, *(label for label in found if label)])))
+            if press.drags:
+                add(_inside(_band(press, event), host), host)
+            else:
+                choose(press.point, event, host)
         return False
 
     def cancel(self, host: Host) -> bool:
@@ -56,15 +58,22 @@ class SelectTool(Tool):
         host.show_preview(None)
         return under_way
 
-    def _choose(self, event: PointerEvent, host: Host) -> None:
-        label = host.session.label_at(event.x, event.y)
-        chosen = list(host.session.selected)
-        if not event.ctrl:
-            host.select([label] if label else [])
-        elif label in chosen:
-            host.select([other for other in chosen if other != label])
-        elif label:
-            host.select([*chosen, label])
+
+def choose(point: Point, event: PointerEvent, host: Host) -> None:
+    """Choose the block at a point alone; with Shift, beside others; with Ctrl, add or remove it."""
+    label = host.session.label_at(*point)
+    chosen = list(host.session.selected)
+    if not (event.ctrl or event.shift):
+        host.select([label] if label else [])
+    elif event.ctrl and label in chosen:
+        host.select([other for other in chosen if other != label])
+    else:
+        add([label], host)
+
+
+def add(labels: list[int], host: Host) -> None:
+    """Choose blocks beside those that are; 0 is none."""
+    host.select(list(dict.fromkeys([*host.session.selected, *(label for label in labels if label)])))
 
 
 def _band(press: Press, event: PointerEvent) -> QRectF:

@@ -1,4 +1,4 @@
-"""Slim vertical scale beside a view: what its colours mean."""
+"""Slim vertical scale over a picture: what its colours mean."""
 
 from __future__ import annotations
 
@@ -7,18 +7,23 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QRect, Qt
-from PySide6.QtGui import QImage, QPainter, QPaintEvent
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
+from PySide6.QtWidgets import QWidget
 
 from gui.theme import Colours
 
-_BAR = 10
-_PAD = 8
-_TICK = 4
+_BAR = 8
+_PAD = 5
+_TICK = 3
+_VEIL = 190
+"""Opacity of what lies between the picture and the ticks, of 255."""
 
 
 class ColourBar(QWidget):
-    """Gradient of a lookup table with labelled ticks at round numbers and the unit on top."""
+    """Gradient of a lookup table with labelled ticks at round numbers and the unit on top.
+
+    It stands on a translucent plate, so that the ticks can be read on any picture, and lets the mouse through.
+    """
 
     def __init__(self, unit: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -27,12 +32,13 @@ class ColourBar(QWidget):
         self._logarithmic = False
         self._gradient = QImage()
         self._colours: Colours | None = None
+        self._faded = False
         font = self.font()
         font.setPointSizeF(font.pointSizeF() * 0.85)
         self.setFont(font)
         width = self.fontMetrics().horizontalAdvance("\u2212000")
         self.setFixedWidth(_PAD + _BAR + _TICK + 3 + width + 3)
-        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
 
     def set_colours(self, colours: Colours) -> None:
         """Take the colours of the theme."""
@@ -54,19 +60,30 @@ class ColourBar(QWidget):
             self._levels, self._logarithmic = levels, logarithmic
             self.update()
 
+    def set_faded(self, faded: bool) -> None:
+        """Draw nothing, so that what lies below can be seen."""
+        if faded != self._faded:
+            self._faded = faded
+            self.update()
+
     def paintEvent(self, event: QPaintEvent) -> None:
-        if self._colours is None:
+        if self._colours is None or self._levels is None or self._faded:
             return
         painter = QPainter(self)
-        painter.fillRect(self.rect(), self._colours.background)
-        if self._levels is None:
-            return
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        plate = QColor(self._colours.background)
+        plate.setAlpha(_VEIL)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(plate)
+        painter.drawRoundedRect(self.rect(), 4, 4)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
         line = self.fontMetrics().height()
-        top = _PAD + line + line // 2 + 2
+        top = _PAD + line + line // 2
         bar = QRect(_PAD, top, _BAR, self.height() - top - _PAD - line // 2)
         if bar.height() < 2 * line:
             return
-        painter.setPen(self._colours.muted)
+        painter.setPen(self._colours.text)
         painter.drawText(_PAD, _PAD + self.fontMetrics().ascent(), self._unit)
         painter.drawImage(bar, self._gradient)
         painter.drawRect(bar.adjusted(0, 0, -1, -1))

@@ -38,6 +38,7 @@ class ErrorPresenter(QObject):
         self._workspace = workspace
         self._runs = runs
         self._views = views
+        self._session: Session | None = None
         self._shown: NDArray[np.float32] | None = None
         self._hopeless: Completion | None = None
         self._questions = LatestQuestion[_Question, NDArray[np.float32]](_find, self)
@@ -52,13 +53,19 @@ class ErrorPresenter(QObject):
     def show(self) -> None:
         """The expected error of the present results, asked for if it is looked at and no run is changing them."""
         if not self._workspace.has_session:
-            self._shown = None
+            self._session = self._shown = None
             return
         session = self._workspace.session
+        if session is not self._session:
+            self._session, self._shown = session, None
         completion, error = session.completion(), session.expected_error()
-        if error is not self._shown:
+        # what there was stays until there is something newer, as the depth does
+        hopeless = completion is not None and completion is self._hopeless
+        outdated = error is None and session.present_depth() is not None and not hopeless
+        if error is not self._shown and not outdated:
             self._shown = error
             self._views.set_expected_error(error)
+        self._views.mark_error_outdated(outdated and self._shown is not None)
         if (
             completion is not None
             and error is None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import pyqtgraph as pg
@@ -12,16 +12,21 @@ from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QResizeEvent, 
 
 from gui.theme import Colours
 
+from .block_names import InnerPoint, NamesItem
 from .items import HaloPath, Hatch
+from .pixel_item import PixelItem
 from .preview import PreviewItem
+from .sampling import Sampling
+from .screen_item import ScreenItem
 from .view_transform import ViewTransform
 
 _CROSS_GAP = 9
+_SHARE_FOR_NAMES = 0.5
 _WHITE = QColor("white")
 
 
 class ImageView(pg.GraphicsView):
-    """Scene with one image, its layers, an outline, a tool's preview and the crosshair.
+    """Scene with one image, its layers, lines and stripes over them, a tool's preview and the crosshair.
 
     Parameters
     ----------
@@ -42,30 +47,37 @@ class ImageView(pg.GraphicsView):
             QEvent.Type.ContextMenu,
         }
     )
-    _KEYS = frozenset({QEvent.Type.KeyPress, QEvent.Type.KeyRelease, QEvent.Type.FocusOut})
+    _KEYS = frozenset({QEvent.Type.KeyPress, QEvent.Type.KeyRelease})
 
     def __init__(self, on_event: Callable[[ImageView, QEvent], bool]) -> None:
         self._on_event = on_event
         super().__init__(useOpenGL=False)
         self.setCentralItem(None)
         self.viewport().setMouseTracking(True)
-        self.setMinimumSize(64, 48)
+        self.share = 1.0
+        """Screen pixels per image pixel over those that the transform says, for a view of another size."""
         self._frame = QRectF()
         self._message = ""
         self._muted = QColor()
         self.image = self.add_layer(0)
         self._hatches: list[Hatch] = []
         self.hatch = self.add_hatch(-1)
-        self.outline = HaloPath(2, _WHITE, 190, 5)
+        self.stripes = ScreenItem(4)
+        self.lines = ScreenItem(5)
+        self.names = NamesItem(5.5)
+        self.has_lines = True
+        """Whether the lines around blocks belong on this picture."""
+        self.sampling: Sampling | None = None
+        """How the frame lies on the device pixels; None until it is known."""
         self.preview = PreviewItem(6)
         # two items, so that a moving cursor repaints two thin strips instead of the view
         self._cross = tuple(HaloPath(1, QColor(255, 255, 255, 190), 70, 7) for _ in range(2))
-        for item in (self.outline, self.preview, *self._cross):
+        for item in (self.stripes, self.lines, self.names, self.preview, *self._cross):
             self.addItem(item)
 
-    def add_layer(self, z: float) -> pg.ImageItem:
-        """New image item at a height: 0 is the picture's, the outline's is 5."""
-        return self.place(pg.ImageItem(axisOrder="row-major"), z)
+    def add_layer(self, z: float) -> PixelItem:
+        """New picture at a height: 0 is the view's own, stripes and lines are at 4 and 5."""
+        return self.place(PixelItem(z))
 
     def add_hatch(self, z: float) -> Hatch:
         """New stripes over all of the frame, at a height."""
@@ -74,9 +86,8 @@ class ImageView(pg.GraphicsView):
         self._hatches.append(hatch)
         return hatch
 
-    def place(self, item: pg.ImageItem, z: float) -> pg.ImageItem:
-        """Take an image item into the scene at a height."""
-        item.setZValue(z)
+    def place(self, item: PixelItem) -> PixelItem:
+        """Take a picture into the scene."""
         self.addItem(item)
         return item
 
@@ -86,15 +97,32 @@ class ImageView(pg.GraphicsView):
         for hatch in self._hatches:
             hatch.set_rect(self._frame)
 
-    def set_picture(self, pixels: NDArray[np.uint8] | None, table: NDArray[np.uint8] | None = None) -> None:
-        """Show RGB pixels (H, W, 3), or indices (H, W) through a table (256, 4); None shows the message."""
+    def set_picture(
+        self,
+        pixels: NDArray[np.uint8] | None,
+        table: NDArray[np.uint8] | None = None,
+        faded: NDArray[np.bool_] | None = None,
+    ) -> None:
+        """Show RGB pixels (H, W, 3), or indices (H, W) through a table (256, 4); None shows the message.
+
+        Where `faded`, bool (H, W), indices are shown in grey.
+        """
         self.hatch.setVisible(pixels is not None and table is not None)
-        self.outline.setVisible(pixels is not None)
         if pixels is None:
             self.image.clear()
+        elif table is None:
+            self.image.set_rgb(pixels)
         else:
-            self.image.setImage(pixels, autoLevels=False, lut=table)
+            self.image.set_indices(pixels, table, faded)
+        self._show_layers()
         self.viewport().update()
+
+    def _show_layers(self) -> None:
+        """What lies over the picture goes with it; names need room."""
+        has_picture = self.image.image is not None
+        self.lines.setVisible(has_picture)
+        self.stripes.setVisible(has_picture)
+        self.names.setVisible(has_picture and self.share > _SHARE_FOR_NAMES)
 
     def set_message(self, text: str) -> None:
         """Text for the middle of the view while it has no picture."""
@@ -110,18 +138,36 @@ class ImageView(pg.GraphicsView):
 
     def show_transform(self, transform: ViewTransform) -> None:
         """Show what the transform says."""
-        scale, size, ratio = transform.scale, self.viewport().size(), self.devicePixelRatioF()
+        scale, size, ratio = transform.scale * self.share, self.viewport().size(), self.devicePixelRatioF()
+        width, height = round(self._frame.width()), round(self._frame.height())
         # whole device pixels: at 1:1 every image pixel then covers exactly one
         dx = round((size.width() / 2 - transform.x * scale) * ratio) / ratio
         dy = round((size.height() / 2 - transform.y * scale) * ratio) / ratio
         drawn = QTransform(scale, 0, 0, scale, dx, dy)
+        self.sampling = Sampling(
+            scale * ratio,
+            round(dx * ratio),
+            round(dy * ratio),
+            (round(size.width() * ratio), round(size.height() * ratio)),
+            (width, height),
+        )
         self.setTransform(drawn)
+        self._show_layers()
         # the visible part as scene rectangle leaves nothing to scroll
         self.setSceneRect(drawn.inverted()[0].mapRect(QRectF(QRect(0, 0, size.width(), size.height()))))
         self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, scale * ratio < 1)
-        for item in (self.outline, *self._cross):
+        for item in self._cross:
             item.set_pixel_size(1 / scale)
         self.preview.set_pixel_size(1 / scale)
+
+    @property
+    def pixel_ratio(self) -> int:
+        """Whole device pixels that make one of the screen's."""
+        return max(round(self.devicePixelRatioF()), 1)
+
+    def write_names(self, names: Mapping[int, str], points: Mapping[int, InnerPoint]) -> None:
+        """Write names by label at inner points of their blocks."""
+        self.names.set_names(names, points, self._frame)
 
     def to_image(self, position: QPointF) -> QPointF:
         """Image coordinates of the middle of the screen pixel at a position in the viewport.

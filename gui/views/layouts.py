@@ -1,6 +1,8 @@
-"""Which views there are, how they are called, and how they can be arranged."""
+"""Which views there are, how they are called, and where they stand. No Qt."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 CELLS = {
     "colour": ("Colour + blocks", ""),
@@ -11,21 +13,25 @@ CELLS = {
 }
 """Views of a frame and its results: name -> title, and the unit of its colours."""
 
-_SQUARE, _LINE = ((0, 0), (0, 1), (1, 0), (1, 1)), ((0, 0), (0, 1), (0, 2), (0, 3))
 _FIRST_THREE = ("colour", "depth-in", "depth-out")
 GRIDS = {
-    "grid": dict(zip((*_FIRST_THREE, "expected-error"), _SQUARE, strict=True)),
-    "grid-difference": dict(zip((*_FIRST_THREE, "difference"), _SQUARE, strict=True)),
-    "grid-extraction": dict(zip(("colour", "depth-in", "extraction", "depth-out"), _SQUARE, strict=True)),
-    "row": dict(zip((*_FIRST_THREE, "expected-error"), _LINE, strict=True)),
+    "grid": ((*_FIRST_THREE, "expected-error"), 2),
+    "grid-difference": ((*_FIRST_THREE, "difference"), 2),
+    "grid-extraction": (("colour", "depth-in", "extraction", "depth-out"), 2),
+    "row": ((*_FIRST_THREE, "expected-error"), 4),
 }
-"""Layouts of several views: name -> view -> row and column."""
+"""Layouts of several views of one size: name -> views, row by row, and how many stand in a row."""
+
+CORRECT = "correct"
+"""One large view and others as small ones, any of which may take the large one's place."""
+CORRECT_VIEWS = (*_FIRST_THREE, "expected-error")
 
 LAYOUT_TEXTS = {
     "grid": "Four views",
     "grid-difference": "Four, difference",
     "grid-extraction": "Four, extraction",
     "row": "Side by side",
+    CORRECT: "Correct",
     **{name: title for name, (title, _) in CELLS.items()},
     "extraction": "Extraction",
 }
@@ -33,3 +39,70 @@ LAYOUT_TEXTS = {
 
 LAYOUTS = tuple(LAYOUT_TEXTS)
 """The same names, in the order of the menu."""
+
+_GAP = 1
+_SMALL_SHARES = (0.2, 0.36)
+"""Least and largest share of the room's side that the small views of `CORRECT` take."""
+_SHARES_TRIED = 33
+
+
+class Place(NamedTuple):
+    """Where a cell stands in its room [screen pixels]."""
+
+    left: int
+    top: int
+    width: int
+    height: int
+
+    def picture_area(self, aspect: float, strip: int) -> float:
+        """What a picture of this width over height covers, below a title strip of this height."""
+        height = max(self.height - strip, 0)
+        width = min(float(self.width), height * aspect)
+        return width * width / aspect
+
+
+def grid_places(count: int, columns: int, width: int, height: int) -> list[Place]:
+    """Cells of one size, row by row."""
+    columns = min(columns, count)
+    rows = -(-count // columns)
+    across, down = (width - (columns - 1) * _GAP) // columns, (height - (rows - 1) * _GAP) // rows
+    return [
+        Place(index % columns * (across + _GAP), index // columns * (down + _GAP), across, down)
+        for index in range(count)
+    ]
+
+
+def correct_places(small: int, width: int, height: int, aspect: float, strip: int) -> list[Place]:
+    """The large cell, then `small` others at its right or below: wherever the pictures become largest.
+
+    Parameters
+    ----------
+    small : int
+        How many small cells there are.
+    width, height : int
+        Of the room.
+    aspect : float
+        The frame's width over its height.
+    strip : int
+        Height of the cells' title strips.
+    """
+    low, high = _SMALL_SHARES
+    shares = [low + (high - low) * step / (_SHARES_TRIED - 1) for step in range(_SHARES_TRIED)]
+    choices = [beside(small, width, height, share) for beside in (_at_the_right, _below) for share in shares]
+    return max(choices, key=lambda places: sum(place.picture_area(aspect, strip) for place in places))
+
+
+def _at_the_right(small: int, width: int, height: int, share: float) -> list[Place]:
+    column = round(share * width)
+    left = width - column
+    stacked = grid_places(small, 1, column, height)
+    return [Place(0, 0, left - _GAP, height), *(place._replace(left=left) for place in stacked)]
+
+
+def _below(small: int, width: int, height: int, share: float) -> list[Place]:
+    row = round(share * height)
+    top = height - row
+    return [
+        Place(0, 0, width, top - _GAP),
+        *(place._replace(top=top) for place in grid_places(small, small, width, row)),
+    ]

@@ -2,34 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QPoint, QSize, Qt, Signal
-from PySide6.QtGui import QPainterPath
-from PySide6.QtWidgets import QGridLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtCore import QEvent, QPoint, QRect, QSize, Qt, Signal
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
 from gui import theme
 from gui.views.stage_cell import StageCell
 from ilf.drawing.levels import robust_depth_levels
 
+from .block_names import InnerPoint, inner_points
 from .colour_maps import depth_table
 from .empty_hint import EmptyHint
-from .layouts import CELLS, GRIDS, LAYOUTS
+from .layouts import CELLS, CORRECT, CORRECT_VIEWS, GRIDS, LAYOUTS, correct_places, grid_places
 from .navigation import Navigation
-from .overlay import BlockOverlay, block_outline
+from .overlay import BlockOverlay
 from .pointer import PointerHandler
 from .preview import Preview
 from .result_cells import DepthCell, DifferenceCell, ErrorCell, missing_brush
+from .screen_layers import ScreenLayers
 from .view_cell import ViewCell
 from .view_transform import ViewTransform
 
 _NO_RESULT = "No result yet"
+_LEAST_ROOM = QSize(256, 192)
 
 
 class LinkedViews(QWidget):
     """Six views of one frame, up to four at a time, with one pan, one zoom and one crosshair.
+
+    A small view beside a large one shows the same part of the frame, smaller.
 
     The left button goes to the pointer handler first and pans if that does not want it; the middle button and
     space + left pan; the wheel zooms at the cursor; arrows, plus and minus do the same by keyboard.
@@ -52,13 +57,17 @@ class LinkedViews(QWidget):
         super().__init__(parent)
         self._transform = ViewTransform()
         self._navigation = Navigation(self._transform, self)
+        self._measured: NDArray[np.float32] | None = None
         self._depth_in: NDArray[np.float32] | None = None
         self._depth_out: NDArray[np.float32] | None = None
         self._guessed: NDArray[np.bool_] | None = None
         self._depth_map = "turbo"
         self._levels = (0.0, 1.0)
-        self._selected: tuple[int, ...] = ()
+        self._stale: NDArray[np.bool_] | None = None
+        self._names: Mapping[int, str] | None = None
+        self._shows_missing = self._distrusts = False
         self._layout_name = self._layout_before = "grid"
+        self._large = CORRECT_VIEWS[0]
 
         handle = self._navigation.handle
         colour = ViewCell(*CELLS["colour"], handle)
@@ -69,15 +78,13 @@ class LinkedViews(QWidget):
         cells = (colour, *self._depths, self._difference, self._error, self.extraction)
         self.cells: dict[str, ViewCell] = dict(zip((*CELLS, "extraction"), cells, strict=True))
         self._views = [cell.view for cell in self.cells.values()]
-        self._overlay = BlockOverlay()
-        self.cells["colour"].view.place(self._overlay.item, 1)
+        self._overlay = BlockOverlay(1)
+        self.cells["colour"].view.place(self._overlay.item)
+        self._layers = ScreenLayers(self.cells["colour"].view)
 
         self._hint = EmptyHint()
-        self._sheet = QWidget()
-        self._sheet.setObjectName("sheet")
-        self._grid = QGridLayout(self._sheet)
-        self._grid.setContentsMargins(0, 0, 0, 0)
-        self._grid.setSpacing(1)
+        self._sheet = _Sheet()
+        self._sheet.resized.connect(self._place)
         self._pages = QStackedWidget()
         self._pages.addWidget(self._hint)
         self._pages.addWidget(self._sheet)
@@ -88,7 +95,7 @@ class LinkedViews(QWidget):
         for name, cell in self.cells.items():
             # before it is made visible: without a parent it would be a window
             cell.setParent(self._sheet)
-            cell.strip.doubleClicked.connect(lambda name=name: self._toggle_single(name))
+            cell.strip.doubleClicked.connect(lambda name=name: self._enlarge(name))
             cell.view.resized.connect(self._fit_to_room)
         for name in ("depth-out", "difference", "expected-error"):
             self.cells[name].view.set_message(_NO_RESULT)
@@ -101,25 +108,25 @@ class LinkedViews(QWidget):
 
     # the frame and its result
 
-    def set_frame(self, rgb: NDArray[np.uint8], depth_in: NDArray[np.float32]) -> None:
-        """Show a new frame, fitted, with depth levels of its own; blocks, result and preview go.
+    def set_frame(self, rgb: NDArray[np.uint8], measured: NDArray[np.float32]) -> None:
+        """Show a new frame, fitted, with depth levels of its own; blocks, result, distrust and preview go.
 
         Parameters
         ----------
         rgb : ndarray
             Colour, uint8 (H, W, 3).
-        depth_in : ndarray
-            Depth [m], float32 (H, W), NaN = missing.
+        measured : ndarray
+            Depth [m], float32 (H, W), NaN = missing; what of it is distrusted, `set_distrusted` says.
 
         Raises
         ------
         ValueError
             If the shapes differ.
         """
-        if rgb.shape != (*depth_in.shape, 3):
-            raise ValueError(f"colour {rgb.shape} and depth {depth_in.shape} do not show the same pixels")
-        height, width = depth_in.shape
-        self._depth_in = depth_in
+        if rgb.shape != (*measured.shape, 3):
+            raise ValueError(f"colour {rgb.shape} and depth {measured.shape} do not show the same pixels")
+        height, width = measured.shape
+        self._measured = self._depth_in = measured
         self._transform.set_frame(width, height)
         self._navigation.set_frame((width, height))
         for view in self._views:
@@ -128,27 +135,37 @@ class LinkedViews(QWidget):
         self.cells["colour"].view.set_picture(rgb)
         self.auto_levels()
         self._pages.setCurrentWidget(self._sheet)
-        self._fit_to_room()
+        self._place()
 
     def clear(self) -> None:
         """Show no frame, only the hint how to open one."""
-        self._depth_in = None
+        self._measured = self._depth_in = None
         self._navigation.set_frame(None)
         self._forget()
         self._pages.setCurrentWidget(self._hint)
 
     def _forget(self) -> None:
         self._overlay.clear()
+        self._layers.set_blocks(None)
         self.set_selected(())
+        self.set_distrusted(None)
+        self._write_names()
         self.set_preview(None)
         self.set_result(None)
         self.set_expected_error(None)
         self.extraction.show_message("")
 
-    def set_result(self, depth_out: NDArray[np.float32] | None, guessed: NDArray[np.bool_] | None = None) -> None:
+    def set_result(
+        self,
+        depth_out: NDArray[np.float32] | None,
+        guessed: NDArray[np.bool_] | None = None,
+        stale: NDArray[np.bool_] | None = None,
+    ) -> None:
         """Show completed depth [m], float32 (H, W), NaN where not recovered, and its difference; None for none.
 
-        With `guessed`, bool (H, W), part of it is a guess, which is marked.
+        With `guessed`, bool (H, W), part of it is a guess, and with `stale`, bool (H, W), part of it is of an older
+        state of its block: both are marked. What has not changed since the last call is not drawn again; the arrays may
+        be the same ones, changed in place.
 
         Raises
         ------
@@ -157,9 +174,41 @@ class LinkedViews(QWidget):
         """
         if depth_out is not None and (self._depth_in is None or depth_out.shape != self._depth_in.shape):
             raise ValueError(f"a result of shape {depth_out.shape} does not belong to the frame shown")
-        self._depth_out, self._guessed = depth_out, guessed
+        self._depth_out, self._guessed, self._stale = depth_out, guessed, stale
         self._draw_depths()
         self._difference.show_difference(self._depth_in, depth_out)
+
+    def set_distrusted(self, mask: NDArray[np.bool_] | None) -> None:
+        """Mark measured depth that is known to be wrong, bool (H, W), and take it for missing; None for none.
+
+        Raises
+        ------
+        ValueError
+            If there is no frame or the shape is not its shape.
+        """
+        if mask is not None and (self._measured is None or mask.shape != self._measured.shape):
+            raise ValueError(f"a mask of shape {mask.shape} does not belong to the frame shown")
+        # where nothing was measured there is nothing to distrust
+        wrong = None if mask is None or self._measured is None else mask & np.isfinite(self._measured)
+        if wrong is None or self._measured is None:
+            self._depth_in = self._measured
+        else:
+            self._depth_in = np.where(wrong, np.float32(np.nan), self._measured)
+        self._layers.set_distrusted(wrong)
+        self._difference.show_difference(self._depth_in, self._depth_out)
+        self._show_marks(wrong is not None)
+
+    def set_missing_shown(self, on: bool) -> None:
+        """Whether missing depth is striped over the colour image."""
+        self._shows_missing = on
+        self._show_marks(self._distrusts)
+
+    def _show_marks(self, distrusts: bool) -> None:
+        self._distrusts = distrusts
+        shown = self._shows_missing and self._measured is not None
+        self._layers.set_missing(~np.isfinite(self._measured) if shown and self._measured is not None else None)
+        for name, cell in self.cells.items():
+            cell.set_marks(missing=shown and name == "colour", distrusted=distrusts)
 
     def set_expected_error(self, error: NDArray[np.float32] | None) -> None:
         """Show the expected error [m] of filled pixels, float32 (H, W), NaN elsewhere; None for none.
@@ -172,6 +221,10 @@ class LinkedViews(QWidget):
         if error is not None and (self._depth_in is None or error.shape != self._depth_in.shape):
             raise ValueError(f"an expected error of shape {error.shape} does not belong to the frame shown")
         self._error.show_error(self._depth_in, error)
+
+    def mark_error_outdated(self, outdated: bool) -> None:
+        """Say whether the expected error shown is of a result before the present one."""
+        self._error.strip.set_text("of the result before" if outdated else "")
 
     @property
     def shows_expected_error(self) -> bool:
@@ -203,21 +256,36 @@ class LinkedViews(QWidget):
         if self._depth_in is None or labels.shape != self._depth_in.shape:
             raise ValueError(f"a label map of shape {labels.shape} does not belong to the frame shown")
         self._overlay.set_blocks(labels, colour_table)
-        self._draw_outline()
+        self._layers.set_blocks(self._overlay.labels, self._overlay.colours)
+        self._write_names()
+
+    def add_colours(self, colour_table: NDArray[np.uint8]) -> None:
+        """Take a table that begins as the present one and has colours for further labels."""
+        self._overlay.add_colours(colour_table)
+        self._layers.add_colours(self._overlay.colours)
 
     def update_blocks_region(self, rows: slice, columns: slice, labels: NDArray[np.int32]) -> None:
         """Replace the labels of a box by an int32 array of the box's shape; its labels must have colours."""
-        self._overlay.update_region(rows, columns, labels)
-        self._draw_outline()
+        self._overlay.update_region((rows, columns), labels)
+        self._layers.update_region((rows, columns))
 
     def set_overlay_opacity(self, opacity: float) -> None:
         """Opacity of the blocks' fills, 0-1."""
         self._overlay.set_opacity(opacity)
 
+    def set_contours_only(self, on: bool) -> None:
+        """Whether blocks have lines in their colours and no fill."""
+        self._overlay.set_filled(not on)
+        self._layers.set_in_colours(on)
+
+    def set_block_names(self, names: Mapping[int, str] | None) -> None:
+        """Write names by label at places inside the blocks as they are now; None for none."""
+        self._names = names
+        self._write_names()
+
     def set_selected(self, labels: Iterable[int]) -> None:
-        """Outline these blocks in all views."""
-        self._selected = tuple(labels)
-        self._draw_outline()
+        """Draw a wider line around these blocks in all views."""
+        self._layers.set_selected(labels)
 
     def set_preview(self, preview: Preview | None) -> None:
         """Draw what a tool is about to do in all views; None removes it."""
@@ -280,45 +348,72 @@ class LinkedViews(QWidget):
             raise ValueError(f"layout must be one of {', '.join(LAYOUTS)}, not {name!r}")
         if name == self._layout_name:
             return
-        if self._layout_name in GRIDS:
+        if len(self._shown_names()) > 1:
             self._layout_before = self._layout_name
         self._layout_name = name
         self._arrange()
         self.layoutChanged.emit(name)
 
-    def _toggle_single(self, name: str) -> None:
-        self.set_layout(self._layout_before if self._layout_name == name else name)
+    @property
+    def layout_name(self) -> str:
+        """Which of `LAYOUTS` is shown."""
+        return self._layout_name
 
-    def _shown(self) -> list[ViewCell]:
-        return [self.cells[name] for name in GRIDS.get(self._layout_name, (self._layout_name,))]
+    def toggle_layout(self, name: str) -> None:
+        """Show a layout, or, if it is shown, the one of several views before it."""
+        back = self._layout_before if self._layout_before != name else LAYOUTS[0]
+        self.set_layout(back if self._layout_name == name else name)
+
+    def _enlarge(self, name: str) -> None:
+        """A double-click on a title: the large place for a small view, else all of the room, or back."""
+        if self._layout_name == CORRECT and name != self._large:
+            self._large = name
+            self._arrange()
+        else:
+            self.toggle_layout(name)
+
+    def _shown_names(self) -> tuple[str, ...]:
+        """Views of the present layout; the first is the one that the others go by."""
+        if self._layout_name == CORRECT:
+            return (self._large, *(name for name in CORRECT_VIEWS if name != self._large))
+        return GRIDS[self._layout_name][0] if self._layout_name in GRIDS else (self._layout_name,)
 
     def _arrange(self) -> None:
-        shown = self._shown()
-        places = tuple(GRIDS.get(self._layout_name, {self._layout_name: (0, 0)}).values())
-        for cell in self.cells.values():
-            self._grid.removeWidget(cell)
-            cell.setVisible(cell in shown)
-        for cell, (row, column) in zip(shown, places, strict=True):
-            self._grid.addWidget(cell, row, column)
-        rows, columns = (max(place[axis] for place in places) for axis in (0, 1))
-        for index in range(len(self.cells)):
-            self._grid.setRowStretch(index, int(index <= rows))
-            self._grid.setColumnStretch(index, int(index <= columns))
+        shown = self._shown_names()
+        for name, cell in self.cells.items():
+            cell.setVisible(name in shown)
+        self._place()
+
+    def _place(self) -> None:
+        """Give the cells their places, and show all of the frame that was shown before."""
+        names, room = self._shown_names(), self._sheet.size()
+        size = room.width(), room.height()
+        if self._layout_name == CORRECT:
+            strip = self.cells["colour"].strip.height()
+            places = correct_places(len(names) - 1, *size, self._transform.aspect, strip)
+        else:
+            places = grid_places(len(names), GRIDS[self._layout_name][1] if len(names) > 1 else 1, *size)
+        for name, place in zip(names, places, strict=True):
+            self.cells[name].setGeometry(QRect(*place))
         self._fit_to_room()
 
     def _fit_to_room(self) -> None:
-        sizes = [cell.view.viewport().size() for cell in self._shown()]
-        room = QSize(min(size.width() for size in sizes), min(size.height() for size in sizes))
-        self._transform.set_view(room.width(), room.height())
+        """Show what the transform says in views of the size that they have now."""
+        names = self._shown_names()
+        sizes = [self.cells[name].view.viewport().size() for name in names]
+        self._transform.set_view(sizes[0].width(), sizes[0].height())
+        for name, view_size in zip(names, sizes, strict=True):
+            self.cells[name].view.share = self._transform.share(view_size.width(), view_size.height())
         self._show_transform()
 
     def _show_transform(self) -> None:
         for view in self._views:
             view.show_transform(self._transform)
+        self._layers.show([self.cells[name].view for name in self._shown_names()])
 
     def _move_cursor(self, pixel: tuple[int, int] | None) -> None:
-        for view in self._views:
-            view.show_cursor(pixel)
+        for cell in self.cells.values():
+            cell.show_cursor(pixel)
         self.cursorMoved.emit(pixel)
 
     def _set_cursor_shape(self, shape: Qt.CursorShape) -> None:
@@ -329,17 +424,14 @@ class LinkedViews(QWidget):
 
     def _draw_depths(self) -> None:
         depth_in, depth_out = self._depths
-        depth_in.show_depth(self._depth_in, self._levels, self._depth_table)
-        depth_out.show_depth(self._depth_out, self._levels, self._depth_table, self._guessed)
+        depth_in.show_depth(self._measured, self._levels, self._depth_table)
+        depth_out.show_depth(self._depth_out, self._levels, self._depth_table, self._guessed, self._stale)
 
-    def _draw_outline(self) -> None:
-        labels = self._overlay.labels
-        path = QPainterPath()
-        if labels is not None:
-            for label in self._selected:
-                path.addPath(block_outline(labels, label))
+    def _write_names(self) -> None:
+        labels, names = self._overlay.labels, self._names or {}
+        points: dict[int, InnerPoint] = inner_points(labels) if labels is not None and names else {}
         for view in self._views:
-            view.outline.set_path(path)
+            view.write_names(names, points)
 
     def _take_theme(self) -> None:
         colours = theme.colours(self.palette())
@@ -355,3 +447,18 @@ class LinkedViews(QWidget):
         if event.type() == QEvent.Type.PaletteChange:
             self._take_theme()
         super().changeEvent(event)
+
+
+class _Sheet(QWidget):
+    """What the cells stand on; says when there is other room for them."""
+
+    resized = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("sheet")
+        self.setMinimumSize(_LEAST_ROOM)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.resized.emit()

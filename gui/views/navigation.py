@@ -96,9 +96,7 @@ class Navigation(QObject):
                 return self._context_menu(view, event)
             case QKeyEvent():
                 return self._key(event)
-        if event.type() == QEvent.Type.FocusOut:
-            self.set_space(False)
-        elif event.type() == QEvent.Type.Leave:
+        if event.type() == QEvent.Type.Leave:
             self._set_pixel(None)
             self._send(PointerKind.LEAVE, view, self._last)
         return False
@@ -108,7 +106,7 @@ class Navigation(QObject):
         self._last = position
         match event.type():
             case QEvent.Type.MouseMove if self._drag is _Drag.PAN:
-                self._pan(moved.x(), moved.y())
+                self._pan(moved.x() / view.share, moved.y() / view.share)
             case QEvent.Type.MouseMove:
                 self._set_pixel(self._pixel_at(view.to_image(position)))
                 kind = PointerKind.MOVE if self._drag is _Drag.TOOL else PointerKind.HOVER

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Signal
 
 from gui.state.session import Session
 from gui.state.workspace import Workspace
@@ -13,52 +13,99 @@ from ilf.blocks import Box
 
 
 class ViewsPresenter(QObject):
-    """Pictures of the frame, overlay and outlines of its blocks, depth out."""
+    """Pictures of the frame, overlay and lines of its blocks, depth out.
+
+    Signals
+    -------
+    names_switched()
+        `show_blocks` would write names, or none.
+    """
+
+    names_switched = Signal()
 
     def __init__(self, workspace: Workspace, views: LinkedViews) -> None:
         super().__init__(views)
         self._workspace = workspace
         self._views = views
         self._shown: Session | None = None
+        self._distrusted: NDArray[np.bool_] | None = None
         self._table: NDArray[np.uint8] | None = None
         self._boxes: list[Box] = []
-        workspace.labels_changed.connect(self._boxes.append)
-        workspace.stroke_changed.connect(self._boxes.append)
+        self._colours_hold = False
+        self._names_hold = False
+        self._shows_names = False
+        for signal in (workspace.labels_changed, workspace.stroke_changed):
+            signal.connect(self._boxes.append)
+        for other in (workspace.infos_changed, workspace.session_changed, workspace.selection_changed):
+            other.connect(self._doubt_colours)
+        workspace.labels_changed.connect(self._doubt_names)
 
     def show_frame(self) -> None:
         """Colour and depth in, if they are not there yet; the rest of the pictures goes with the frame before."""
         session = self._workspace.session if self._workspace.has_session else None
-        if session is self._shown:
-            return
-        self._shown, self._table = session, None
-        if session is None:
-            self._views.clear()
-        else:
-            self._views.set_frame(session.frame.rgb, session.frame.depth)
+        if session is not self._shown:
+            self._shown, self._table, self._distrusted = session, None, None
+            if session is None:
+                self._views.clear()
+            else:
+                self._views.set_frame(session.frame.rgb, session.frame.measured)
+        if session is not None and session.frame.distrusted is not self._distrusted:
+            self._distrusted = session.frame.distrusted
+            self._views.set_distrusted(self._distrusted)
 
     def show_blocks(self) -> None:
-        """The overlay: all of it if colours have changed, else the boxes that have; and the chosen blocks' outlines."""
+        """The blocks: all of them if colours have changed, else the boxes that have; which are chosen; their names."""
         boxes = self._boxes.copy()
         self._boxes.clear()
         if not self._workspace.has_session:
             return
         session = self._workspace.session
-        table = colour_table(session)
-        if self._table is None or not np.array_equal(table, self._table):
+        table = self._colour_table(session, boxes)
+        if self._table is None or not np.array_equal(table[: len(self._table)], self._table):
             self._views.set_blocks(session.labels, table)
         else:
+            if len(table) > len(self._table):
+                self._views.add_colours(table)
             for box in boxes:
                 self._views.update_blocks_region(*box, session.labels[box])
         self._table = table
         self._views.set_selected(session.selected)
+        if not self._names_hold:
+            self._names_hold = True
+            names = {label: session.info(label).name for label in session.counts()} if self._shows_names else None
+            self._views.set_block_names(names)
+
+    def show_names(self, on: bool) -> None:
+        """Write the blocks' names over the pictures, or not."""
+        self._shows_names = on
+        self._names_hold = False
+        self.names_switched.emit()
+
+    def _colour_table(self, session: Session, boxes: list[Box]) -> NDArray[np.uint8]:
+        """The table as it was where nothing can have changed it, as in a stroke with a block that has a colour."""
+        if self._table is None:
+            top, known = int(session.labels.max()), 0
+        else:
+            top, known = max((int(session.labels[box].max()) for box in boxes), default=0), len(self._table) - 1
+        if self._table is None or not self._colours_hold or top > known:
+            self._colours_hold = True
+            return colour_table(session, max(top, known))
+        return self._table
+
+    def _doubt_colours(self) -> None:
+        self._colours_hold = self._names_hold = False
+
+    def _doubt_names(self) -> None:
+        self._names_hold = False
 
     def show_depth(self) -> None:
-        """The completed depth as far as it goes, with that of the blocks that run."""
+        """The depth as far as it is completed, with that of the blocks that run, and what of it is stale."""
         if self._workspace.has_session:
             session = self._workspace.session
             completion = session.completion()
             guessed = completion.guessed if completion is not None and completion.guessed.any() else None
-            self._views.set_result(session.present_depth(), guessed)
+            depth = session.present_depth()
+            self._views.set_result(depth, guessed, None if depth is None else session.stale)
 
     def show_other(self, labels: NDArray[np.int32], depth: NDArray[np.float32] | None) -> None:
         """Show other blocks of the present frame, int32 (H, W), and other completed depth [m], None for none, for a
@@ -83,9 +130,9 @@ class ViewsPresenter(QObject):
             )
 
 
-def colour_table(session: Session, least: int = 0) -> NDArray[np.uint8]:
-    """RGBA by label for the overlay, up to `least` and all chosen labels; hidden blocks are transparent."""
-    top = max([int(session.labels.max()), least, *session.selected])
+def colour_table(session: Session, least: int) -> NDArray[np.uint8]:
+    """RGBA by label for the overlay, up to `least` or any chosen label; hidden blocks are transparent."""
+    top = max([*session.selected, least])
     table = np.zeros((top + 1, 4), np.uint8)
     for label in range(1, top + 1):
         info = session.info(label)

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QPainter, QPainterPath, QPen
+from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
-_LINE, _HALO, _AREA = QColor(255, 221, 51), QColor(0, 0, 0, 200), QColor(255, 221, 51, 110)
+_LINE, _HALO, _SHADE = QColor(255, 221, 51), QColor(0, 0, 0, 200), QColor(0, 0, 0, 110)
 _WIDTH = 2.0
 _HANDLE = 4.0
 
@@ -27,7 +27,7 @@ class Preview:
     dashed : bool
         Whether the line is only offered.
     area : QPainterPath, optional
-        Filled, translucent.
+        Shaded and hatched.
     """
 
     line: QPainterPath
@@ -78,7 +78,8 @@ class PreviewItem(QGraphicsItem):
         if preview is None:
             return
         if preview.area is not None:
-            painter.fillPath(preview.area, _AREA)
+            painter.fillPath(preview.area, _SHADE)
+            painter.fillPath(preview.area, QBrush(_LINE, Qt.BrushStyle.BDiagPattern))
         # straight lines along the pixels' edges are clearer without; others are not
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         for colour, width in ((_HALO, _WIDTH + 2), (_LINE, _WIDTH)):

@@ -92,6 +92,8 @@ class StageCell(ViewCell):
         layout = QHBoxLayout(self.strip)
         layout.setContentsMargins(self.strip.caption_end, 1, 0, 1)
         layout.addWidget(self._picker, 0, Qt.AlignmentFlag.AlignLeft)
+        # its blocks are others than those of the frame
+        self.view.has_lines = False
         self._table = strength_table()
         self.bar.set_table(self._table)
         self.stage = "blocks"
@@ -112,7 +114,7 @@ class StageCell(ViewCell):
 
     def show_picture(self, stage: str, picture: NDArray[np.uint8], extraction: Extraction) -> None:
         """Show what `stages.stage_picture` gives for a stage of an extraction."""
-        self.strip.set_legend([(QBrush(QColor(*colour)), text) for colour, text in stage_legend(stage, extraction)])
+        self.set_legend([(QBrush(QColor(*colour)), text) for colour, text in stage_legend(stage, extraction)])
         self.strip.set_text(stage_count(stage, extraction))
         self.view.set_picture(picture, self._table if picture.ndim == 2 else None)
         self.bar.set_levels((0.0, 1.0) if stage == "strength" else None)
@@ -122,7 +124,7 @@ class StageCell(ViewCell):
         self.view.set_message(message)
         self.view.set_picture(None)
         self.bar.set_levels(None)
-        self.strip.set_legend([])
+        self.set_legend([])
         self.strip.set_text("")
 
     def resizeEvent(self, event: QResizeEvent) -> None:

@@ -1,12 +1,12 @@
-"""One cell of the linked views: a thin title strip with its legend, the picture and its colour bar."""
+"""One cell of the linked views: a thin title strip with its legend, the picture, and the colour bar over it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QEvent, QRect, Qt, Signal
-from PySide6.QtGui import QBrush, QMouseEvent, QPainter, QPaintEvent
-from PySide6.QtWidgets import QGridLayout, QWidget
+from PySide6.QtCore import QEvent, QPointF, QRect, Qt, Signal
+from PySide6.QtGui import QBrush, QColor, QMouseEvent, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from gui.theme import Colours
 
@@ -15,9 +15,16 @@ from .image_view import ImageView
 
 EventHandler = Callable[[ImageView, QEvent], bool]
 
-_PAD = 8
-_SWATCH = 11
+_PAD = 6
+_SWATCH = 10
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+_MISSING = QColor(230, 230, 230), Qt.BrushStyle.FDiagPattern
+_DISTRUSTED = QColor(255, 144, 32), Qt.BrushStyle.BDiagPattern
+_BAR_MARGIN = 6
+_BAR_SHARE = 0.62
+"""Most of the picture's height that the colour bar takes."""
+_BAR_HEIGHTS = (84, 240)
+"""Least and largest height of the colour bar; a view with less room has none."""
 
 
 class TitleStrip(QWidget):
@@ -32,10 +39,10 @@ class TitleStrip(QWidget):
         self._text = ""
         self._colours: Colours | None = None
         font = self.font()
-        font.setPointSizeF(font.pointSizeF() * 0.9)
+        font.setPointSizeF(font.pointSizeF() * 0.88)
         self.setFont(font)
-        self.setFixedHeight(self.fontMetrics().height() + 8)
-        self.setToolTip("Double-click to show this view alone, and again to go back")
+        self.setFixedHeight(self.fontMetrics().height() + 3)
+        self.setToolTip("Double-click to show this view large or alone, and again to go back")
 
     def set_colours(self, colours: Colours) -> None:
         """Take the colours of the theme."""
@@ -88,25 +95,62 @@ class TitleStrip(QWidget):
 
 
 class ViewCell(QWidget):
-    """Title strip over an image view, with its colour bar at the right.
+    """Title strip over an image view, whose colour bar lies over the picture's right side.
 
-    A view whose colours have no unit keeps an empty bar, so that the pictures of all cells line up.
+    The bar goes away while the cursor is at what it covers, in whichever view.
     """
 
     def __init__(self, title: str, unit: str, on_event: EventHandler) -> None:
         super().__init__()
         self.strip = TitleStrip(title)
         self.view = ImageView(on_event)
-        self.bar = ColourBar(unit)
-        layout = QGridLayout(self)
+        self.bar = ColourBar(unit, self)
+        layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
-        layout.addWidget(self.strip, 0, 0, 1, 2)
-        layout.addWidget(self.view, 1, 0)
-        layout.addWidget(self.bar, 1, 1)
+        layout.addWidget(self.strip)
+        layout.addWidget(self.view, 1)
+        self.bar.raise_()
+        self.missing = QBrush()
+        """What shows through where depth is missing."""
+        self._legend: list[tuple[QBrush, str]] = []
+        self._overlaid: list[tuple[QBrush, str]] = []
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
         """Take the colours of the theme."""
         self.strip.set_colours(colours)
         self.view.set_colours(colours, hatch)
         self.bar.set_colours(colours)
+        self.missing = hatch
+
+    def set_legend(self, legend: list[tuple[QBrush, str]]) -> None:
+        """What the picture's own colours stand for."""
+        self._legend = legend
+        self.strip.set_legend([*self._overlaid, *legend])
+
+    def set_marks(self, missing: bool, distrusted: bool) -> None:
+        """Which stripes lie over the picture, for the legend."""
+        marks = (missing, _MISSING, "missing"), (distrusted, _DISTRUSTED, "distrusted")
+        self._overlaid = [(QBrush(colour, pattern), text) for on, (colour, pattern), text in marks if on]
+        self.set_legend(self._legend)
+
+    def show_cursor(self, pixel: tuple[int, int] | None) -> None:
+        """Put the crosshair on a pixel (x, y); None hides it."""
+        self.view.show_cursor(pixel)
+        place = self.bar.geometry().translated(-self.view.pos()).adjusted(-_PAD, -_PAD, _PAD, _PAD)
+        self.bar.set_faded(
+            pixel is not None and place.contains(self.view.viewportTransform().map(QPointF(*pixel)).toPoint())
+        )
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        # at once, and not when Qt comes to it: what the view shows depends on its size
+        strip = self.strip.height()
+        self.strip.setGeometry(0, 0, self.width(), strip)
+        self.view.setGeometry(0, strip, self.width(), max(self.height() - strip, 0))
+        least, most = _BAR_HEIGHTS
+        room = self.view.height() - 2 * _BAR_MARGIN
+        height = min(max(round(_BAR_SHARE * room), least), most)
+        self.bar.setVisible(height <= room)
+        self.bar.move(self.width() - self.bar.width() - _BAR_MARGIN, strip + _BAR_MARGIN)
+        self.bar.setFixedHeight(height)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-FIT_MARGIN = 4
+FIT_MARGIN = 2
 """Screen pixels left free on each side of a fitted frame."""
 SMALLEST_SHARE = 0.25
 """Furthest out: the frame takes this share of the view that fits it."""
@@ -13,7 +13,7 @@ CLOSEST_PIXELS = 8
 class ViewTransform:
     """Image point in the middle of the views and screen pixels per image pixel.
 
-    Views may differ by some pixels in size; `set_view` takes the smallest, so a fitted frame is whole in each.
+    The scale is that of the view given by `set_view`; one of another size shows the same at its `share` of it.
     """
 
     def __init__(self) -> None:
@@ -33,6 +33,15 @@ class ViewTransform:
         self._view = (max(width, 1), max(height, 1))
         if self.fitted:
             self.fit()
+
+    @property
+    def aspect(self) -> float:
+        """Width over height of the frame."""
+        return self._frame[0] / self._frame[1]
+
+    def share(self, width: int, height: int) -> float:
+        """Scale of a view of this size over that of the view that was set: a frame fits both at once."""
+        return self._fitting(width, height) / self._fitting(*self._view)
 
     def fit(self) -> None:
         """Show the whole frame."""
@@ -68,7 +77,10 @@ class ViewTransform:
         self.fitted = False
 
     def _fit_scale(self) -> float:
-        room = (max(size - 2 * FIT_MARGIN, 1) for size in self._view)
+        return self._fitting(*self._view)
+
+    def _fitting(self, width: int, height: int) -> float:
+        room = (max(size - 2 * FIT_MARGIN, 1) for size in (width, height))
         return min(space / size for space, size in zip(room, self._frame, strict=True))
 
     def _keep_in_frame(self) -> None:

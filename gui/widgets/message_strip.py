@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Sequence
 
-from PySide6.QtCore import QEvent, QObject, Qt, QTimer
+from PySide6.QtCore import QEvent, QObject, QPoint, Qt, QTimer
 from PySide6.QtGui import QAction, QHideEvent, QKeyEvent
 from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QWidget
 
@@ -15,14 +16,21 @@ _MODIFIERS = frozenset({Qt.Key.Key_Shift, Qt.Key.Key_Control, Qt.Key.Key_Alt, Qt
 
 
 class MessageStrip(QLabel):
-    """One message, just above the status bar, which it never covers. The next click or key takes it away.
+    """One message, just above the status bar. The next click or key takes it away.
 
     A message may offer a command, which a click on it gives.
+
+    Parameters
+    ----------
+    window : QMainWindow
+    strips : sequence of QWidget
+        What stands above the status bar and is not to be covered either.
     """
 
-    def __init__(self, window: QMainWindow) -> None:
+    def __init__(self, window: QMainWindow, strips: Sequence[QWidget] = ()) -> None:
         super().__init__(window)
         self._window = window
+        self._strips = strips
         self._action: QAction | None = None
         self._listens = False
         self._over = QTimer(self, singleShot=True)
@@ -89,8 +97,9 @@ class MessageStrip(QLabel):
             self.resize(width, self.heightForWidth(width))
         else:
             self.resize(self.sizeHint())
-        bar = self._window.statusBar().geometry()
-        self.move(_MARGIN, bar.top() - self.height() - _MARGIN // 2)
+        below = [self._window.statusBar(), *(strip for strip in self._strips if strip.isVisible())]
+        top = min(widget.mapTo(self._window, QPoint()).y() for widget in below)
+        self.move(_MARGIN, top - self.height() - _MARGIN // 2)
 
     def _give_command(self, _: str) -> None:
         action = self._action

@@ -37,6 +37,7 @@ def add_command(commands: Commands) -> None:
     add_distrusted(parser)
     taken = parser.add_argument_group("blocks that there are")
     add_given_blocks(taken, "--from")
+    taken.add_argument("--around", action=_Around, metavar="PATH", help="the same as --from PATH --fill-gaps")
     taken.add_argument(
         "--keep", type=_numbers, metavar="N,N,...", help="only these blocks of them stay (default: all of them)"
     )
@@ -88,6 +89,13 @@ def run(arguments: argparse.Namespace) -> None:
     if not arguments.quiet:
         print("\n".join(_report(found, frame.known)))
         print("Written:", ", ".join([arguments.out, *map(str, pictures)]))
+
+
+class _Around(argparse.Action):
+    """Names blocks that stay as they are, while the others are extracted around them."""
+
+    def __call__(self, parser: object, namespace: argparse.Namespace, values: object, option: object = None) -> None:
+        namespace.blocks, namespace.fill_gaps = values, True
 
 
 def _report(found: LoadedBlocks, known: NDArray[np.bool_]) -> list[str]:

@@ -22,7 +22,7 @@ def to_indices(values: NDArray[np.floating], low: float, high: float) -> NDArray
 
 def robust_depth_levels(depth: NDArray[np.floating]) -> tuple[float, float]:
     """1st and 99th percentile of the known depth [m]; (0, 1) where nothing is known."""
-    known = _sample(depth)
+    known = _known_sample(depth)
     if known.size == 0:
         return 0.0, 1.0
     low, high = (float(level) for level in np.percentile(known, (1, 99)))
@@ -31,7 +31,7 @@ def robust_depth_levels(depth: NDArray[np.floating]) -> tuple[float, float]:
 
 def robust_error_levels(error: NDArray[np.floating]) -> tuple[float, float]:
     """Levels [mm] of a logarithmic scale: 1st and 99th percentile, widened to 1, 2 or 5 times a power of ten."""
-    known = _sample(error)
+    known = _known_sample(error)
     if known.size == 0:
         return 1.0, 10.0
     low, high = (float(level) for level in np.percentile(known, (1, 99)))
@@ -44,7 +44,7 @@ def robust_difference_level(difference: NDArray[np.floating]) -> float:
 
     The rounding keeps the colours steady while a run refreshes the view.
     """
-    known = _sample(difference)
+    known = _known_sample(difference)
     level = float(np.percentile(np.abs(known), 99)) if known.size else 0.0
     if level <= _SMALLEST_DIFFERENCE:
         return _SMALLEST_DIFFERENCE
@@ -57,10 +57,16 @@ def _round_up(value: float) -> float:
     return next(step * power for step in (1, 2, 5, 10) if step * power >= value * (1 - 1e-6))
 
 
-def _sample(values: NDArray[np.floating]) -> NDArray[np.floating]:
-    """At most about `_SAMPLES` finite values: enough for percentiles, quick enough for live refresh."""
+def sample(values: NDArray[np.floating]) -> NDArray[np.floating]:
+    """About `_SAMPLES` of an array's values, spread evenly: enough for percentiles, quick enough for live refresh.
+
+    Arrays of one shape give values of the same places; of what was sampled, all is taken.
+    """
     flat = values.ravel()
     # an odd stride does not fall in step with even image widths
-    stride = (flat.size // _SAMPLES) | 1
-    flat = flat[::stride]
-    return flat[np.isfinite(flat)]
+    return flat[:: (flat.size // _SAMPLES) | 1]
+
+
+def _known_sample(values: NDArray[np.floating]) -> NDArray[np.floating]:
+    few = sample(values)
+    return few[np.isfinite(few)]

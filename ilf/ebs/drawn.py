@@ -7,12 +7,9 @@ of its border links was made by an edit; to the filter, all of its border links 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..blocks import Box, within
-from .edit import LabelPatch, Labels
-
-Mask = NDArray[np.bool_]
+from .edit.patches import LabelPatch, Labels, Mask, grown
 
 
 def border_pixels(labels: Labels, box: Box | None = None) -> Mask:
@@ -37,7 +34,7 @@ def border_pixels(labels: Labels, box: Box | None = None) -> Mask:
     """
     if box is None:
         box = slice(0, labels.shape[0]), slice(0, labels.shape[1])
-    around = _grown(box, labels.shape)
+    around = grown(box, 1, labels.shape)
     seen = labels[around]
     return (_ends(*_border_links(seen)) & (seen > 0))[within(box, around)]
 
@@ -72,8 +69,8 @@ def redrawn(drawn: Mask | None, labels: Labels, patch: LabelPatch) -> tuple[Box,
     >>> now.tolist()
     [[False, True, True, False]]
     """
-    box = _grown(patch.box, labels.shape)
-    around = _grown(box, labels.shape)
+    box = grown(patch.box, 1, labels.shape)
+    around = grown(box, 1, labels.shape)
     before = labels[around].copy()
     after = before.copy()
     inside = within(patch.box, around)
@@ -98,11 +95,3 @@ def _ends(along_rows: Mask, along_columns: Mask) -> Mask:
     found[1:] |= along_columns
     found[:-1] |= along_columns
     return found
-
-
-def _grown(box: Box, shape: tuple[int, ...]) -> Box:
-    """One pixel more on every side, as far as there are any."""
-    rows, columns = (
-        slice(max(side.start - 1, 0), min(side.stop + 1, size)) for side, size in zip(box, shape, strict=True)
-    )
-    return rows, columns

@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..edges.relief import find_relief
 from ..frame import RGBDFrame
-from ..parameters import BlockParameters
-from ..per_frame import once_per_frame
+from ..per_frame import once_per_image
 from .edit import Stroke
+from .usual_relief import usual_relief
 
 _EDGE = 0.5
 """Edge strength from which on an edge is strong."""
 
-_COLOUR = 22.0
-"""How far a colour may be off that at the start, in Lab; lightness, which shading changes, counts half."""
+_COLOUR = (40, 16, 16)
+"""How far a colour may be off that at the start, in 8-bit Lab: more in lightness, which shading changes."""
 
 _DEPTH_SHARE = 0.15
 """How far depth may be off that at the start, as a share of it."""
 
 _INTO_EDGE = 3
 """How far [px] into the width of an edge a stroke may go on, as long as colour and depth are alike."""
-
 
 _CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
 
@@ -44,7 +44,7 @@ class Similar:
         self._mask = np.ones(frame.shape, bool)
         row, column = int(np.floor(y)), int(np.floor(x))
         if 0 <= row < frame.shape[0] and 0 <= column < frame.shape[1]:
-            self._mask = _reached(_like(frame, row, column), strength < _EDGE, _jumps(frame), row, column)
+            self._mask = _reached(_like(frame, row, column), strength < _EDGE, usual_relief(frame).edges, row, column)
 
     @property
     def mask(self) -> NDArray[np.bool_]:
@@ -60,27 +60,25 @@ class Similar:
 def _like(frame: RGBDFrame, row: int, column: int) -> NDArray[np.bool_]:
     """Pixels of about the colour and depth at a pixel; where depth is missing, colour decides."""
     around = slice(max(row - 1, 0), row + 2), slice(max(column - 1, 0), column + 2)
-    lab = _lab(frame)
-    start = np.median(lab[around].reshape(-1, 3), axis=0).astype(np.float32)
-    off = (lab - start) * np.array([0.5, 1, 1], np.float32)
-    like = np.einsum("rck,rck->rc", off, off) <= _COLOUR**2
+    lab = _lab(frame.rgb)
+    start = np.median(lab[around].reshape(-1, 3), axis=0)
+    like = _within(lab, start - _COLOUR, start + _COLOUR)
     near = frame.depth[around]
     if np.isfinite(near).any():
         depth = float(np.nanmedian(near))
-        like &= ~(np.abs(frame.depth - depth) > _DEPTH_SHARE * depth)
+        low, high = (np.array(depth * (1 + sign * _DEPTH_SHARE)) for sign in (-1, 1))
+        like &= _within(frame.depth, low, high) | ~frame.known
     like[row, column] = True
     return like
 
 
-@once_per_frame
-def _lab(frame: RGBDFrame) -> NDArray[np.float32]:
-    return cv2.cvtColor(cv2.GaussianBlur(frame.rgb, (0, 0), 1.0), cv2.COLOR_RGB2Lab).astype(np.float32)
+def _within(values: NDArray[Any], low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.bool_]:
+    return cv2.inRange(values, low, high) > 0
 
 
-@once_per_frame
-def _jumps(frame: RGBDFrame) -> NDArray[np.bool_]:
-    usual = BlockParameters()
-    return find_relief(frame.depth, usual.depth_jump, usual.depth_jump_share).edges
+@once_per_image
+def _lab(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    return np.asarray(cv2.cvtColor(cv2.GaussianBlur(rgb, (0, 0), 1.0), cv2.COLOR_RGB2Lab), np.uint8)
 
 
 def _reached(

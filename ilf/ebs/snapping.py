@@ -9,11 +9,11 @@ from scipy.ndimage import gaussian_filter1d, map_coordinates
 
 from ..edges.detectors import colour_gradient, gradient_strength
 from ..edges.pairs import Pairs
-from ..edges.relief import Relief, find_relief
+from ..edges.relief import Relief
 from ..frame import RGBDFrame
-from ..parameters import BlockParameters
-from ..per_frame import once_per_frame
+from ..per_frame import once_per_image
 from .edit import Points
+from .usual_relief import usual_relief
 
 _NETWORK, _GRADIENT = 0.5, 0.5
 """What edge strength and colour gradient count beside a depth jump, which counts 1."""
@@ -24,8 +24,8 @@ _ON_SURFACE = 0.2
 _WIDTH = 1.0
 """Blur [px] of depth jumps, so that they draw a line from beside them."""
 
-_AWAY, _BEND = 0.4, 0.3
-"""Cost of a move by the whole leash, and of a change of the move by 1 px from one pixel to the next: where there is no
+_AWAY, _BEND = 0.04, 0.3
+"""Cost of a move by 1 px, and of a change of the move by 1 px from one pixel to the next: where there is no
 evidence, the line stays as it is drawn."""
 
 _STEP = 0.5
@@ -49,7 +49,7 @@ class Snapper:
     """
 
     def __init__(self, frame: RGBDFrame, strength: NDArray[np.float32]) -> None:
-        self._evidence = _evidence(_relief(frame), _gradient(frame), strength)
+        self._evidence = _evidence(usual_relief(frame), _gradient(frame.rgb), strength)
 
     def snap(self, points: Points, leash: float) -> list[tuple[float, float]]:
         """The line along the strongest evidence within a leash of it.
@@ -79,7 +79,7 @@ class Snapper:
         moves = _STEP * np.arange(-reach, reach + 1)
         x, y = np.moveaxis(line[:, None] + moves[:, None] * across[:, None], -1, 0)
         evidence = map_coordinates(self._evidence, (y - 0.5, x - 0.5), order=1, mode="constant")
-        chosen = moves[_cheapest(_AWAY * np.abs(moves) / leash - evidence)]
+        chosen = moves[_cheapest(_AWAY * np.abs(moves) - evidence)]
         snapped = line + gaussian_filter1d(chosen, 1.0, mode="nearest")[:, None] * across
         return [(float(x), float(y)) for x, y in snapped]
 
@@ -137,12 +137,6 @@ def _at_both_sides(pairs: Pairs) -> NDArray[np.bool_]:
     return marked
 
 
-@once_per_frame
-def _gradient(frame: RGBDFrame) -> NDArray[np.float32]:
-    return gradient_strength(*colour_gradient(frame.rgb, 1.0))
-
-
-@once_per_frame
-def _relief(frame: RGBDFrame) -> Relief:
-    usual = BlockParameters()
-    return find_relief(frame.depth, usual.depth_jump, usual.depth_jump_share)
+@once_per_image
+def _gradient(rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
+    return gradient_strength(*colour_gradient(rgb, 1.0))

@@ -29,10 +29,12 @@ def test_actions_are_done_and_counted(driver: Driver, small_frame: RGBDFrame, sm
     assert session.selected == [2]
     assert (session.labels[12:36, 26:30] == 2).all()
     assert (session.labels[:, :21] == 1).all()
-    undo = [Command("undo"), Use("select"), Click(10, 24, ctrl=True), Key("Escape")]
-    assert driver.do(undo, "undo") == Count(clicks=1, keys=3)
+    undo = [Command("undo"), Use("select"), Click(10, 24, ctrl=True)]
+    assert driver.do(undo, "undo") == Count(clicks=1, keys=2)
     assert np.array_equal(session.labels, small_labels)
     assert session.selected == [2, 1]
+    assert driver.do([Key("Escape")], "choose none") == Count(keys=1)
+    assert session.selected == []
 
 
 def test_what_cannot_be_done_is_an_error(driver: Driver, small_frame: RGBDFrame, small_labels: np.ndarray) -> None:

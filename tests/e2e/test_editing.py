@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
@@ -17,32 +17,7 @@ from gui.main_window import MainWindow
 from ilf import BlockParameters, RGBDFrame, preset
 
 from .conftest import open_frame, write_frame
-
-Point = tuple[float, float]
-
-
-def _place(window: MainWindow, point: Point) -> QPoint:
-    view = window.views.cells["colour"].view
-    return view.viewportTransform().map(QPointF(*point)).toPoint()
-
-
-def _click(window: MainWindow, point: Point, modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier) -> None:
-    viewport = window.views.cells["colour"].view.viewport()
-    QTest.mouseClick(viewport, Qt.MouseButton.LeftButton, modifier, _place(window, point))
-
-
-def _drag(
-    window: MainWindow,
-    points: list[Point],
-    modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier,
-    release: bool = True,
-) -> None:
-    viewport = window.views.cells["colour"].view.viewport()
-    QTest.mousePress(viewport, Qt.MouseButton.LeftButton, modifier, _place(window, points[0]))
-    for point in points[1:]:
-        QTest.mouseMove(viewport, _place(window, point))
-    if release:
-        QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, modifier, _place(window, points[-1]))
+from .hand import click, drag, place
 
 
 @pytest.fixture
@@ -55,13 +30,13 @@ def editing(opened: MainWindow) -> MainWindow:
 
 def test_clicking_chooses_and_control_adds(editing: MainWindow) -> None:
     session = editing.workspace.session
-    _click(editing, (50, 24))
+    click(editing, (50, 24))
     assert session.selected == [int(session.labels[24, 50])]
-    _click(editing, (5, 24), Qt.KeyboardModifier.ControlModifier)
+    click(editing, (5, 24), Qt.KeyboardModifier.ControlModifier)
     assert len(session.selected) == 2
     editing.refresh.now()
     assert sorted(editing.blocks.selected()) == sorted(session.selected)
-    _click(editing, (5, 24), Qt.KeyboardModifier.ControlModifier)
+    click(editing, (5, 24), Qt.KeyboardModifier.ControlModifier)
     assert session.selected == [int(session.labels[24, 50])]
 
 
@@ -76,10 +51,10 @@ def test_a_stroke_paints_what_the_brush_sweeps_and_is_one_undoable_step(editing:
     session = editing.workspace.session
     before = session.labels.copy()
     right = int(before[24, 50])
-    _click(editing, (50, 24))
+    click(editing, (50, 24))
     editing.actions_["tool_paint"].trigger()
     editing.editor.options.brush_radius = 3.0
-    _drag(editing, [(20, 24), (14, 24), (10, 30)])
+    drag(editing, [(20, 24), (14, 24), (10, 30)])
     assert session.labels[24, 17] == right
     assert session.labels[27, 12] == right
     assert session.labels[40, 5] == before[40, 5]
@@ -95,34 +70,34 @@ def test_a_stroke_paints_what_the_brush_sweeps_and_is_one_undoable_step(editing:
 def test_erasing_takes_from_the_chosen_block_only_and_alt_swaps(editing: MainWindow) -> None:
     session = editing.workspace.session
     before = session.labels.copy()
-    _click(editing, (50, 24))
+    click(editing, (50, 24))
     editing.actions_["tool_erase"].trigger()
     editing.editor.options.brush_radius = 4.0
-    _drag(editing, [(26, 24), (34, 24)])
+    drag(editing, [(26, 24), (34, 24)])
     changed = session.labels != before
     assert changed.any()
     assert (before[changed] == before[24, 50]).all()
     assert (session.labels[changed] == before[24, 5]).all(), "the neighbour gets them"
     editing.editor.set_option("to_no_block", True)
-    _drag(editing, [(40, 24), (48, 24)])
+    drag(editing, [(40, 24), (48, 24)])
     assert session.labels[24, 44] == 0
-    _drag(editing, [(40, 24), (34, 24)], Qt.KeyboardModifier.AltModifier)
+    drag(editing, [(40, 24), (34, 24)], Qt.KeyboardModifier.AltModifier)
     assert session.labels[24, 34] == before[24, 50]
 
 
 def test_escape_gives_a_stroke_up(editing: MainWindow, qtbot: QtBot) -> None:
     session = editing.workspace.session
     before = session.labels.copy()
-    _click(editing, (50, 24))
+    click(editing, (50, 24))
     editing.actions_["tool_paint"].trigger()
-    _drag(editing, [(10, 10), (14, 14)], release=False)
+    drag(editing, [(10, 10), (14, 14)], release=False)
     assert not np.array_equal(session.labels, before)
     editing.actions_["give_up"].trigger()
     assert np.array_equal(session.labels, before)
     viewport = editing.views.cells["colour"].view.viewport()
-    QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, pos=_place(editing, (14, 14)))
+    QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, pos=place(editing, (14, 14)))
     assert session.undo_stack.count() == 0
-    _drag(editing, [(12, 12), (14, 14)])
+    drag(editing, [(12, 12), (14, 14)])
     assert session.undo_stack.count() == 1
 
 
@@ -130,7 +105,7 @@ def test_splitting_by_a_line_and_merging_again(editing: MainWindow) -> None:
     session = editing.workspace.session
     before = session.labels.copy()
     editing.actions_["tool_split"].trigger()
-    _drag(editing, [(48, -1), (48, 20), (48, 49)])
+    drag(editing, [(48, -1), (48, 20), (48, 49)])
     counts = session.counts()
     assert len(counts) == 3
     assert session.labels[10, 40] != session.labels[10, 60]
@@ -144,7 +119,7 @@ def test_a_line_that_parts_nothing_says_so(editing: MainWindow) -> None:
     said: list[str] = []
     editing.editor.message.connect(said.append)
     editing.actions_["tool_split"].trigger()
-    _drag(editing, [(45, 20), (52, 20)])
+    drag(editing, [(45, 20), (52, 20)])
     assert "boundary to boundary" in said[0]
     assert editing.workspace.session.undo_stack.count() == 0
 
@@ -157,10 +132,10 @@ def test_locked_blocks_cannot_be_painted_over_deleted_or_split(editing: MainWind
     steps = session.undo_stack.count()
     editing.workspace.select([right])
     editing.actions_["tool_paint"].trigger()
-    _drag(editing, [(20, 24), (5, 24)])
+    drag(editing, [(20, 24), (5, 24)])
     editing.actions_["tool_split"].trigger()
     editing.workspace.select([left])
-    _drag(editing, [(12, -1), (12, 49)])
+    drag(editing, [(12, -1), (12, 49)])
     editing.actions_["delete_blocks"].trigger()
     assert np.array_equal(session.labels, before)
     assert session.undo_stack.count() == steps
@@ -172,7 +147,7 @@ def test_a_new_block_is_painted_with_a_number_of_its_own(editing: MainWindow) ->
     editing.actions_["delete_blocks"].trigger()
     editing.actions_["new_block"].trigger()
     assert session.selected == [3], "the deleted block's number may come back by undo"
-    _drag(editing, [(5, 5), (20, 40)])
+    drag(editing, [(5, 5), (20, 40)])
     assert session.labels[5, 5] == 3
     assert editing.blocks.selected() == [3]
 
@@ -193,7 +168,7 @@ def test_renaming_recolouring_and_locking_are_undoable(editing: MainWindow) -> N
 def test_extracting_again_keeps_locked_blocks_and_is_undoable(editing: MainWindow, qtbot: QtBot) -> None:
     workspace, session = editing.workspace, editing.workspace.session
     editing.editor.set_tool("split")
-    _drag(editing, [(48, -1), (48, 49)])
+    drag(editing, [(48, -1), (48, 49)])
     new = int(session.labels[10, 60])
     workspace.edit_info(new, "Rename block", name="Mine")
     editing.workspace.set_lock(new, True)
@@ -231,13 +206,13 @@ def test_readout_tells_block_and_depths(editing: MainWindow) -> None:
 def test_two_quick_dabs_are_two_undoable_steps(editing: MainWindow) -> None:
     session = editing.workspace.session
     before = session.labels.copy()
-    _click(editing, (50, 24))
+    click(editing, (50, 24))
     editing.actions_["tool_paint"].trigger()
     editing.editor.options.brush_radius = 2.0
     viewport = editing.views.cells["colour"].view.viewport()
-    _click(editing, (10, 10))
-    QTest.mouseDClick(viewport, Qt.MouseButton.LeftButton, pos=_place(editing, (20, 20)))
-    QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, pos=_place(editing, (20, 20)))
+    click(editing, (10, 10))
+    QTest.mouseDClick(viewport, Qt.MouseButton.LeftButton, pos=place(editing, (20, 20)))
+    QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, pos=place(editing, (20, 20)))
     assert session.undo_stack.count() == 2
     editing.workspace.undo_group.undo()
     editing.workspace.undo_group.undo()
@@ -247,14 +222,14 @@ def test_two_quick_dabs_are_two_undoable_steps(editing: MainWindow) -> None:
 def test_undo_in_the_middle_of_a_stroke_gives_the_stroke_up(editing: MainWindow) -> None:
     session = editing.workspace.session
     before = session.labels.copy()
-    _click(editing, (50, 24))
+    click(editing, (50, 24))
     editing.actions_["tool_paint"].trigger()
-    _drag(editing, [(10, 10), (14, 14)])
-    _drag(editing, [(20, 30), (24, 34)], release=False)
+    drag(editing, [(10, 10), (14, 14)])
+    drag(editing, [(20, 30), (24, 34)], release=False)
     editing.workspace.undo_group.undo()
     assert np.array_equal(session.labels, before)
     viewport = editing.views.cells["colour"].view.viewport()
-    QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, pos=_place(editing, (24, 34)))
+    QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, pos=place(editing, (24, 34)))
     assert np.array_equal(session.labels, before)
 
 
@@ -264,9 +239,9 @@ def test_a_frame_that_opens_in_the_middle_of_a_stroke_stays_as_it_is(
     first = editing.workspace.session
     before = first.labels.copy()
     folder = write_frame(tmp_path / "other", RGBDFrame(first.frame.rgb[:40], first.frame.depth[:40]))
-    _click(editing, (50, 24))
+    click(editing, (50, 24))
     editing.actions_["tool_paint"].trigger()
-    _drag(editing, [(10, 10), (14, 14)], release=False)
+    drag(editing, [(10, 10), (14, 14)], release=False)
     open_frame(editing, qtbot, FrameSource(str(folder)))
     second = editing.workspace.session
     fresh = second.labels.copy()

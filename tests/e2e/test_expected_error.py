@@ -11,6 +11,7 @@ from pytestqt.qtbot import QtBot
 
 from gui.main_window import MainWindow
 from ilf.confidence import expected_error
+from ilf.ebs.edit import brush_stroke, erase
 
 from .conftest import WAIT_MS
 
@@ -47,6 +48,21 @@ def test_it_comes_after_a_run_and_goes_with_the_results(opened: MainWindow, qtbo
     assert _picture(opened) is None
     opened.readout.point_at((column, row))
     assert "\u00b1" not in opened.status.readout.text()
+
+
+def test_after_an_edit_the_former_stays_until_there_is_a_newer(opened: MainWindow, qtbot: QtBot, run_all: Run) -> None:
+    run_all(opened)
+    qtbot.waitUntil(lambda: not opened.errors.busy and _picture(opened) is not None, timeout=WAIT_MS)
+    strip = opened.views.cells["expected-error"].strip
+    opened.actions_["live"].setChecked(False)
+    session = opened.workspace.session
+    stroke = brush_stroke(session.labels.shape, [(10, 40)], 3)
+    assert opened.workspace.edit_labels(erase(session.labels, stroke, session.label_at(10, 40)), "Erase")
+    opened.refresh.now()
+    assert _picture(opened) is not None
+    assert strip._text == "of the result before"
+    opened.actions_["undo"].trigger()
+    qtbot.waitUntil(lambda: strip._text == "", timeout=WAIT_MS)
 
 
 def test_a_view_that_is_not_shown_costs_nothing_until_it_is(opened: MainWindow, qtbot: QtBot, run_all: Run) -> None:

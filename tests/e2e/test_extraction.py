@@ -237,7 +237,7 @@ def test_values_whose_picture_is_not_to_be_seen_lead_to_it(opened: MainWindow, q
     _slide(opened, "dilation", 4)
     label.linkActivated.emit("view")
     _settle(opened, qtbot)
-    assert opened.tool_bar.layouts.currentData() == "grid-extraction"
+    assert opened.view_bar.layouts.currentData() == "grid-extraction"
     assert "Preview: " in _summary(opened)
     opened.views.set_layout("grid")
     _slide(opened, "dilation", 3)
@@ -298,9 +298,9 @@ def test_a_stroke_under_way_ends_before_the_blocks_are_replaced(staged: MainWind
 
 
 def test_stages_want_a_frame(window: MainWindow) -> None:
-    layout = window.tool_bar.layouts.currentData()
+    layout = window.view_bar.layouts.currentData()
     QTest.keyClick(window, Qt.Key.Key_1, Qt.KeyboardModifier.AltModifier)
-    assert window.tool_bar.layouts.currentData() == layout
+    assert window.view_bar.layouts.currentData() == layout
 
 
 def test_nothing_is_extracted_for_a_view_that_is_not_to_be_seen(opened: MainWindow, qtbot: QtBot) -> None:
@@ -310,7 +310,7 @@ def test_nothing_is_extracted_for_a_view_that_is_not_to_be_seen(opened: MainWind
     assert opened.views.shows_extraction
     _settle(opened, qtbot)
     assert _picture(opened).ndim == 2
-    assert opened.tool_bar.layouts.currentData() == "grid-extraction"
+    assert opened.view_bar.layouts.currentData() == "grid-extraction"
 
 
 @pytest.fixture

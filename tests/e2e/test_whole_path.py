@@ -358,14 +358,14 @@ def test_the_other_way_round_nothing_is_extracted_during_a_run(opened: MainWindo
 
 
 def test_docks_keep_their_sizes_when_the_window_is_hidden_and_shown(window: MainWindow, qtbot: QtBot) -> None:
-    left = window.blocks.width()
-    frames = window.findChild(QDockWidget, "Frames")
-    window.resizeDocks([frames], [left - 60], Qt.Orientation.Horizontal)
-    qtbot.waitUntil(lambda: window.blocks.width() < left - 30)
-    narrow = window.blocks.width()
+    before = window.blocks.width()
+    blocks = window.findChild(QDockWidget, "Blocks")
+    window.resizeDocks([blocks], [before + 60], Qt.Orientation.Horizontal)
+    qtbot.waitUntil(lambda: window.blocks.width() > before + 30)
+    wide = window.blocks.width()
     window.hide()
     window.show()
-    assert window.blocks.width() == narrow
+    assert window.blocks.width() == wide
 
 
 def test_preset_box_keeps_the_two_scopes_apart(opened: MainWindow) -> None:

@@ -13,7 +13,7 @@ from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.runs import RunController, RunState
 from ilf import RGBDFrame
-from ilf.blocks import Block, find_blocks
+from ilf.blocks import Block, drawn_of, find_blocks
 from ilf.filter.convergence import IterationRecord
 from ilf.filter.stepper import edge_parameters
 from ilf.outcomes import BlockOutcome, BlockResult, Progress, Status, notes_of
@@ -84,7 +84,16 @@ class ScriptedSteps(Iterator[Progress]):
         history = tuple(record(i) for i in range(1, count + 1))
         parameters = self.run.parameters_of(label)
         edges = edge_parameters(parameters, self.run.extraction)
-        return BlockResult(block, depth, outcome, history, parameters, notes=self._script.notes, edges=edges)
+        return BlockResult(
+            block,
+            depth,
+            outcome,
+            history,
+            parameters,
+            notes=self._script.notes,
+            edges=edges,
+            drawn=drawn_of(block, self.run.drawn),
+        )
 
     def preview(self) -> list[tuple[Block, NDArray[np.float32]]]:
         self.previews += 1

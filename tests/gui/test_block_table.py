@@ -71,7 +71,7 @@ def test_select_has_no_echo_and_clicks_do(table, qtbot):
         table.select([2, 9, 99])
     assert table.selected() == [2, 9]
     with qtbot.waitSignal(table.selectionChanged) as blocker:
-        qtbot.mouseClick(table.view.viewport(), Qt.MouseButton.LeftButton, pos=_centre(table, 3, Column.PIXELS))
+        qtbot.mouseClick(table.view.viewport(), Qt.MouseButton.LeftButton, pos=_centre(table, 3, Column.MISSING))
     assert blocker.args == [[4]]
 
 
@@ -112,6 +112,20 @@ def test_keyboard_renames_and_hides(table, qtbot):
     with qtbot.waitSignal(table.activated) as shown:
         qtbot.keyClick(table.view, Qt.Key.Key_Return)
     assert shown.args == [2]
+
+
+def test_the_rest_of_the_columns_comes_on_demand_and_is_remembered(table, qtbot):
+    assert [column for column in Column if not table.view.isColumnHidden(column)] == list(Column)[:6]
+    entries = {action.text(): action for action in table.view.column_menu().actions()}
+    entries["Pixels"].setChecked(True)
+    entries["Locked"].setChecked(False)
+    assert table.view.columnWidth(Column.NAME) + sum(
+        table.view.columnWidth(column) for column in Column if column != Column.NAME
+    ) == pytest.approx(table.view.viewport().width(), abs=2)
+    other = BlockTable()
+    qtbot.addWidget(other)
+    assert not other.view.isColumnHidden(Column.PIXELS)
+    assert other.view.isColumnHidden(Column.LOCKED)
 
 
 def test_names_sort_by_number_and_missing_sigma_comes_last(table):

@@ -12,10 +12,12 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from gui import theme
+from gui.views.block_names import inner_points
 from gui.views.colour_bar import log_ticks, round_ticks, tick_text
 from gui.views.colour_maps import depth_table, error_table
+from gui.views.layouts import correct_places
 from gui.views.linked_views import LinkedViews
-from gui.views.overlay import BlockOverlay, block_outline
+from gui.views.overlay import BlockOverlay
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
 from gui.views.view_transform import ViewTransform
@@ -185,8 +187,7 @@ def test_zoom_stays_within_its_limits_and_fit_comes_back(views):
 def test_a_resize_keeps_a_fitted_frame_whole_and_any_other_zoom_unchanged(views, qtbot):
     views.resize(1300, 1000)
     qtbot.waitUntil(lambda: view_of(views).viewport().height() > 400)
-    for name in views.cells:
-        view = view_of(views, name)
+    for view in (cell.view for cell in views.cells.values() if cell.isVisible()):
         corner = view.viewportTransform().map(QPointF(WIDTH, HEIGHT))
         assert view.viewport().rect().contains(corner.toPoint())
     views.zoom_to(slice(10, 20), slice(10, 20))
@@ -299,15 +300,14 @@ def blocks():
 
 
 def test_overlay_pixels_follow_the_colour_table():
-    overlay = BlockOverlay()
+    overlay = BlockOverlay(1)
     overlay.set_opacity(0.4)
     overlay.set_blocks(*blocks())
-    pixels = overlay.item.image
-    assert pixels[0, 0].tolist() == [0, 0, 0, 0]
-    assert pixels[15, 15].tolist() == [200, 0, 0, 102]
-    outline = pixels[15, 29]
-    assert outline[0] < 200
-    assert outline[3] > 102
+    pixels = overlay.item.pixels
+    assert pixels[0, 0] == 0
+    assert pixels[15, 15] == pixels[15, 29] == 102 << 24 | 80
+    overlay.set_filled(False)
+    assert overlay.item.image is None
     with pytest.raises(ValueError, match="4 colours"):
         overlay.set_blocks(np.full((2, 2), 4, np.int32), blocks()[1])
 
@@ -319,14 +319,15 @@ def test_a_region_update_gives_the_same_picture_as_a_new_map(views):
     changed[20:30, 25:40] = 3
     changed[0:3, 0:4] = 2
     views.set_selected([3])
-    assert view_of(views).outline.path.isEmpty()
+    lines = view_of(views).lines.pixels.copy()
     views.update_blocks_region(slice(20, 30), slice(25, 40), changed[20:30, 25:40])
     views.update_blocks_region(slice(0, 3), slice(0, 4), changed[0:3, 0:4])
-    whole = BlockOverlay()
-    whole.set_blocks(changed, table)
-    np.testing.assert_array_equal(views._overlay.item.image, whole.item.image)
-    for name in views.cells:
-        assert view_of(views, name).outline.path.controlPointRect().getRect() == (25, 20, 15, 10)
+    in_boxes = views._overlay.item.pixels.copy(), view_of(views).lines.pixels.copy()
+    assert not np.array_equal(lines, in_boxes[1])
+    views.set_blocks(changed, table)
+    views.set_selected([3])
+    np.testing.assert_array_equal(in_boxes[0], views._overlay.item.pixels)
+    np.testing.assert_array_equal(in_boxes[1], view_of(views).lines.pixels)
 
 
 def test_the_overlay_shows_over_the_colour_and_hides_by_alpha(views):
@@ -341,17 +342,140 @@ def test_the_overlay_shows_over_the_colour_and_hides_by_alpha(views):
     assert colour_at(view, place(view, 15.5, 15.5)) == plain
 
 
-def test_an_outline_runs_along_pixel_edges_and_around_holes():
-    labels = np.zeros((6, 8), np.int32)
-    labels[1:5, 2:7] = 4
-    labels[2, 3] = 0
-    path = block_outline(labels, 4)
-    segments = [(path.elementAt(index), path.elementAt(index + 1)) for index in range(0, path.elementCount(), 2)]
-    length = sum(abs(a.x - b.x) + abs(a.y - b.y) for a, b in segments)
-    assert length == 2 * (4 + 5) + 4
-    assert len(segments) == 8
-    assert block_outline(labels, 0).isEmpty()
-    assert block_outline(labels, 9).isEmpty()
+def border_colours(views, name, x, y):
+    """Brightest and darkest that is painted across a border between pixels x - 1 and x."""
+    view = view_of(views, name)
+    at = place(view, x, y)
+    greys = [sum(colour_at(view, at + QPoint(shift, 0))) / 3 for shift in range(-3, 4)]
+    return max(greys), min(greys)
+
+
+@pytest.mark.parametrize("opacity", [0.0, 0.45])
+def test_lines_part_all_blocks_in_all_views_on_any_picture(views, opacity):
+    labels, table = blocks()
+    views.set_overlay_opacity(opacity)
+    views.set_blocks(labels, table)
+    views.set_result(np.full((HEIGHT, WIDTH), 2.0, np.float32))
+    for name in ("colour", "depth-in", "depth-out"):
+        flat = border_colours(views, name, 35, 15)
+        bright, dark = border_colours(views, name, 30, 15)
+        assert bright > flat[0] + 25
+        assert dark < flat[1] - 10
+    assert view_of(views, "expected-error").lines.isVisible() is False, "without a picture there is nothing to part"
+    table[1, 3] = table[2, 3] = 0
+    views.set_blocks(labels, table)
+    assert not view_of(views).lines.pixels.any()
+
+
+def test_the_chosen_block_has_the_wider_line(views):
+    labels, table = blocks()
+    views.set_blocks(labels, table)
+    before = np.count_nonzero(view_of(views).lines.pixels == 0xFFFFFFFF)
+    views.set_selected([2])
+    assert before == 0
+    view, white = view_of(views), (255, 255, 255)
+    assert colour_at(view, place(view, 30, 15) + QPoint(1, 0)) == white
+    assert colour_at(view, place(view, 30, 15) - QPoint(3, 0)) != white
+    views.zoom_to(slice(10, 20), slice(40, 50))
+    assert not (view.lines.pixels == 0xFFFFFFFF).any(), "the view's edge is no border"
+    views.fit()
+    views.set_blocks(np.full(labels.shape, 2, np.int32), table)
+    assert (view.lines.pixels[[0, -1]] == 0xFFFFFFFF).all(), "the frame's edge is"
+    views.set_selected([99])
+    assert not (view_of(views).lines.pixels == 0xFFFFFFFF).any()
+
+
+def test_contours_alone_have_the_colours_of_their_blocks(views):
+    labels, table = blocks()
+    plain = colour_at(view_of(views), place(view_of(views), 15.5, 15.5))
+    views.set_blocks(labels, table)
+    views.set_contours_only(True)
+    view = view_of(views)
+    assert colour_at(view, place(view, 15.5, 15.5)) == plain
+    border = place(view, 30, 15)
+    assert colour_at(view, border - QPoint(1, 0)) == (200, 0, 0)
+    assert colour_at(view, border) == (0, 100, 200)
+
+
+@pytest.mark.parametrize("zoom", [None, (slice(12, 17), slice(27, 33))])
+def test_lines_run_along_the_pixels_edges_at_every_zoom(views, zoom):
+    labels, table = blocks()
+    views.set_blocks(labels, table)
+    if zoom:
+        views.zoom_to(*zoom)
+    view = view_of(views)
+    sampling = view.sampling
+    row = view.lines.pixels[np.searchsorted(sampling.rows, 15)]
+    painted = np.flatnonzero(row == 0xC0C0C0C0)
+    assert 29 in sampling.columns[painted]
+    assert all(column in (4, 5, 29, 59) for column in sampling.columns[painted])
+    assert (sampling.columns == 29).sum() == (1 if view.transform().m11() < 1 else round(view.transform().m11()))
+
+
+def test_names_stand_inside_their_blocks_and_small_views_have_none(views):
+    labels, table = blocks()
+    views.set_blocks(labels, table)
+    points = inner_points(labels)
+    assert {label: labels[int(y), int(x)] for label, (x, y, _) in points.items()} == {1: 1, 2: 2}
+    assert all(radius > 5 for _, _, radius in points.values())
+    views.set_block_names({1: "Desk", 2: "Wall"})
+    assert view_of(views).names.texts == ["Desk", "Wall"]
+    views.set_layout("correct")
+    assert view_of(views).names.isVisible()
+    assert not view_of(views, "depth-in").names.isVisible()
+    views.set_block_names(None)
+    assert view_of(views).names.texts == []
+
+
+def test_missing_and_distrusted_depth_are_striped(views):
+    def colours(name, left, top):
+        view = view_of(views, name)
+        return {colour_at(view, place(view, left, top) + QPoint(shift, 0)) for shift in range(8)}
+
+    plain = colours("colour", 12, 14)
+    views.set_missing_shown(True)
+    assert len(colours("colour", 12, 14)) > len(plain)
+    assert colours("colour", 40, 40) == colours("colour", 40, 40)
+    views.set_missing_shown(False)
+    assert colours("colour", 12, 14) == plain
+    mask = np.zeros((HEIGHT, WIDTH), bool)
+    mask[30:40, 30:50] = mask[12:14, 12:14] = True
+    views.set_result(np.full((HEIGHT, WIDTH), 2.0, np.float32))
+    views.set_distrusted(mask)
+    for name in ("colour", "depth-in", "depth-out"):
+        assert (255, 144, 32) in colours(name, 40, 35)
+    assert (255, 144, 32) not in colours("depth-in", 12, 13), "where nothing was measured there is nothing to distrust"
+    views.set_layout("difference")
+    view = view_of(views, "difference")
+    assert view.image.image[35, 40] == 0, "distrusted depth is not compared with"
+    views.set_distrusted(None)
+    assert view.image.image[35, 40] > 0
+    with pytest.raises(ValueError, match="does not belong"):
+        views.set_distrusted(mask[1:])
+
+
+def test_stale_depth_is_greyed_and_only_what_changed_is_drawn_again(views):
+    result = np.full((HEIGHT, WIDTH), 1.2, np.float32)
+    views.set_result(result)
+    cell, view = views.cells["depth-out"], view_of(views, "depth-out")
+    fresh = colour_at(view, place(view, 40, 30))
+    stale = np.zeros(result.shape, bool)
+    stale[:, 32:] = True
+    drawn = []
+    update = view.image.update_indices
+    view.image.update_indices = lambda box, *rest: (drawn.append(box), update(box, *rest))
+    views.set_result(result, stale=stale)
+    greyed = colour_at(view, place(view, 40, 30))
+    assert max(greyed) - min(greyed) < (max(fresh) - min(fresh)) * 0.6
+    assert colour_at(view, place(view, 20, 30)) == fresh
+    assert [text for _, text in cell.strip._legend] == ["stale", "missing"]
+    result[5:9, 3:7] = 1.9
+    stale[:] = False
+    views.set_result(result, stale=stale)
+    views.set_result(result, stale=stale)
+    assert drawn == [(slice(0, HEIGHT), slice(32, WIDTH)), (slice(0, HEIGHT), slice(3, WIDTH))]
+    assert colour_at(view, place(view, 40, 30)) == fresh
+    assert [text for _, text in cell.strip._legend] == ["missing"]
 
 
 def test_previews_show_in_every_view(views):
@@ -383,6 +507,53 @@ def test_layouts_and_the_double_click_on_a_title(views, qtbot):
     assert [name for name, cell in views.cells.items() if not cell.isVisible()] == ["expected-error", "extraction"]
     with pytest.raises(ValueError, match="grid"):
         views.set_layout("both")
+
+
+def test_correct_has_one_large_view_and_any_small_one_takes_its_place(views, qtbot):
+    def widths():
+        return {name: cell.width() for name, cell in views.cells.items() if cell.isVisible()}
+
+    views.zoom_to(slice(10, 20), slice(10, 20))
+    views.set_layout("correct")
+    assert max(widths(), key=widths().get) == "colour"
+    assert widths()["colour"] > 2 * widths()["depth-out"]
+    large, small = view_of(views), view_of(views, "depth-out")
+    across = [view.viewport().width() / view.transform().m11() for view in (large, small)]
+    assert across[0] == pytest.approx(across[1], rel=0.1), "a small view shows the same, smaller"
+    QTest.mousePress(small.viewport(), Qt.MouseButton.MiddleButton, pos=QPoint(50, 50))
+    before = small.to_image(QPointF(50, 50)), large.to_image(QPointF(50, 50))
+    QTest.mouseMove(small.viewport(), QPoint(60, 50))
+    QTest.mouseRelease(small.viewport(), Qt.MouseButton.MiddleButton, pos=QPoint(60, 50))
+    assert small.to_image(QPointF(60, 50)).x() == pytest.approx(before[0].x(), abs=1 / small.transform().m11())
+    assert large.to_image(QPointF(50, 50)).x() < before[1].x()
+    QTest.mouseDClick(views.cells["depth-out"].strip, LEFT)
+    assert max(widths(), key=widths().get) == "depth-out"
+    QTest.mouseDClick(views.cells["depth-out"].strip, LEFT)
+    assert list(widths()) == ["depth-out"]
+    QTest.mouseDClick(views.cells["depth-out"].strip, LEFT)
+    assert (views.layout_name, max(widths(), key=widths().get)) == ("correct", "depth-out")
+
+
+@pytest.mark.parametrize(("room", "at_the_right"), [((1200, 600), True), ((700, 900), False)])
+def test_the_small_views_stand_where_the_pictures_become_largest(room, at_the_right):
+    large, *small = correct_places(3, *room, 4 / 3, 18)
+    assert (small[0].left > 0) is at_the_right
+    assert all(place.left + place.width <= room[0] and place.top + place.height <= room[1] for place in (large, *small))
+    assert large.picture_area(4 / 3, 18) > 4 * max(place.picture_area(4 / 3, 18) for place in small)
+
+
+def test_a_colour_bar_gives_way_to_the_cursor(views):
+    view, cell = view_of(views), views.cells["depth-in"]
+    at = cell.bar.geometry().center()
+    beside = cell.bar.geometry().topLeft() - QPoint(30, 0)
+
+    def look(point):
+        QTest.mouseMove(view.viewport(), point - cell.view.pos())
+        return cell.grab().toImage().pixelColor(at).getRgb()
+
+    over, through = look(beside), look(at)
+    assert over != through
+    assert look(beside) == over
 
 
 def test_without_a_frame_there_is_a_hint_and_a_deaf_mouse(views):

@@ -256,7 +256,7 @@ def test_blocks_are_extracted_around_those_that_stay(files, capsys):
     drawn[10:30, 30:50] = 7
     drawn[40:50, 30:50] = 9
     cv2.imwrite("drawn.png", drawn)
-    again = ["blocks", *files, "--out", "b.png", "--from", "drawn.png", "--fill-gaps"]
+    again = ["blocks", *files, "--out", "b.png", "--around", "drawn.png"]
     assert main(again) == 0
     labels = read_labels("b.png")
     assert np.all(labels[drawn > 0] == drawn[drawn > 0])

@@ -6,7 +6,7 @@ from random import Random
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
@@ -138,6 +138,30 @@ def test_a_mask_that_does_not_fit_is_refused(drawn: np.ndarray) -> None:
 
 
 masks = array_shapes(min_dims=2, max_dims=2, max_side=12).flatmap(lambda shape: arrays(np.bool_, shape))
+
+
+@given(st.integers(2, 30), st.integers(2, 40), st.integers(0, 9999), st.booleans())
+@settings(max_examples=25)
+def test_of_any_blocks_those_drawn_all_round_keep_their_own_depth(
+    height: int, width: int, seed: int, denoise: bool
+) -> None:
+    """Blocks in crumbs, some without known depth anywhere near: nothing is too odd."""
+    rng = np.random.default_rng(seed)
+    coarse = rng.integers(0, 4, (height // 4 + 1, width // 4 + 1))
+    labels = coarse.repeat(4, 0).repeat(4, 1)[:height, :width].astype(np.int32)
+    labels[rng.random(labels.shape) < 0.05] = 1
+    drawn = _border(labels) & (labels > 0) & (rng.random(labels.shape) < rng.choice([0.5, 1.0]))
+    truth = 1.0 + labels.astype(float)
+    known = rng.random(labels.shape) < rng.choice([0.1, 0.6])
+    known[0, 0] = True
+    mode = "fill+denoise" if denoise else "fill"
+    parameters = ilf.preset(mode=mode, min_known_share=0.0, min_known_pixels=1)
+    result = ilf.complete(_grey(truth, ~known), labels, parameters, drawn=drawn, threads=1)
+    for label, of_block in result.results.items():
+        assert of_block.depth.shape == (np.count_nonzero(labels == label),)
+        closed = not (_border(labels) & (labels == label) & ~drawn).any()
+        if closed and of_block.outcome.iterations:
+            assert np.allclose(of_block.depth, 1 + label, atol=0.01)
 
 
 @given(masks)

@@ -18,6 +18,7 @@ import pytest
 import ilf
 from ilf.assets import asset_path
 from ilf.ebs import extract
+from ilf.ebs.drawn import border_pixels
 
 TABLE = Path(__file__).with_name("held_results.json")
 DEPTH_M = 5e-5
@@ -58,6 +59,8 @@ FILTERS: dict[str, tuple[str, dict[str, Any]]] = {
     "best, exact": ("best", {"s_criteria": 0.0}),
     "best, held out": ("best", {"hold_out": 0.2}),
     "best, little known": ("best", {"min_known_share": 0.85, "min_known_pixels": 500}),
+    "best, drawn": ("best", {}),
+    "best, drawn, denoise": ("best", {"mode": "fill+denoise"}),
     "paper": ("paper", {}),
     "paper, denoise": ("paper", {"mode": "fill+denoise"}),
     "paper, centred": ("paper", {"centred": True}),
@@ -105,6 +108,12 @@ def blocks_of(frame: str) -> np.ndarray:
     return ilf.extract_blocks(FRAMES[frame]())
 
 
+def left_borders(frame: str) -> np.ndarray:
+    """The borders of all blocks in the left half: some blocks are drawn all round, some in part, some not at all."""
+    labels = blocks_of(frame)
+    return border_pixels(labels) & (np.arange(labels.shape[1]) < labels.shape[1] // 2)
+
+
 def coarse(picture: np.ndarray, step: int = 7) -> list[Any]:
     return picture[step // 2 :: step, step // 2 :: step].ravel().tolist()
 
@@ -125,7 +134,8 @@ def extraction(frame: str, name: str) -> dict[str, Any]:
 def completion(frame: str, name: str) -> dict[str, Any]:
     """Outcomes, curves and depth of a completion in numbers; depth where anything was missing, and some of the rest."""
     source, (preset, changes) = FRAMES[frame](), FILTERS[name]
-    result = ilf.complete(source, blocks_of(frame), ilf.preset(preset, **changes))
+    drawn = left_borders(frame) if "drawn" in name else None
+    result = ilf.complete(source, blocks_of(frame), ilf.preset(preset, **changes), drawn=drawn)
     missing = result.depth[~source.known][:: 40 if frame == "room" else 13]
     last = [result.history[label][-1] for label in result.history if result.history[label]]
     return {

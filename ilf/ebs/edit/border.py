@@ -250,11 +250,11 @@ def _without_fragments(before: Labels, after: Labels, pair: tuple[int, int]) -> 
         count, new = cv2.connectedComponents((after == label).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
         if count == 2:
             continue
-        _, old = cv2.connectedComponents((before == label).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
+        parts, old = cv2.connectedComponents((before == label).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
         stays = (old > 0) & (new > 0)
         anchored = np.zeros(count, bool)
         # of each old part the largest rest keeps its block, and so does what goes on beyond the crop
-        shared = coo_array((np.ones(np.count_nonzero(stays)), (old[stays], new[stays]))).tocsr()
+        shared = coo_array((np.ones(np.count_nonzero(stays)), (old[stays], new[stays])), shape=(parts, count)).tocsr()
         anchored[np.unique(np.asarray(shared.argmax(axis=1)).ravel()[shared.max(axis=1).toarray().ravel() > 0])] = True
         anchored[new[cv2.dilate((before == _BEYOND_CROP).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0]] = True
         loose = ~anchored

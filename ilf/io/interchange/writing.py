@@ -53,6 +53,12 @@ def write_blocks(
     ------
     ExportError
         If the labels do not fit into 16 bits, format and suffix do not go together, or the file cannot be written.
+
+    Notes
+    -----
+    Polygons follow the edges of pixels. Programs that fill a polygon and draw its outline on the pixels, too, as
+    labelme does when it exports masks, make blocks up to a pixel wider; those that only fill it, as COCO's own tools
+    do, do not.
     """
     target = Path(path)
     suffix = target.suffix.lower()

@@ -28,7 +28,7 @@ HANGING = 50
 ZONE = 12
 """How far [px] from a fault a place may be to be about it."""
 
-_TRIES = 60
+_TRIES = 300
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,293 @@
+"""What the window's own thread does for one act of the user: `python -m pytest tests/bench --benchmark-enable`.
+
+A frame of 1920 x 1080 pixels in 30 blocks with results, four views. Measured is the time of the processor that this
+thread takes until the window is painted again; what other threads work out meanwhile does not count.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from pytest_benchmark.fixture import BenchmarkFixture
+
+import ilf
+from gui.main_window import MainWindow
+from gui.state.session import Session
+from gui.work.runs import RunState
+from ilf.completion import CompletionRun
+from ilf.ebs.edit import patch_between
+
+WIDTH, HEIGHT = 1920, 1080
+ACROSS, DOWN = 6, 5
+LEFT = Qt.MouseButton.LeftButton
+ROUNDS = 9
+
+pytestmark = [
+    pytest.mark.benchmark(group="window at 1920 x 1080, thread's own time", timer=time.thread_time),
+]
+
+
+def _labels() -> NDArray[np.int32]:
+    """30 blocks whose borders are as crooked as those of real surfaces."""
+    rows, columns = np.mgrid[:HEIGHT, :WIDTH]
+    x = columns + 14 * np.sin(rows / 23) + 5 * np.sin(rows / 5)
+    y = rows + 14 * np.sin(columns / 31) + 5 * np.sin(columns / 7)
+    across = np.clip(x * ACROSS // WIDTH, 0, ACROSS - 1)
+    down = np.clip(y * DOWN // HEIGHT, 0, DOWN - 1)
+    return (1 + across + ACROSS * down).astype(np.int32)
+
+
+@pytest.fixture(scope="module")
+def frame() -> ilf.RGBDFrame:
+    """Slanted depth with holes, and noisy colour."""
+    rows, columns = np.mgrid[:HEIGHT, :WIDTH]
+    rng = np.random.default_rng(0)
+    depth = (1.5 + 0.001 * rows + 0.0007 * columns + rng.normal(0, 0.002, rows.shape)).astype(np.float32)
+    depth[(rows // 40 % 5 == 2) & (columns // 60 % 4 == 1)] = np.nan
+    rgb = rng.integers(60, 200, (HEIGHT // 8, WIDTH // 8, 3), np.uint8).repeat(8, axis=0).repeat(8, axis=1)
+    return ilf.RGBDFrame(rgb, depth, name="full-hd")
+
+
+@pytest.fixture(scope="module")
+def completed(frame: ilf.RGBDFrame) -> CompletionRun:
+    """A run that is quick, and has a result for every block."""
+    with CompletionRun(frame, _labels(), ilf.preset("released-code", max_iterations=2)) as run:
+        for _ in run:
+            pass
+    return run
+
+
+class Desk:
+    """The window with the frame open, and what a user does there, each until all is painted."""
+
+    def __init__(self, window: MainWindow) -> None:
+        self.window = window
+        self.view = window.views.cells["colour"].view
+        self._steps = 0
+
+    def settle(self) -> None:
+        """Wait for what other threads still have to say, which is not to count for what comes next."""
+        deadline = time.perf_counter() + 30
+        while (self.window.errors.busy or not self.window.runs.free) and time.perf_counter() < deadline:
+            QTest.qWait(10)
+        QTest.qWait(30)
+
+    def tool(self, name: str) -> None:
+        """Take a tool by its action."""
+        self.window.actions_[f"tool_{name}"].trigger()
+        self.settle()
+
+    def move(self, x: float, y: float) -> None:
+        """The mouse goes to image coordinates, whatever it holds."""
+        QTest.mouseMove(self.view.viewport(), self._at(x, y))
+        self._paint()
+
+    def press(self, x: float, y: float) -> None:
+        """The left button goes down at image coordinates."""
+        QTest.mousePress(self.view.viewport(), LEFT, pos=self._at(x, y))
+        self._paint()
+
+    def release(self, x: float, y: float) -> None:
+        """The left button comes up."""
+        QTest.mouseRelease(self.view.viewport(), LEFT, pos=self._at(x, y))
+        self._paint()
+
+    def trigger(self, name: str) -> None:
+        """A command by its name."""
+        self.window.actions_[name].trigger()
+        self._paint()
+
+    def stroke_place(self) -> tuple[float, float]:
+        """Another place near a border of the first block each time."""
+        self._steps += 1
+        return 150.0 + 9 * (self._steps % 12), 205.0 + 3 * (self._steps % 5)
+
+    def _at(self, x: float, y: float):  # type: ignore[no-untyped-def]
+        return self.view.viewportTransform().map(QPointF(x, y)).toPoint()
+
+    def _paint(self) -> None:
+        for _ in range(3):
+            QApplication.processEvents()
+
+
+@pytest.fixture
+def desk(qtbot, frame: ilf.RGBDFrame, completed: CompletionRun) -> Iterator[Desk]:  # type: ignore[no-untyped-def]
+    window = MainWindow(remembers=False)
+    window.documents.discard_silently = True
+    qtbot.addWidget(window)
+    window.resize(1440, 900)
+    window.show()
+    qtbot.waitExposed(window)
+    window.actions_["live"].setChecked(False)
+    session = Session(frame, None, frame.name)
+    session.set_labels(_labels())
+    window.workspace.set_parameters(ilf.preset("released-code", max_iterations=2))
+    window.workspace.add_session(session)
+    window.workspace.store_results(session, list(completed.results.values()))
+    window.workspace.end_run(session)
+    window.workspace.select([1])
+    desk = Desk(window)
+    QTest.qWait(200)
+    desk.settle()
+    yield desk
+    window.close()
+
+
+def _bench(benchmark: BenchmarkFixture, act: Callable[[], None], prepare: Callable[[], None]) -> None:
+    benchmark.pedantic(act, setup=lambda: prepare(), rounds=ROUNDS if benchmark.enabled else 1, warmup_rounds=1)
+
+
+def test_brush_move(benchmark: BenchmarkFixture, desk: Desk) -> None:
+    """A stroke goes on by some pixels: four views show it."""
+    desk.tool("paint")
+    desk.press(120, 200)
+    places = iter([(120 + 8 * step, 200 + 4 * (step % 4)) for step in range(60)])
+    _bench(benchmark, lambda: desk.move(*next(places)), lambda: None)
+    desk.release(300, 200)
+
+
+def test_stroke_release(benchmark: BenchmarkFixture, desk: Desk) -> None:
+    """A stroke becomes a step."""
+    desk.tool("paint")
+
+    def stroke() -> None:
+        x, y = desk.stroke_place()
+        desk.press(x, y)
+        desk.move(x + 20, y + 9)
+
+    def prepare() -> None:
+        desk.settle()
+        stroke()
+
+    _bench(benchmark, lambda: desk.release(200, 210), prepare)
+
+
+@pytest.mark.parametrize("way", ["undo", "redo"])
+def test_history(benchmark: BenchmarkFixture, desk: Desk, way: str) -> None:
+    """A step is taken back, or made again."""
+    desk.tool("paint")
+    desk.press(150, 205)
+    desk.move(190, 214)
+    desk.release(190, 214)
+
+    def prepare() -> None:
+        index = desk.window.workspace.session.undo_stack.index()
+        if (index == 0) == (way == "undo"):
+            desk.trigger("redo" if way == "undo" else "undo")
+        desk.settle()
+
+    _bench(benchmark, lambda: desk.trigger(way), prepare)
+
+
+def test_split(benchmark: BenchmarkFixture, desk: Desk) -> None:
+    """A block is cut along a line, by the tool, from the last point on."""
+    stack = desk.window.workspace.session.undo_stack
+
+    def prepare() -> None:
+        stack.setIndex(0)
+        desk.tool("select")
+        desk.tool("split")
+        desk.window.workspace.select([9])
+        desk.settle()
+        desk.press(640 + 320, 180)
+        desk.move(640 + 330, 300)
+        desk.move(640 + 320, 470)
+
+    _bench(benchmark, lambda: desk.release(640 + 320, 470), prepare)
+    assert stack.index() == 1
+
+
+def test_select(benchmark: BenchmarkFixture, desk: Desk) -> None:
+    """Another block is chosen by a click."""
+    blocks = [(160 + 320 * (step % ACROSS), 108 + 216 * (step // ACROSS % DOWN)) for step in range(60)]
+    places = iter(blocks)
+
+    def click() -> None:
+        place = next(places)
+        desk.press(*place)
+        desk.release(*place)
+
+    desk.tool("select")
+    _bench(benchmark, click, desk.settle)
+
+
+def test_hover(benchmark: BenchmarkFixture, desk: Desk) -> None:
+    """The mouse moves without a button: crosshair and readout follow."""
+    desk.tool("select")
+    places = iter([(100 + 21 * step, 100 + 13 * step) for step in range(60)])
+    _bench(benchmark, lambda: desk.move(*next(places)), lambda: None)
+
+
+def test_border(benchmark: BenchmarkFixture, desk: Desk) -> None:
+    """A border is drawn anew, by the tool, from the last point on."""
+    stack = desk.window.workspace.session.undo_stack
+
+    def prepare() -> None:
+        stack.setIndex(0)
+        desk.tool("select")
+        desk.tool("border")
+        desk.press(320, 40)
+        for y in (70, 100, 130):
+            desk.move(334, y)
+
+    _bench(benchmark, lambda: desk.release(322, 170), prepare)
+    assert stack.index() == 1
+
+
+def test_outline(benchmark: BenchmarkFixture, desk: Desk) -> None:
+    """An outline is closed around pixels of several blocks, from the last point on."""
+    stack = desk.window.workspace.session.undo_stack
+
+    def prepare() -> None:
+        stack.setIndex(0)
+        desk.tool("select")
+        desk.tool("outline")
+        desk.window.workspace.select([9])
+        desk.settle()
+        desk.press(600, 180)
+        for x, y in ((760, 170), (770, 330), (610, 340)):
+            desk.move(x, y)
+
+    _bench(benchmark, lambda: desk.release(602, 190), prepare)
+    assert stack.index() == 1
+
+
+@pytest.mark.benchmark(group="wall clock", timer=time.perf_counter)
+def test_new_depth_after_an_edit(benchmark: BenchmarkFixture, desk: Desk) -> None:
+    """A stroke in a block of 200 x 200 pixels is over: its depth is there and painted."""
+    workspace = desk.window.workspace
+    session = workspace.session
+    labels = session.labels.copy()
+    labels[200:400, 200:400] = 31
+    workspace.edit_labels(patch_between(session.labels, labels), "New block")
+    workspace.set_parameters(ilf.preset())
+    workspace.select([31])
+    desk.window.actions_["live"].setChecked(True)
+    desk.window.actions_["run_selected"].trigger()
+    desk.tool("erase")
+    desk.window.actions_["to_no_block"].setChecked(True)
+    places = iter([(215 + 10 * (step % 17), 215 + 14 * (step // 17)) for step in range(60)])
+    place = (0, 0)
+
+    def prepare() -> None:
+        nonlocal place
+        while desk.window.effect.busy or desk.window.runs.state is not RunState.IDLE:
+            QTest.qWait(5)
+        desk.settle()
+        place = next(places)
+        desk.press(*place)
+
+    def finish() -> None:
+        desk.release(*place)
+        while 31 not in session.valid_results():
+            QApplication.processEvents()
+        QApplication.processEvents()
+
+    _bench(benchmark, finish, prepare)

@@ -1,0 +1,77 @@
+"""What the window shows over the pictures, by its commands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from PySide6.QtCore import Qt
+from pytestqt.qtbot import QtBot
+
+from gui.main_window import MainWindow
+from ilf import preset
+
+
+def test_shuffled_colours_are_one_step_and_all_others(opened: MainWindow) -> None:
+    session = opened.workspace.session
+    before = {label: session.info(label).colour for label in session.counts()}
+    opened.actions_["shuffle_colours"].trigger()
+    after = {label: session.info(label).colour for label in session.counts()}
+    assert all(after[label] != before[label] for label in before)
+    assert len(set(after.values())) == len(after)
+    opened.refresh.now()
+    assert tuple(opened.views._overlay.colours[1, :3]) == after[1]
+    opened.actions_["undo"].trigger()
+    assert {label: session.info(label).colour for label in before} == before
+    assert not session.undo_stack.canUndo()
+
+
+def test_names_follow_the_blocks(opened: MainWindow, qtbot: QtBot) -> None:
+    names = opened.views.cells["colour"].view.names
+    opened.actions_["block_names"].trigger()
+    opened.refresh.now()
+    assert sorted(names.texts) == ["Block 1", "Block 2"]
+    opened.workspace.edit_info(1, "Rename block", name="Wall")
+    opened.refresh.now()
+    assert sorted(names.texts) == ["Block 2", "Wall"]
+    opened.workspace.select([1, 2])
+    opened.actions_["merge_blocks"].trigger()
+    opened.refresh.now()
+    assert len(names.texts) == 1
+    opened.actions_["block_names"].trigger()
+    opened.refresh.now()
+    assert names.texts == []
+
+
+def test_distrusted_and_stale_depth_are_shown(opened: MainWindow, run_all: Callable[[MainWindow], None]) -> None:
+    def legend(name: str) -> list[str]:
+        opened.refresh.now()
+        return [text for _, text in opened.views.cells[name].strip._legend]
+
+    opened.actions_["live"].setChecked(False)
+    opened.workspace.set_parameters(preset("paper", max_iterations=3))
+    run_all(opened)
+    assert legend("depth-out") == ["missing"]
+    mask = np.zeros(opened.workspace.session.frame.shape, bool)
+    mask[5:9, 40:50] = True
+    opened.workspace.set_distrusted(mask, "Distrust")
+    assert legend("depth-out") == ["distrusted", "stale", "missing"]
+    assert opened.views.cells["depth-in"].view.stripes.pixels.any()
+    opened.actions_["undo"].trigger()
+    assert legend("depth-out") == ["missing"]
+    assert not opened.views.cells["depth-in"].view.stripes.pixels.any()
+
+
+def test_a_run_opens_its_curves_and_a_live_solution_does_not(
+    opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
+) -> None:
+    share = opened.views.width()
+    opened.workspace.select([1])
+    opened.workspace.set_parameters(preset("paper", max_iterations=4))
+    qtbot.waitUntil(lambda: opened.runs.free)
+    assert "Convergence" not in opened.panels.open
+    run_all(opened)
+    assert "Convergence" in opened.panels.open
+    assert opened.curves.records
+    assert opened.views.width() == share, "the curves take no room from the pictures"
+    assert opened.dockWidgetArea(opened.curves.parentWidget()) == Qt.DockWidgetArea.RightDockWidgetArea

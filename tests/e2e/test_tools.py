@@ -1,0 +1,326 @@
+"""Every tool in the real window, and the keys that mean the same wherever the focus is."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLineEdit
+from pytestqt.qtbot import QtBot
+
+from gui.main_window import MainWindow
+from gui.tools.kinds import TOOL_NAMES
+
+from .conftest import WAIT_MS
+from .hand import ALT, CTRL, SHIFT, click, double_click, drag, hover, key, let_go, turn_wheel
+
+_Key = Qt.Key
+
+
+@pytest.fixture
+def editing(opened: MainWindow, qtbot: QtBot) -> MainWindow:
+    """The window on a frame of two blocks that meet at x = 30, with its edges found; lines are taken as drawn."""
+    opened.editor.options.leash = 0
+    opened.activateWindow()
+    qtbot.waitUntil(opened.isActiveWindow, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: opened.editor.guide is not None, timeout=WAIT_MS)
+    return opened
+
+
+def _take(window: MainWindow, tool: str) -> None:
+    window.actions_[f"tool_{tool}"].trigger()
+    window.views.cells["colour"].view.setFocus()
+    window.refresh.now()
+
+
+def test_a_border_is_drawn_anew(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    left, right = int(session.labels[5, 5]), int(session.labels[5, 50])
+    _take(editing, "border")
+    drag(editing, [(30, 10), (24, 16), (24, 28), (30, 34)])
+    assert session.labels[22, 26] == right
+    assert session.labels[22, 20] == left
+    assert session.undo_stack.undoText() == "Redraw border"
+    assert editing.views.cells["depth-in"].view.preview.boundingRect().isEmpty()
+
+
+def test_an_outline_is_clicked_and_closed_by_enter(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    editing.workspace.select([])
+    _take(editing, "outline")
+    for corner in ((40, 6), (56, 6), (56, 20), (44, 26)):
+        click(editing, corner)
+    assert "Enter" in editing.editor.tool.hint
+    editing.refresh.now()
+    assert editing.status.hint.text() == editing.editor.tool.hint
+    key(editing, _Key.Key_Backspace)
+    click(editing, (40, 20))
+    key(editing, _Key.Key_Return)
+    new = session.selected[0]
+    assert (session.labels[8:18, 42:54] == new).all()
+    assert session.undo_stack.count() == 1
+    double_click(editing, (5, 5))
+    key(editing, _Key.Key_Escape)
+    assert session.undo_stack.count() == 1
+    assert session.selected == [new], "Escape has given up the outline alone"
+    key(editing, _Key.Key_Escape)
+    assert session.selected == []
+
+
+def test_a_click_suggests_a_split_and_enter_takes_it(editing: MainWindow, qtbot: QtBot) -> None:
+    session = editing.workspace.session
+    before = session.labels.copy()
+    editing.workspace.select([1, 2])
+    editing.actions_["merge_blocks"].trigger()
+    _take(editing, "split")
+    click(editing, (10, 5))
+    qtbot.waitUntil(lambda: editing.editor.tool.hint.startswith("Click or Enter"), timeout=WAIT_MS)
+    assert session.undo_stack.undoText() == "Merge 2 blocks"
+    editing.refresh.now()
+    assert editing.status.hint.text() == editing.editor.tool.hint
+    key(editing, _Key.Key_Enter)
+    assert session.undo_stack.undoText().startswith("Split")
+    parts = session.labels == session.labels[5, 5]
+    assert np.count_nonzero(parts != (before == before[5, 5])) < 100
+
+
+def test_pieces_go_to_the_chosen_block(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    _take(editing, "give")
+    click(editing, (50, 20))
+    taker = int(session.labels[20, 50])
+    hover(editing, (10, 20))
+    assert not editing.views.cells["depth-in"].view.preview.boundingRect().isEmpty()
+    click(editing, (10, 20))
+    assert (session.labels == taker).all()
+
+
+def test_distrusted_depth_is_missing_until_it_is_undone(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    _take(editing, "distrust")
+    drag(editing, [(45, 6), (55, 6)])
+    assert not session.frame.known[5:8, 46:54].any()
+    editing.refresh.now()
+    editing.readout.point_at((50, 6))
+    assert "missing" in editing.status.readout.text()
+    drag(editing, [(45, 6), (50, 6)], ALT)
+    assert session.frame.known[6, 46]
+    editing.actions_["undo"].trigger()
+    editing.actions_["undo"].trigger()
+    assert session.frame.distrusted is None
+
+
+def test_a_band_chooses_in_picture_and_table(editing: MainWindow) -> None:
+    _take(editing, "select")
+    drag(editing, [(63, 47), (40, 20), (28, 1)], SHIFT)
+    editing.refresh.now()
+    assert editing.workspace.session.selected == editing.blocks.selected()
+    assert len(editing.blocks.selected()) == 1
+    click(editing, (5, 5), SHIFT)
+    editing.refresh.now()
+    assert len(editing.blocks.selected()) == 2
+
+
+def test_control_and_wheel_change_the_brush_and_zoom_where_there_is_none(editing: MainWindow) -> None:
+    _take(editing, "paint")
+    view = editing.views.cells["colour"].view
+    scale, radius = view.transform().m11(), editing.editor.options.brush_radius
+    turn_wheel(editing, (30, 20), 1, CTRL)
+    assert editing.editor.options.brush_radius > radius
+    assert view.transform().m11() == scale
+    editing.refresh.now()
+    assert editing.tool_bar.options.brush.value() == editing.editor.options.brush_radius
+    turn_wheel(editing, (30, 20), 1)
+    assert view.transform().m11() > scale
+    _take(editing, "border")
+    scale = view.transform().m11()
+    turn_wheel(editing, (30, 20), 1, CTRL)
+    assert view.transform().m11() > scale
+
+
+def test_options_show_for_the_tool_that_has_them_and_stay(editing: MainWindow) -> None:
+    row, options = editing.tool_bar.options, editing.editor.options
+    shown = {}
+    for name in TOOL_NAMES:
+        _take(editing, name)
+        shown[name] = row.brush.isVisible(), row.leash.isVisible(), row.amount.isVisible()
+    assert shown["paint"] == shown["erase"] == shown["distrust"] == (True, False, False)
+    assert shown["border"] == shown["outline"] == shown["split"] == (False, True, False)
+    assert shown["select"] == (False, False, True)
+    row.leash.setValue(11)
+    row.amount.setValue(4)
+    editing.actions_["similar_only"].trigger()
+    assert (options.leash, options.amount, options.similar_only) == (11, 4, True)
+    _take(editing, "border")
+    assert row.leash.value() == 11
+
+
+@pytest.mark.parametrize("focus", ["views", "table", "spin box"])
+def test_keys_work_wherever_the_focus_is_but_not_where_numbers_are_typed(editing: MainWindow, focus: str) -> None:
+    _take(editing, "select")
+    spin = editing.tool_bar.options.amount
+    widget = {"views": editing.views.cells["depth-in"].view, "table": editing.blocks.view, "spin box": spin}[focus]
+    widget.setFocus()
+    assert widget.hasFocus()
+    editing.blocks.view.selectRow(0)
+    key(editing, _Key.Key_Tab)
+    assert editing.editor.tool_name == ("select" if focus == "spin box" else "border")
+    if focus == "spin box":
+        return
+    assert widget.hasFocus()
+    key(editing, _Key.Key_Backtab, SHIFT)
+    assert editing.editor.tool_name == "select"
+    viewport = editing.views.cells["colour"].view.viewport()
+    QTest.keyPress(widget, _Key.Key_Space)
+    assert viewport.cursor().shape() is Qt.CursorShape.OpenHandCursor
+    QTest.keyRelease(widget, _Key.Key_Space)
+    assert viewport.cursor().shape() is Qt.CursorShape.CrossCursor
+    assert all(editing.workspace.session.info(label).visible for label in (1, 2)), "space hides no block"
+
+
+def test_space_pans_in_a_view_that_had_not_the_focus(editing: MainWindow) -> None:
+    _take(editing, "paint")
+    click(editing, (50, 24))
+    steps = editing.workspace.session.undo_stack.count()
+    view = editing.views.cells["colour"].view
+    corner = view.to_image(QPointF(0, 0))
+    other = editing.views.cells["depth-in"].view
+    other.setFocus()
+    QTest.keyPress(other, _Key.Key_Space)
+    view.setFocus()  # as a click does
+    drag(editing, [(40, 20), (30, 20), (20, 20)])
+    QTest.keyRelease(view, _Key.Key_Space)
+    assert view.to_image(QPointF(0, 0)).x() > corner.x() + 5
+    assert editing.workspace.session.undo_stack.count() == steps
+
+
+def test_text_fields_keep_their_keys(editing: MainWindow) -> None:
+    field = QLineEdit(editing)
+    field.show()
+    field.setFocus()
+    tool = editing.editor.tool_name
+    for code in (_Key.Key_Space, _Key.Key_A, _Key.Key_Backspace):
+        QTest.keyClick(field, code)
+    assert field.text() == " "
+    assert editing.editor.tool_name == tool
+
+
+def test_undo_during_a_stroke_gives_up_that_stroke_only(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    click(editing, (50, 24))
+    _take(editing, "paint")
+    drag(editing, [(10, 10), (14, 14)])
+    first = session.labels.copy()
+    drag(editing, [(20, 30), (24, 34)], release=False)
+    assert not np.array_equal(session.labels, first)
+    key(editing, _Key.Key_Z, CTRL)
+    assert np.array_equal(session.labels, first)
+    let_go(editing, (24, 34))
+    assert session.undo_stack.index() == 1
+    key(editing, _Key.Key_Z, CTRL)
+    assert session.undo_stack.index() == 0
+
+
+def test_the_undo_button_gives_up_what_is_under_way_first(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    editing.workspace.select([])
+    _take(editing, "outline")
+    drag(editing, [(40, 10), (50, 10), (50, 20), (40, 20), (40, 11)])
+    click(editing, (5, 5))
+    click(editing, (15, 5))
+    editing.actions_["undo"].trigger()
+    assert not editing.editor.busy
+    assert session.undo_stack.index() == 1
+    editing.actions_["undo"].trigger()
+    assert session.undo_stack.index() == 0
+
+
+def test_undo_gives_up_the_very_first_stroke(editing: MainWindow) -> None:
+    before = editing.workspace.session.labels.copy()
+    click(editing, (50, 24))
+    _take(editing, "paint")
+    drag(editing, [(10, 10), (14, 14)], release=False)
+    key(editing, _Key.Key_Z, CTRL)
+    assert np.array_equal(editing.workspace.session.labels, before)
+
+
+def test_slivers_are_said_and_cleaned_up_by_what_is_offered(editing: MainWindow, qtbot: QtBot) -> None:
+    session = editing.workspace.session
+    click(editing, (50, 24))
+    _take(editing, "paint")
+    editing.editor.set_option("brush_radius", 1.0)
+    click(editing, (10, 24))
+    assert editing.messages.message == "1 sliver left."
+    assert editing.status.hint.isVisible()
+    QTest.mouseClick(editing.messages, Qt.MouseButton.LeftButton)
+    assert editing.messages.message, "beside the link"
+    editing.messages.linkActivated.emit("#")
+    assert session.undo_stack.undoText() == "Clean up"
+    assert session.labels[24, 10] == session.labels[5, 5]
+    assert "1 sliver" in editing.messages.message
+    qtbot.wait(1)
+    hover(editing, (20, 20))
+    assert editing.messages.message
+    click(editing, (50, 24))
+    assert not editing.messages.message, "the next click takes it away"
+
+
+def test_a_message_of_a_key_stays_until_the_next_one(editing: MainWindow, qtbot: QtBot) -> None:
+    editing.workspace.select([1])
+    _take(editing, "select")
+    key(editing, _Key.Key_K, CTRL)
+    assert "no islands" in editing.messages.message
+    qtbot.wait(1)
+    QTest.keyClick(editing.views.cells["colour"].view, _Key.Key_Shift)
+    assert editing.messages.message
+    key(editing, _Key.Key_Tab)
+    assert not editing.messages.message
+
+
+def test_blocks_grow_shrink_and_become_smooth_by_the_amount(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    counts = session.counts()
+    editing.workspace.select([1])
+    editing.editor.set_option("amount", 3)
+    editing.actions_["grow_blocks"].trigger()
+    assert session.counts()[1].pixels == counts[1].pixels + 3 * 48
+    assert session.undo_stack.undoText() == "Grow Block 1 by 3 px"
+    editing.actions_["shrink_blocks"].trigger()
+    assert session.counts()[1].pixels == counts[1].pixels
+    editing.actions_["smooth_blocks"].trigger()
+    assert session.counts()[1].pixels == counts[1].pixels
+
+
+def test_merging_says_that_parts_do_not_touch(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    labels = np.ones_like(session.labels)
+    labels[:10, :10], labels[-10:, -10:] = 2, 3
+    editing.workspace.replace_labels(labels, "Corners")
+    editing.workspace.select([2, 3])
+    editing.actions_["merge_blocks"].trigger()
+    assert "do not touch" in editing.messages.message
+    assert session.labels[-1, -1] == session.labels[0, 0]
+
+
+def test_the_menu_offers_what_can_be_done_here(editing: MainWindow, qtbot: QtBot) -> None:
+    session = editing.workspace.session
+    before = session.labels.copy()
+    left, right = int(before[5, 5]), int(before[5, 50])
+    editing.workspace.select([left])
+    menu = editing.context_menu.menu(50, 5)
+    texts = {action.text(): action for action in menu.actions()}
+    assert session.selected == [right]
+    texts[f"Merge Block {right} into Block {left}"].trigger()
+    assert (session.labels == left).all()
+    editing.actions_["undo"].trigger()
+    editing.workspace.select([left])
+    menu = editing.context_menu.menu(50, 5)
+    next(action for action in menu.actions() if action.text().startswith("Give this piece")).trigger()
+    assert session.selected == [left]
+    assert (session.labels == left).all()
+    menu = editing.context_menu.menu(50, 5)
+    next(action for action in menu.actions() if action.text().startswith("Split")).trigger()
+    qtbot.waitUntil(lambda: not editing.editor.working, timeout=WAIT_MS)
+    assert session.labels[5, 5] != session.labels[5, 50]
+    assert editing.actions_["zoom_block"] in menu.actions()

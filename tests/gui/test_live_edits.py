@@ -1,0 +1,185 @@
+"""Depth that follows edits, and the line that says what they did, without a window."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QAction
+from pytestqt.qtbot import QtBot
+
+from gui.effect.effect_line import EffectLine
+from gui.effect.presenter import EffectPresenter
+from gui.views.linked_views import LinkedViews
+from gui.views.presenter import ViewsPresenter
+from gui.work.live import LiveSolver
+from gui.work.runs import RunState
+from ilf.ebs.edit import LabelPatch, merge, patch_between
+from ilf.outcomes import Completion
+from ilf.run import Effect, Run
+
+from .scripted_runs import Bench, Until
+
+Completed = tuple[Completion | None, Completion | None]
+
+
+@pytest.fixture
+def live(qtbot: QtBot) -> QAction:
+    action = QAction()
+    action.setCheckable(True)
+    action.setChecked(True)
+    return action
+
+
+@pytest.fixture
+def solver(bench: Bench, live: QAction) -> LiveSolver:
+    return LiveSolver(bench.workspace, bench.runs, live)
+
+
+@pytest.fixture
+def line(bench: Bench, live: QAction, qtbot: QtBot) -> Iterator[EffectLine]:
+    views, line = LinkedViews(), EffectLine()
+    for widget in (views, line):
+        qtbot.addWidget(widget)
+    presenter = EffectPresenter(bench.workspace, bench.runs, ViewsPresenter(bench.workspace, views), line, live)
+    line.presenter = presenter  # type: ignore[attr-defined]
+    yield line
+    assert presenter.shutdown()
+
+
+def _patch(bench: Bench, label: int, column: int = 26) -> LabelPatch:
+    labels = bench.session.labels.copy()
+    labels[5:20, column:34] = label
+    patch = patch_between(bench.session.labels, labels)
+    assert patch is not None
+    return patch
+
+
+def _run(bench: Bench, until: Until) -> None:
+    bench.script.allow()
+    bench.runs.start()
+    until(lambda: bench.runs.state is RunState.IDLE)
+
+
+def _asked(bench: Bench) -> list[list[int]]:
+    """Blocks of every run, in the order that was asked for."""
+    return [list(steps.run.only or steps.blocks) for steps in bench.script.runs]
+
+
+def test_touched_blocks_are_solved_again_the_chosen_one_first(bench: Bench, solver: LiveSolver, until: Until) -> None:
+    _run(bench, until)
+    bench.workspace.select([2])
+    bench.workspace.edit_labels(_patch(bench, 2), "Paint")
+    until(lambda: bench.session.changed_blocks() == [])
+    assert _asked(bench) == [[1, 2], [2, 1]]
+    bench.session.undo_stack.undo()
+    assert bench.runs.state is RunState.IDLE, "what undo brings back needs no solving"
+    assert bench.session.changed_blocks() == []
+
+
+def test_blocks_that_an_edit_does_not_touch_are_left_alone(bench: Bench, solver: LiveSolver, until: Until) -> None:
+    _run(bench, until)
+    labels = bench.session.labels.copy()
+    labels[40:, 50:] = 3
+    bench.workspace.edit_labels(patch_between(bench.session.labels, labels), "Outline")
+    until(lambda: bench.session.changed_blocks() == [])
+    assert _asked(bench)[1:] == [[2, 3]]
+
+
+def test_nothing_is_solved_before_a_first_run_or_where_it_is_not_wanted(
+    bench: Bench, solver: LiveSolver, live: QAction, until: Until
+) -> None:
+    bench.workspace.edit_labels(_patch(bench, 2), "Paint")
+    assert bench.runs.state is RunState.IDLE
+    _run(bench, until)
+    live.setChecked(False)
+    bench.session.undo_stack.undo()
+    assert bench.runs.state is RunState.IDLE
+    assert bench.session.changed_blocks() == [1, 2]
+
+
+def test_what_is_touched_during_a_run_is_solved_after_it(bench: Bench, solver: LiveSolver, until: Until) -> None:
+    _run(bench, until)
+    bench.runs.pause()
+    bench.runs.start()
+    bench.workspace.edit_labels(_patch(bench, 2), "Paint")
+    until(lambda: len(bench.script.runs) == 3)
+    until(lambda: bench.session.changed_blocks() == [])
+    assert bench.said[-1].endswith("2 had been edited meanwhile: run them again.")
+
+
+def test_other_distrusted_depth_may_have_a_part_in_all_blocks(bench: Bench, solver: LiveSolver, until: Until) -> None:
+    _run(bench, until)
+    mask = np.zeros(bench.session.frame.shape, bool)
+    mask[:4, :4] = True
+    bench.workspace.set_distrusted(mask, "Distrust depth")
+    until(lambda: bench.session.changed_blocks() == [])
+    assert _asked(bench)[1:] == [[1, 2]]
+
+
+def test_the_normal_run_is_of_what_has_changed(bench: Bench, until: Until) -> None:
+    bench.script.allow()
+    bench.runs.start_changed()
+    until(lambda: len(bench.said) == 1)
+    labels = bench.session.labels.copy()
+    labels[40:, 50:] = 3
+    bench.workspace.edit_labels(patch_between(bench.session.labels, labels), "Outline")
+    bench.runs.start_changed()
+    until(lambda: len(bench.said) == 2)
+    bench.runs.start_changed()
+    assert _asked(bench) == [[1, 2], [2, 3]]
+    assert bench.said[-1] == "first: all blocks are up to date. Run all again: Ctrl+F5."
+
+
+def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
+    bench: Bench, solver: LiveSolver, line: EffectLine, until: Until, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[tuple[Run, Run, Completed]] = []
+
+    def find(before: Run, after: Run, patch: LabelPatch, completed: Completed) -> Effect:
+        asked.append((before, after, completed))
+        return Effect(60, (0.02, 0.01), (0.04, 0.03), 99)
+
+    monkeypatch.setattr("gui.effect.presenter.edit_effect", find)
+    assert line.isHidden()
+    former = bench.session.labels.copy()
+    _run(bench, until)
+    bench.workspace.edit_labels(_patch(bench, 2), "Paint <Block> 2")
+    assert not line.isHidden()
+    assert "<b>Paint &lt;Block&gt; 2</b>" in line.label.text()
+    assert "60 px moved" in line.label.text()
+    until(lambda: "on hidden depth 40.0 → " in line.label.text())
+    assert "expected error 20.0 → " in line.label.text()
+    before, after, (earlier, later) = asked[0]
+    np.testing.assert_array_equal(before.blocks, former)
+    np.testing.assert_array_equal(after.blocks, bench.session.labels)
+    assert later is bench.session.completion()
+    assert earlier is not None
+    assert earlier.results[1].depth.size == (former == 1).sum()
+    bench.session.undo_stack.undo()
+    assert "Undone: Paint" in line.label.text()
+    bench.open("second")
+    assert line.isHidden()
+
+
+def test_of_two_edits_the_last_is_said(bench: Bench, solver: LiveSolver, line: EffectLine, until: Until) -> None:
+    _run(bench, until)
+    bench.workspace.edit_labels(_patch(bench, 2), "Paint")
+    bench.workspace.edit_labels(merge(bench.session.labels, [1, 2]), "Merge")
+    until(lambda: not line.presenter.busy and bench.runs.state is RunState.IDLE)  # type: ignore[attr-defined]
+    assert "<b>Merge</b>" in line.label.text()
+
+
+def test_better_is_green_and_worse_is_red(line: EffectLine) -> None:
+    def tones() -> list[str]:
+        return [part[:7] for part in line.label.text().split("color:")[1:]]
+
+    line.say("Edit", Effect(3, (0.05, 0.04), (0.2, 0.3), 50))
+    better, worse = tones()
+    assert better != worse
+    line.say("Edit", Effect(3, (0.05, 0.0501), (0.2, 0.1), 50))
+    same, good = tones()
+    assert (good, same in (better, worse)) == (better, False)
+    assert "200 → " in line.label.text()
+    assert "50.0 → " in line.label.text()

@@ -1,0 +1,117 @@
+"""A host for tools without a window, and what a hand does with them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gui.state.session import Session
+from gui.state.workspace import Workspace
+from gui.tools.base import Found, Point, Tool
+from gui.tools.guide import Guide, guide_of
+from gui.tools.options import ToolOptions
+from gui.views.pointer import PointerEvent, PointerKind
+from gui.views.preview import Preview
+from ilf.ebs.edit import LabelPatch
+from ilf.frame import RGBDFrame
+from ilf.run import Run
+
+
+class ToolHost:
+    """Keeps what it is told: the last preview and all messages. Changes go to a workspace of its own."""
+
+    def __init__(self, frame: RGBDFrame, labels: NDArray[np.int32], leash: int = 0) -> None:
+        self.options = ToolOptions(brush_radius=3.0, leash=leash)
+        self.workspace = Workspace()
+        self.workspace.add_session(Session.of(Run(frame, labels), "origin", "key"))
+        strength = np.zeros(frame.shape, np.float32)
+        strength[:, 29:31] = 1.0
+        regions = np.where(np.arange(frame.shape[1]) < 30, 1, 2) + np.zeros(frame.shape, np.int32)
+        self.guide: Guide | None = guide_of(frame, strength, regions.astype(np.int32))
+        self.preview: Preview | None = None
+        self.said: list[str] = []
+        self.waits = False
+        self.waiting: list[Callable[[], None]] = []
+
+    @property
+    def session(self) -> Session:
+        return self.workspace.session
+
+    @property
+    def labels(self) -> NDArray[np.int32]:
+        return self.session.labels
+
+    @property
+    def steps(self) -> list[str]:
+        """What there is to undo."""
+        stack = self.session.undo_stack
+        return [stack.text(index) for index in range(stack.index())]
+
+    def select(self, labels: list[int]) -> None:
+        self.workspace.select(labels)
+
+    def commit(self, patch: LabelPatch | None, text: str) -> bool:
+        return self.workspace.edit_labels(patch, text)
+
+    def stroke(self, patch: LabelPatch | None) -> None:
+        self.workspace.stroke(patch)
+
+    def end_stroke(self, text: str) -> bool:
+        return self.workspace.end_stroke(text) is not None
+
+    def drop_stroke(self) -> bool:
+        return self.workspace.drop_stroke()
+
+    def distrust(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
+        return self.workspace.set_distrusted(mask, text)
+
+    def show_preview(self, preview: Preview | None) -> None:
+        self.preview = preview
+
+    def work_out(self, find: Callable[[], Found], take: Callable[[Found], None]) -> None:
+        """At once, unless a test lets it wait."""
+        if self.waits:
+            self.waiting.append(lambda: take(find()))
+        else:
+            take(find())
+
+    def say(self, message: str) -> None:
+        self.said.append(message)
+
+
+class Hand:
+    """Uses a tool. Modifiers are given by their letters: s(hift), c(trl), a(lt)."""
+
+    def __init__(self, tool: Tool, host: ToolHost) -> None:
+        self.tool = tool
+        self.host = host
+
+    def send(self, kind: PointerKind, at: Point, keys: str = "") -> bool:
+        event = PointerEvent(kind, *at, shift="s" in keys, ctrl="c" in keys, alt="a" in keys)
+        return self.tool.pointer(event, self.host)
+
+    def press(self, at: Point, keys: str = "") -> bool:
+        return self.send(PointerKind.PRESS, at, keys)
+
+    def drag(self, points: Iterable[Point], keys: str = "", release: bool = True) -> None:
+        """Press at the first point, go through the others, let go at the last."""
+        first, *others = points
+        self.press(first, keys)
+        for point in others:
+            self.send(PointerKind.MOVE, point, keys)
+        if release:
+            self.send(PointerKind.RELEASE, others[-1] if others else first, keys)
+
+    def click(self, at: Point, keys: str = "") -> None:
+        self.drag([at], keys)
+
+    def double_click(self, at: Point) -> None:
+        """As a window sends it: the second press comes only if the tool does not want the double click."""
+        self.click(at)
+        if not self.send(PointerKind.DOUBLE, at):
+            self.click(at)
+
+    def hover(self, at: Point, keys: str = "") -> None:
+        self.send(PointerKind.HOVER, at, keys)

@@ -1,0 +1,75 @@
+"""Whether an edit was for the better, on hidden depth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import ilf
+from ilf.ebs.edit import LabelPatch, patch_between
+from ilf.run import Effect, Run, edit_effect
+
+
+@pytest.fixture
+def moved(small_frame: ilf.RGBDFrame, small_labels: NDArray[np.int32]) -> tuple[Run, Run, LabelPatch]:
+    """The border of the two planes 6 pixels off, and put right."""
+    wrong = np.where(np.arange(64) < 36, 1, 2) + np.zeros_like(small_labels)
+    patch = patch_between(wrong, small_labels)
+    assert patch is not None
+    drawn = np.zeros(small_labels.shape, bool)
+    drawn[:, 29:31] = True
+    grey = ilf.RGBDFrame(np.full_like(small_frame.rgb, 90), small_frame.depth)
+    return Run(grey, wrong, ilf.preset("paper")), Run(grey, small_labels, ilf.preset("paper"), drawn=drawn), patch
+
+
+def test_a_border_that_is_put_right_lowers_the_error_on_hidden_depth(moved: tuple[Run, Run, LabelPatch]) -> None:
+    before, after, patch = moved
+    effect = edit_effect(before, after, patch)
+    assert effect.moved == 48 * 6
+    assert effect.expected is None, "nothing has been completed"
+    assert effect.held_out is not None
+    assert effect.held_out[1] < 0.3 * effect.held_out[0]
+    assert 20 < effect.hidden <= 48 * 16
+    assert edit_effect(before, after, patch) == effect, "always the same pixels are hidden"
+    back = edit_effect(after, before, patch)
+    assert back.held_out == effect.held_out[::-1]
+
+
+def test_the_hidden_depth_does_not_reach_the_filter(moved: tuple[Run, Run, LabelPatch]) -> None:
+    before, after, patch = moved
+    measured = after.frame.depth.copy()
+    measured[10, 33] += 0.5
+    other = ilf.RGBDFrame(after.frame.rgb, measured)
+    runs = [Run(other, run.blocks, run.parameters, drawn=run.drawn) for run in (before, after)]
+    one, two = edit_effect(before, after, patch), edit_effect(*runs, patch)
+    assert one.held_out is not None
+    assert two.held_out is not None
+    # only the truth has changed, by half a metre at one pixel, which was filled as before
+    squares = [np.square(effect.held_out) * effect.hidden for effect in (one, two)]
+    assert np.abs(squares[1] - squares[0]).max() < 0.5**2 + 2 * 0.5 * 1.0
+    assert two.held_out != one.held_out
+
+
+def test_expected_errors_are_those_of_the_touched_blocks(moved: tuple[Run, Run, LabelPatch]) -> None:
+    before, after, patch = moved
+    done = before.complete(), after.complete()
+    effect = edit_effect(before, after, patch, done)
+    error = ilf.expected_error(after.frame, done[1])
+    assert effect.expected is not None
+    assert effect.expected[1] == pytest.approx(float(np.sqrt(np.nanmean(error[done[1].filled] ** 2))), rel=1e-5)
+
+
+def test_where_too_little_is_known_nothing_is_said(small_labels: NDArray[np.int32]) -> None:
+    depth = np.full(small_labels.shape, np.nan)
+    depth[:4] = 2.0
+    frame = ilf.RGBDFrame(np.zeros((*small_labels.shape, 3), np.uint8), depth)
+    after = small_labels.copy()
+    after[30:34, 20:40] = 2
+    patch = patch_between(small_labels, after)
+    assert patch is not None
+    assert edit_effect(Run(frame, small_labels), Run(frame, after), patch) == Effect(40)
+    all_of_it = np.full_like(after, 3)
+    patch = patch_between(small_labels, all_of_it)
+    assert patch is not None
+    assert edit_effect(Run(frame, small_labels), Run(frame, all_of_it), patch).moved == all_of_it.size
