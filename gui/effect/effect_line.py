@@ -15,7 +15,10 @@ _EQUAL = 0.02
 
 
 class EffectLine(QWidget):
-    """What the last edit was, and whether it was for the better: hidden until there is one."""
+    """What the last edit was, and whether it was for the better.
+
+    It has its place before there is an edit: the pictures would move under the pointer otherwise.
+    """
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -30,18 +33,23 @@ class EffectLine(QWidget):
         layout.setContentsMargins(8, 2, 8, 2)
         layout.addWidget(self.label, 1)
         self._said: tuple[str, Effect | None, str] | None = None
-        self.hide()
+        self._looks = False
+        self._write()
 
     def say(self, text: str, effect: Effect | None = None, note: str = "") -> None:
         """Show what an edit is called, what it has done as far as that is known, and a note."""
         self._said = text, effect, note
         self._write()
-        self.show()
+
+    def mark_look(self, on: bool) -> None:
+        """Say that the state before the edit is what is to be seen, or no longer."""
+        self._looks = on
+        self._write()
 
     def clear(self) -> None:
         """There has been no edit."""
         self._said = None
-        self.hide()
+        self._write()
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
@@ -50,8 +58,14 @@ class EffectLine(QWidget):
 
     def _write(self) -> None:
         if self._said is None:
+            tone = theme.colours(self.palette()).muted.name()
+            self.label.setText(f'<span style="color:{tone}">What an edit does to the depth is said here.</span>')
             return
         text, effect, note = self._said
+        if self._looks:
+            tone = theme.colours(self.palette()).accent.name()
+            self.label.setText(f'<span style="color:{tone}"><b>The state before: {html.escape(text)}</b></span>')
+            return
         parts = [f"<b>{html.escape(text)}</b>"]
         if effect is not None:
             parts.append(f"{effect.moved:,} px moved".replace(",", "\u202f"))

@@ -82,6 +82,7 @@ class EffectPresenter(QObject):
 
     def look(self, on: bool) -> None:
         """Show the blocks and the depth before the last edit, or after it if it has been undone; or go back."""
+        self._line.mark_look(on)
         if not on or self._change is None:
             self._views.show_present()
             return

@@ -142,11 +142,10 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
         return Effect(60, (0.02, 0.01), (0.04, 0.03), 99)
 
     monkeypatch.setattr("gui.effect.presenter.edit_effect", find)
-    assert line.isHidden()
+    assert "is said here" in line.label.text()
     former = bench.session.labels.copy()
     _run(bench, until)
     bench.workspace.edit_labels(_patch(bench, 2), "Paint <Block> 2")
-    assert not line.isHidden()
     assert "<b>Paint &lt;Block&gt; 2</b>" in line.label.text()
     assert "60 px moved" in line.label.text()
     until(lambda: "on hidden depth 40.0 → " in line.label.text())
@@ -160,7 +159,7 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
     bench.session.undo_stack.undo()
     assert "Undone: Paint" in line.label.text()
     bench.open("second")
-    assert line.isHidden()
+    assert "is said here" in line.label.text()
 
 
 def test_of_two_edits_the_last_is_said(bench: Bench, solver: LiveSolver, line: EffectLine, until: Until) -> None:
@@ -183,3 +182,11 @@ def test_better_is_green_and_worse_is_red(line: EffectLine) -> None:
     assert (good, same in (better, worse)) == (better, False)
     assert "200 → " in line.label.text()
     assert "50.0 → " in line.label.text()
+
+
+def test_looking_at_the_state_before_is_said(line: EffectLine) -> None:
+    line.say("Edit", Effect(3))
+    line.mark_look(True)
+    assert "The state before: Edit" in line.label.text()
+    line.mark_look(False)
+    assert "3 px moved" in line.label.text()
