@@ -16,7 +16,6 @@ from gui.state.workspace import Workspace
 from gui.views.presenter import ViewsPresenter
 from gui.work.latest_question import LatestQuestion
 from gui.work.runs import RunController, RunState
-from ilf.ebs.edit import LabelPatch
 from ilf.outcomes import Completion
 from ilf.run import Effect, Run, edit_effect
 
@@ -25,8 +24,7 @@ from ilf.run import Effect, Run, edit_effect
 class _Question:
     """An edit, the run that the frame is after it, and what was completed before and after."""
 
-    patch: LabelPatch
-    forward: bool
+    change: Change
     run: Run
     before: Completion | None
     after: Completion | None
@@ -61,9 +59,11 @@ class EffectPresenter(QObject):
         self._questions = LatestQuestion[_Question, Effect](_find, self)
         self._questions.answered.connect(self._say)
         self._questions.failed.connect(lambda question, error: self._say(question, None, f"not known: {error}"))
+        workspace.labels_changed.connect(self._forget_change)  # of an edit, `edited` tells next
         workspace.edited.connect(self._take)
         workspace.session_changed.connect(self._forget)
-        runs.state_changed.connect(self._go_on)
+        for changed in (workspace.parameters_changed, workspace.results_changed, runs.state_changed):
+            changed.connect(self._go_on)
 
     @property
     def busy(self) -> bool:
@@ -74,6 +74,11 @@ class EffectPresenter(QObject):
     def change(self) -> Change | None:
         """The last edit of the present frame."""
         return self._change
+
+    @property
+    def before(self) -> Completion | None:
+        """What was completed before that edit, or after it if it has been undone; None for nothing."""
+        return self._before
 
     def note(self, text: str) -> None:
         """Add something about the last edit, as that it has left slivers."""
@@ -86,9 +91,7 @@ class EffectPresenter(QObject):
         if not on or self._change is None:
             self._views.show_present()
             return
-        session, patch, forward, _ = self._change
-        labels = session.labels.copy()
-        (patch.revert if forward else patch.apply)(labels)
+        labels = _labels_before(self._change, self._change.session.labels)
         self._views.show_other(labels, None if self._before is None else self._before.depth)
 
     def shutdown(self) -> bool:
@@ -103,10 +106,13 @@ class EffectPresenter(QObject):
         self._go_on()
 
     def _forget(self) -> None:
+        self._forget_change()
+        self._note_present()
+
+    def _forget_change(self) -> None:
         self._change, self._before, self._asked = None, None, True
         self._questions.forget()
         self._line.clear()
-        self._note_present()
 
     def _go_on(self) -> None:
         if self._runs.state is not RunState.IDLE or not self._workspace.has_session:
@@ -119,7 +125,7 @@ class EffectPresenter(QObject):
             return  # they are still to be solved
         self._asked = True
         run = session.run(self._workspace.parameters)
-        self._questions.ask(_Question(self._change.patch, self._change.forward, run, self._before, self._present))
+        self._questions.ask(_Question(self._change, run, self._before, self._present))
 
     def _there(self, session: Session) -> frozenset[int]:
         return frozenset() if self._change is None else self._change.blocks & session.counts().keys()
@@ -128,9 +134,8 @@ class EffectPresenter(QObject):
         self._present = self._workspace.session.completion() if self._workspace.has_session else None
 
     def _say(self, question: _Question, effect: Effect | None, note: str = "") -> None:
-        change = self._change
-        if change is not None and (change.patch, change.forward) == (question.patch, question.forward):
-            self._line.say(_title(change), effect, note)
+        if question.change is self._change:
+            self._line.say(_title(question.change), effect, note)
 
 
 def _title(change: Change) -> str:
@@ -139,8 +144,21 @@ def _title(change: Change) -> str:
 
 def _find(question: _Question) -> Effect:
     """Off the GUI's thread."""
-    labels: NDArray[np.int32] = question.run.blocks.copy()
-    labels.flags.writeable = True
-    (question.patch.revert if question.forward else question.patch.apply)(labels)
-    before = replace(question.run, blocks=labels)
-    return edit_effect(before, question.run, question.patch, (question.before, question.after))
+    change, run = question.change, question.run
+    former = replace(run, blocks=_labels_before(change, run.blocks), drawn=_drawn_before(change, run.drawn))
+    return edit_effect(former, run, change.patch, (question.before, question.after))
+
+
+def _labels_before(change: Change, labels: NDArray[np.int32]) -> NDArray[np.int32]:
+    """The label map of before a change, which has made it what it is."""
+    former = labels.copy()
+    (change.patch.revert if change.forward else change.patch.apply)(former)
+    return former
+
+
+def _drawn_before(change: Change, drawn: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
+    """The drawn pixels of before a change."""
+    box, before, after = change.drawn
+    former = np.zeros(change.session.frame.shape, bool) if drawn is None else drawn.copy()
+    former[box] = before if change.forward else after
+    return former

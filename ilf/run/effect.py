@@ -60,7 +60,8 @@ def edit_effect(
     patch : LabelPatch
         The edit, in either direction.
     completed : (Completion or None, Completion or None)
-        What the blocks were completed to before and after, where they have been.
+        What the blocks were completed to before and after, where they have been; of no use where the touched blocks had
+        other pixels.
 
     Returns
     -------
@@ -104,11 +105,23 @@ def _expected(
 ) -> tuple[float, float] | None:
     values = []
     for run, completion in (before, after):
+        if not _is_of(run, completion, touched):
+            return None
         there = np.isin(run.blocks, list(touched)) & completion.filled
         values.append(expected_error(run.frame, completion)[there])
     if min(map(np.size, values)) < _FEWEST:
         return None
     return _rms(values[0]), _rms(values[1])
+
+
+def _is_of(run: Run, completion: Completion, touched: set[int]) -> bool:
+    """Whether the results of these blocks, as far as there are any, are of the very pixels that the run gives them."""
+    return all(
+        np.array_equal(run.blocks[result.block.box] == label, result.block.mask)
+        and np.count_nonzero(run.blocks == label) == result.depth.size
+        for label, result in completion.results.items()
+        if label in touched
+    )
 
 
 def _rms(values: NDArray[np.float32]) -> float:
