@@ -27,6 +27,10 @@ DRAG_S = 0.7
 """Values of the same parameters that come within so many seconds are one step."""
 
 
+DrawnChange = tuple[Box, Mask, Mask]
+"""Where drawn borders change, and the drawn pixels there before and after."""
+
+
 class Change(NamedTuple):
     """An edit of a label map that has been made, undone or made again.
 
@@ -47,7 +51,7 @@ class Change(NamedTuple):
     patch: LabelPatch
     forward: bool
     text: str
-    drawn: tuple[Box, Mask, Mask]
+    drawn: DrawnChange
 
     @property
     def blocks(self) -> frozenset[int]:
@@ -105,7 +109,7 @@ class EditLabels(QUndoCommand):
         self._patch = patch
         self._done = done
         self._other_notes = notes
-        self._drawn: tuple[Box, Mask, Mask] | None = None
+        self._drawn: DrawnChange | None = None
         """Where drawn borders change, and the drawn pixels there before and after."""
         if notes is None:
             former = session.notes.drawn
