@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtGui import QAction
 
 from gui.effect.effect_line import EffectLine
-from gui.state.commands import Change
+from gui.state.commands import Change, DrawnChange
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.views.presenter import ViewsPresenter
@@ -27,6 +27,7 @@ class _Question:
 
     patch: LabelPatch
     forward: bool
+    drawn: DrawnChange
     run: Run
     before: Completion | None
     after: Completion | None
@@ -61,9 +62,11 @@ class EffectPresenter(QObject):
         self._questions = LatestQuestion[_Question, Effect](_find, self)
         self._questions.answered.connect(self._say)
         self._questions.failed.connect(lambda question, error: self._say(question, None, f"not known: {error}"))
+        workspace.labels_changed.connect(self._forget_change)  # of an edit, `edited` tells next
         workspace.edited.connect(self._take)
         workspace.session_changed.connect(self._forget)
-        runs.state_changed.connect(self._go_on)
+        for changed in (workspace.parameters_changed, workspace.results_changed, runs.state_changed):
+            changed.connect(self._go_on)
 
     @property
     def busy(self) -> bool:
@@ -75,6 +78,11 @@ class EffectPresenter(QObject):
         """The last edit of the present frame."""
         return self._change
 
+    @property
+    def before(self) -> Completion | None:
+        """What was completed before that edit, or after it if it has been undone; None for nothing."""
+        return self._before
+
     def note(self, text: str) -> None:
         """Add something about the last edit, as that it has left slivers."""
         if self._change is not None:
@@ -85,9 +93,8 @@ class EffectPresenter(QObject):
         if not on or self._change is None:
             self._views.show_present()
             return
-        session, patch, forward, _ = self._change
-        labels = session.labels.copy()
-        (patch.revert if forward else patch.apply)(labels)
+        change = self._change
+        labels = _labels_before(change.patch, change.forward, change.session.labels)
         self._views.show_other(labels, None if self._before is None else self._before.depth)
 
     def shutdown(self) -> bool:
@@ -102,10 +109,13 @@ class EffectPresenter(QObject):
         self._go_on()
 
     def _forget(self) -> None:
+        self._forget_change()
+        self._note_present()
+
+    def _forget_change(self) -> None:
         self._change, self._before, self._asked = None, None, True
         self._questions.forget()
         self._line.clear()
-        self._note_present()
 
     def _go_on(self) -> None:
         if self._runs.state is not RunState.IDLE or not self._workspace.has_session:
@@ -118,7 +128,9 @@ class EffectPresenter(QObject):
             return  # they are still to be solved
         self._asked = True
         run = session.run(self._workspace.parameters)
-        self._questions.ask(_Question(self._change.patch, self._change.forward, run, self._before, self._present))
+        _, patch, forward, _, drawn = self._change
+        # not the session, which may be closed before there is an answer
+        self._questions.ask(_Question(patch, forward, drawn, run, self._before, self._present))
 
     def _there(self, session: Session) -> frozenset[int]:
         return frozenset() if self._change is None else self._change.blocks & session.counts().keys()
@@ -138,8 +150,15 @@ def _title(change: Change) -> str:
 
 def _find(question: _Question) -> Effect:
     """Off the GUI's thread."""
-    labels: NDArray[np.int32] = question.run.blocks.copy()
-    labels.flags.writeable = True
-    (question.patch.revert if question.forward else question.patch.apply)(labels)
-    before = replace(question.run, blocks=labels)
-    return edit_effect(before, question.run, question.patch, (question.before, question.after))
+    run, forward, (box, before, after) = question.run, question.forward, question.drawn
+    drawn = np.zeros(run.blocks.shape, bool) if run.drawn is None else run.drawn.copy()
+    drawn[box] = before if forward else after
+    former = replace(run, blocks=_labels_before(question.patch, forward, run.blocks), drawn=drawn)
+    return edit_effect(former, run, question.patch, (question.before, question.after))
+
+
+def _labels_before(patch: LabelPatch, forward: bool, labels: NDArray[np.int32]) -> NDArray[np.int32]:
+    """The label map of before a change, which has made it what it is."""
+    former = labels.copy()
+    (patch.revert if forward else patch.apply)(former)
+    return former
