@@ -32,8 +32,8 @@ class EffectLine(QWidget):
         self.label.setTextFormat(Qt.TextFormat.RichText)
         self.label.setMinimumWidth(1)
         self.label.setToolTip(
-            "What the last edit has done. On hidden depth: most of the known depth near the border is hidden, and the "
-            "blocks there are completed without it, before and after. Hold B to look at the state before it."
+            "What the last edit has done. On hidden depth: the known depth near the border is hidden, and the blocks "
+            "there are completed without it, before and after. Hold B to look at the state before it."
         )
         layout = QHBoxLayout(self)
         layout.setContentsMargins(_MARGIN, 2, _MARGIN, 2)

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtGui import QAction
 
 from gui.effect.effect_line import EffectLine
-from gui.state.commands import Change
+from gui.state.commands import Change, DrawnChange
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.views.presenter import ViewsPresenter
@@ -27,6 +27,7 @@ class _Question:
 
     patch: LabelPatch
     forward: bool
+    drawn: DrawnChange
     run: Run
     before: Completion | None
     after: Completion | None
@@ -67,12 +68,23 @@ class EffectPresenter(QObject):
         workspace.session_changed.connect(self._forget)
         workspace.replaced.connect(self._forget)
         workspace.distrusted_changed.connect(self._take_distrusted)
-        runs.state_changed.connect(self._go_on)
+        for changed in (workspace.parameters_changed, workspace.results_changed, runs.state_changed):
+            changed.connect(self._go_on)
 
     @property
     def busy(self) -> bool:
         """Whether an effect is to come."""
         return self._questions.busy
+
+    @property
+    def change(self) -> Change | None:
+        """The last edit of the present frame."""
+        return self._change
+
+    @property
+    def before(self) -> Completion | None:
+        """What was completed before that edit, or after it if it has been undone; None for nothing."""
+        return self._before
 
     def look(self, on: bool) -> None:
         """Show the blocks and the depth before the last edit, or after it if it has been undone; or go back."""
@@ -80,9 +92,9 @@ class EffectPresenter(QObject):
         if not on or not self._edited:
             self._views.show_present()
             return
-        labels = self._workspace.session.labels.copy()
+        labels = self._workspace.session.labels
         if self._change is not None:
-            (self._change.patch.revert if self._change.forward else self._change.patch.apply)(labels)
+            labels = _labels_before(self._change.patch, self._change.forward, labels)
         self._views.show_other(labels, None if self._before is None else self._before.depth)
 
     def shutdown(self) -> bool:
@@ -123,7 +135,8 @@ class EffectPresenter(QObject):
             return  # they are still to be solved
         self._asked = True
         run = session.run(self._workspace.parameters)
-        self._questions.ask(_Question(self._change.patch, self._change.forward, run, self._before, self._present))
+        change = self._change
+        self._questions.ask(_Question(change.patch, change.forward, change.drawn, run, self._before, self._present))
 
     def _there(self, session: Session) -> frozenset[int]:
         return frozenset() if self._change is None else self._change.blocks & session.counts().keys()
@@ -143,11 +156,25 @@ def _title(change: Change) -> str:
 
 def _find(question: _Question) -> Effect:
     """Off the GUI's thread."""
-    labels: NDArray[np.int32] = question.run.blocks.copy()
-    labels.flags.writeable = True
-    (question.patch.revert if question.forward else question.patch.apply)(labels)
-    before = replace(question.run, blocks=labels)
-    there = set(np.unique(labels[question.patch.box]).tolist()) - {0}
+    run, patch = question.run, question.patch
+    labels = _labels_before(patch, question.forward, run.blocks)
+    before = replace(run, blocks=labels, drawn=_drawn_before(question.drawn, question.forward, run))
+    there = set(np.unique(labels[patch.box]).tolist()) - {0}
     known = question.before is not None and there <= question.before.results.keys()
     completed = question.before if known else None  # what was edited before and not run since has no result to compare
-    return edit_effect(before, question.run, question.patch, (completed, question.after))
+    return edit_effect(before, run, patch, (completed, question.after))
+
+
+def _labels_before(patch: LabelPatch, forward: bool, labels: NDArray[np.int32]) -> NDArray[np.int32]:
+    """The label map of before a change, which has made it what it is."""
+    former = labels.copy()
+    (patch.revert if forward else patch.apply)(former)
+    return former
+
+
+def _drawn_before(change: DrawnChange, forward: bool, run: Run) -> NDArray[np.bool_]:
+    """The drawn pixels of before a change."""
+    box, before, after = change
+    former = np.zeros(run.blocks.shape, bool) if run.drawn is None else run.drawn.copy()
+    former[box] = before if forward else after
+    return former

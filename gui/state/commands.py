@@ -27,6 +27,10 @@ DRAG_S = 0.7
 """Values of the same parameters that come within so many seconds are one step."""
 
 
+DrawnChange = tuple[Box, Mask, Mask]
+"""Where drawn borders change, and the drawn pixels there before and after."""
+
+
 class Change(NamedTuple):
     """An edit of a label map that has been made, undone or made again.
 
@@ -39,12 +43,15 @@ class Change(NamedTuple):
         False where it has been undone.
     text : str
         What the edit is called.
+    drawn : (Box, ndarray of bool, ndarray of bool)
+        Where drawn borders change, and the drawn pixels there before the edit and after it.
     """
 
     session: Session
     patch: LabelPatch
     forward: bool
     text: str
+    drawn: DrawnChange
 
     @property
     def blocks(self) -> frozenset[int]:
@@ -75,8 +82,8 @@ class Notices(Protocol):
         """Other depth is distrusted."""
         ...
 
-    def take_parameters(self, session: Session, common: Parameters | None, own: Mapping[int, OwnValues | None]) -> None:
-        """Other parameters: the common ones unless None, and blocks' own values, None for none."""
+    def take_parameters(self, session: Session, common: OwnValues, own: Mapping[int, OwnValues | None]) -> None:
+        """Other values of some of the common parameters, and other own values of blocks, None for none."""
         ...
 
 
@@ -102,7 +109,7 @@ class EditLabels(QUndoCommand):
         self._patch = patch
         self._done = done
         self._other_notes = notes
-        self._drawn: tuple[Box, Mask, Mask] | None = None
+        self._drawn: DrawnChange | None = None
         """Where drawn borders change, and the drawn pixels there before and after."""
         if notes is None:
             former = session.notes.drawn
@@ -129,8 +136,8 @@ class EditLabels(QUndoCommand):
             self._other_notes = self._session.take_notes(self._other_notes)
         elif self._drawn is not None:
             box, before, after = self._drawn
-            self._session.draw(box, after if forward else before)
-            change = Change(self._session, self._patch, forward, self.text())
+            change = Change(self._session, self._patch, forward, self.text(), self._drawn)
+            self._session.draw(box, after if forward else before, change.blocks)
         self._notices.note_labels_changed(self._session, self._patch, change)
 
 
@@ -212,9 +219,12 @@ class EditParameters(QUndoCommand):
         self._take(0)
 
     def _take(self, which: int) -> None:
-        common = None if self._common is None else self._common[which]
+        # by name: the other common parameters may have been changed with another frame
+        values = {} if self._common is None else self._common[which].to_dict()
         self._notices.take_parameters(
-            self._session, common, {label: values[which] for label, values in self._own.items()}
+            self._session,
+            {name: value for name, value in values.items() if name in self._names},
+            {label: values[which] for label, values in self._own.items()},
         )
 
 

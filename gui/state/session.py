@@ -260,11 +260,13 @@ class Session:
         for label in touched_by(patch):
             self._forget_result(label)
 
-    def draw(self, box: Box, drawn: NDArray[np.bool_]) -> None:
-        """Take over which pixels have drawn borders inside a box; it belongs to a change of the label map there."""
+    def draw(self, box: Box, drawn: NDArray[np.bool_], blocks: Iterable[int]) -> None:
+        """Take over which pixels have drawn borders inside a box; it belongs to a change of these blocks there."""
         if self.notes.drawn is None:
             self.notes.drawn = np.zeros(self.labels.shape, bool)
         self.notes.drawn[box] = drawn
+        for label in blocks:  # during a stroke, results were looked for before its borders were known
+            self._forget_result(label)
 
     def add_guess(self, base: Completion, guess: Completion) -> None:
         """Keep the guess of what a completion leaves missing; it holds as long as that is the present one."""
@@ -283,9 +285,10 @@ class Session:
             self._shown.note(block.box)
         self.results.end_run(previews_stay)
 
-    def add_results(self, results: Sequence[BlockResult]) -> None:
-        """Keep blocks' results; they are not exported yet."""
-        self.results.add(results, self.frame.distrusted)
+    def add_results(self, results: Sequence[BlockResult], frame: RGBDFrame | None = None) -> None:
+        """Keep blocks' results, of the frame as it was when they were begun if it has changed since; they are not
+        exported yet."""
+        self.results.add(results, (frame or self.frame).distrusted)
         self._shown.keep(results)
         for result in results:
             self._forget_result(result.block.label)
@@ -424,7 +427,8 @@ def parameter_labels(names: Iterable[str]) -> list[str]:
 def touched_by(patch: LabelPatch) -> frozenset[int]:
     """Blocks that gain or lose pixels by a change of the label map."""
     changed = patch.before != patch.after
-    return frozenset(np.union1d(patch.before[changed], patch.after[changed]).tolist()) - {0}
+    counts = (np.bincount(labels[changed]) for labels in (patch.before, patch.after))
+    return frozenset(int(label) for count in counts for label in np.flatnonzero(count)) - {0}
 
 
 def _equal(one: NDArray[np.bool_] | None, other: NDArray[np.bool_] | None) -> bool:

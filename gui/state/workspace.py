@@ -20,6 +20,7 @@ from ilf.ebs import Extraction
 from ilf.ebs.edit import LabelPatch, patch_between
 from ilf.ebs.reextraction import flow_around, keep_under
 from ilf.filter.convergence import IterationRecord
+from ilf.frame import RGBDFrame
 from ilf.outcomes import BlockResult, Completion
 from ilf.parameters import DEFAULT_PRESET, BlockParameters, Parameters, preset
 from ilf.run import Run
@@ -314,9 +315,9 @@ class Workspace(QObject):
         if session is self._session:
             self.previews_changed.emit()
 
-    def store_results(self, session: Session, results: Sequence[BlockResult]) -> None:
-        """Keep blocks' results."""
-        session.add_results(results)
+    def store_results(self, session: Session, results: Sequence[BlockResult], frame: RGBDFrame | None = None) -> None:
+        """Keep blocks' results, of the frame as it was when they were begun if it may have changed since."""
+        session.add_results(results, frame)
         (self.results_added if session is self._session else self.sessions_changed).emit()
 
     def store_guess(self, session: Session, base: Completion, guess: Completion) -> None:
@@ -405,14 +406,15 @@ class Workspace(QObject):
         blocks = f" of {self._session.info(min(own)).name}" if len(own) == 1 else f" of {len(own)} blocks"
         stack.push(EditParameters(self, self._session, common, own, names, f"Set {what}{blocks if own else ''}"))
 
-    def take_parameters(self, session: Session, common: Parameters | None, own: Mapping[int, OwnValues | None]) -> None:
-        """Called by commands: other common parameters unless None, and blocks' own values, None for none."""
+    def take_parameters(self, session: Session, common: OwnValues, own: Mapping[int, OwnValues | None]) -> None:
+        """Called by commands: other values of some of the common parameters, and other own values of blocks, None for
+        none."""
         for label, values in own.items():
             if values:
                 session.notes.own[label] = values
             else:
                 session.notes.own.pop(label, None)
-        self._take_common(self.parameters if common is None else common)
+        self._take_common(self.parameters.replace(**common))
 
     def _take_common(self, parameters: Parameters) -> None:
         self.parameters = parameters
@@ -450,13 +452,13 @@ class Workspace(QObject):
             if label not in left and ((patch.before == label).any() or (patch.after == label).any())
         ]
         self.labels_changed.emit(patch.box)
-        self.results_changed.emit()
         if gone:
             self.select([label for label in session.selected if label not in gone])
         if change is None:
             self.replaced.emit()
         else:
             self.edited.emit(change)
+        self.results_changed.emit()
 
     def note_results_changed(self, session: Session) -> None:
         """Called by commands after results have gone or come back."""

@@ -31,7 +31,7 @@ class BlockCommands(QObject):
         session = self._workspace.session
         if self._refuses_locked("delete"):
             return
-        if self._edit(delete(session.labels, session.selected, session.locked), self._text("Delete")):
+        if self._edit(lambda: delete(session.labels, session.selected, session.locked), self._text("Delete")):
             self._workspace.select([])
 
     def merge(self) -> None:
@@ -47,7 +47,7 @@ class BlockCommands(QObject):
             self.message.emit("Choose two or more blocks to merge: Ctrl+click adds one.")
             return
         apart = not parts_touch(session.labels, chosen)
-        if self._edit(merge(session.labels, chosen, session.locked), self._text("Merge")):
+        if self._edit(lambda: merge(session.labels, chosen, session.locked), self._text("Merge")):
             self._workspace.select(chosen[:1])
             if apart:
                 name = session.info(chosen[0]).name
@@ -98,8 +98,9 @@ class BlockCommands(QObject):
         """Give islands, slivers and holes of the whole frame to where they belong."""
         session = self._workspace.session
         smallest = sliver_size(session.labels.size)
+        self._editor.cancel()
         found = count_slivers(session.labels, smallest, locked=session.locked)
-        if self._edit(clean_up(session.labels, smallest, session.locked), "Clean up"):
+        if self._edit(lambda: clean_up(session.labels, smallest, session.locked), "Clean up"):
             self.message.emit(f"{found} sliver{'s' * (found != 1)} of fewer than {smallest} px cleaned up.")
         else:
             self.message.emit(f"There are no islands, slivers or holes of fewer than {smallest} px.")
@@ -120,8 +121,10 @@ class BlockCommands(QObject):
             self._workspace.stroke(edit(label))
         return self._workspace.end_stroke(text) is not None
 
-    def _edit(self, patch: LabelPatch | None, text: str) -> bool:
-        return self._workspace.edit_labels(patch, text)
+    def _edit(self, edit: Callable[[], LabelPatch | None], text: str) -> bool:
+        """An edit of the label map as it is without the stroke that may be under way."""
+        self._editor.cancel()
+        return self._workspace.edit_labels(edit(), text)
 
     def _refuses_locked(self, verb: str) -> bool:
         session = self._workspace.session

@@ -157,7 +157,7 @@ class Editor(QObject):
 
     def _look_ahead(self) -> None:
         """Have the guide found by the time it is needed."""
-        if self._workspace.has_session and (_GUIDED & set(self.tool.options) or self._active == "give"):
+        if self._workspace.has_session and _GUIDED & set(self.tool.options):
             _ = self.guide
 
     # options

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from gui.tools.base import Host, Point, Press, Tool, line_path, snapped
-from gui.tools.pen import Pen
+from gui.tools.pen import Pen, Snap
 from gui.views.pointer import PointerEvent
 from gui.views.preview import Preview
 
@@ -19,6 +19,7 @@ class LineTool(Tool):
         self._pen = Pen()
         self._press: Press | None = None
         self._by_clicks = False
+        self._pixel = 1.0
 
     @property
     def busy(self) -> bool:
@@ -48,7 +49,8 @@ class LineTool(Tool):
         dragged = press.drags
         if not press.follow(event):
             return False
-        snap = partial(snapped, host)
+        self._pixel = event.pixel
+        snap = self._snap(host)
         if not self._pen.down:
             self._pen.begin(press.point)
         elif not dragged:
@@ -61,7 +63,7 @@ class LineTool(Tool):
         """Go on to a point, or begin there."""
         self._by_clicks = True
         if self._pen.down:
-            self._pen.go(point, straight, partial(snapped, host))
+            self._pen.go(point, straight, self._snap(host))
         else:
             self._pen.begin(point)
         self._show(host)
@@ -70,5 +72,10 @@ class LineTool(Tool):
         """Show the line, and from click to click how it would go on to the pointer."""
         line = self._pen.line
         if event is not None:
-            line = line + self._pen.reach((event.x, event.y), event.shift, partial(snapped, host))[1:]
+            self._pixel = event.pixel
+            line = line + self._pen.reach((event.x, event.y), event.shift, self._snap(host))[1:]
         host.show_preview(Preview(line_path(line), self._pen.corners if self._by_clicks else line[:1]))
+
+    def _snap(self, host: Host) -> Snap:
+        """How a stretch is moved onto edges, as near as the view is now."""
+        return partial(snapped, host, self._pixel)

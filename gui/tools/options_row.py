@@ -43,7 +43,9 @@ class OptionsRow(QWidget):
         self.amount = QSpinBox()
         self.amount.setRange(1, LARGEST_AMOUNT)
         self.amount.setSuffix(" px")
-        self.leash.setToolTip("Snap: how far a drawn line may move to lie on an edge; at the left end, not at all")
+        self.leash.setToolTip(
+            "Snap: how far a drawn line may move on the screen to an edge, so less far when zoomed in; 0: not at all"
+        )
         self.amount.setToolTip("By how many pixels chosen blocks grow, shrink or are smoothed")
         self.amount.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self._parts: dict[str, QWidget] = {

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 
-from gui.tools.base import Host, Press, refuses, snapped
+from gui.tools.base import Host, Press, refuses
 from gui.tools.line import LineTool
 from gui.views.pointer import PointerEvent, PointerKind
 from ilf.ebs.edit import assign_outline
@@ -53,7 +52,7 @@ class OutlineTool(LineTool):
         if len(line) < 3:
             host.say("An outline needs three corners.")
             return True
-        closing = self._pen.reach(line[0], False, partial(snapped, host))
+        closing = self._pen.reach(line[0], False, self._snap(host))
         self.cancel(host)
         session = host.session
         label = self._target(host) or session.next_label()

@@ -6,11 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-import cv2
-import numpy as np
-
-from gui.state.session import Session
 from gui.tools.base import Host, Point, Press, knows_edges, line_path, refuses
+from gui.tools.crossing import crossed
 from gui.tools.line import LineTool
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
@@ -87,7 +84,9 @@ class SplitTool(LineTool):
         if offer is not None:
             _cut(offer.label, offer.line, host)
         else:
-            _cut(most_crossed(host.session, line), line, host)
+            found = list(crossed(host.session.labels, line))
+            chosen = [label for label in host.session.selected[:1] if label in found]
+            _cut((chosen or found or [0])[0], line, host)
         return True
 
     def _end(self, press: Press, event: PointerEvent, host: Host) -> None:
@@ -165,16 +164,3 @@ def _cut(label: int, line: list[Point], host: Host) -> None:
         host.select([label])
     else:
         host.say(f"The line does not part {name}: draw it from boundary to boundary.")
-
-
-def most_crossed(session: Session, points: list[Point]) -> int:
-    """The chosen block if the line crosses it, else the one it crosses most; 0 for none."""
-    line = np.zeros(session.labels.shape, np.uint8)
-    path = np.floor(np.asarray(points)).astype(np.int32).reshape(-1, 1, 2)
-    cv2.polylines(line, [path], False, 1)
-    crossed = np.bincount(session.labels[line > 0], minlength=1)
-    crossed[0] = 0
-    for label in session.selected[:1]:
-        if label < crossed.size and crossed[label]:
-            return label
-    return int(np.argmax(crossed))

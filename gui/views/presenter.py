@@ -34,6 +34,8 @@ class ViewsPresenter(QObject):
         self._colours_hold = False
         self._names_hold = False
         self._shows_names = False
+        self._looks_back = False
+        """Whether the views show something else for a while."""
         for signal in (workspace.labels_changed, workspace.stroke_changed):
             signal.connect(self._boxes.append)
         for doubtful in (workspace.infos_changed, workspace.session_changed):
@@ -47,6 +49,7 @@ class ViewsPresenter(QObject):
         session = self._workspace.session if self._workspace.has_session else None
         if session is not self._shown:
             self._shown, self._table, self._distrusted = session, None, None
+            self._looks_back = False
             if session is None:
                 self._views.clear()
             else:
@@ -57,6 +60,8 @@ class ViewsPresenter(QObject):
 
     def show_blocks(self) -> None:
         """The blocks: all of them if colours have changed, else the boxes that have; which are chosen; their names."""
+        if self._looks_back:
+            return
         boxes = self._boxes.copy()
         self._boxes.clear()
         if not self._workspace.has_session:
@@ -102,7 +107,7 @@ class ViewsPresenter(QObject):
 
     def show_depth(self) -> None:
         """The depth as far as it is completed, with that of the blocks that run, and what of it is stale."""
-        if self._workspace.has_session:
+        if self._workspace.has_session and not self._looks_back:
             session = self._workspace.session
             completion = session.completion()
             guessed = completion.guessed if completion is not None and completion.guessed.any() else None
@@ -110,8 +115,9 @@ class ViewsPresenter(QObject):
             self._views.set_result(depth, guessed, None if depth is None else session.stale)
 
     def show_other(self, labels: NDArray[np.int32], depth: NDArray[np.float32] | None) -> None:
-        """Show other blocks of the present frame, int32 (H, W), and other completed depth [m], None for none, for a
-        while."""
+        """Show other blocks of the present frame, int32 (H, W), and other completed depth [m], None for none,
+        until `show_present`."""
+        self._looks_back = True
         table = colour_table(self._workspace.session, int(labels.max()))
         self._views.set_blocks(labels, table)
         self._views.set_result(depth)
@@ -119,6 +125,7 @@ class ViewsPresenter(QObject):
 
     def show_present(self) -> None:
         """Show the blocks and the depth that there are."""
+        self._looks_back = False
         self.show_blocks()
         self.show_depth()
 

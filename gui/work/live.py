@@ -59,5 +59,5 @@ class LiveSolver(QObject):
         chosen = self._workspace.chosen
         wanted = sorted(touched.intersection(session.counts()), key=lambda label: (label != chosen, label))
         changed = [label for label in wanted if not session.is_up_to_date(label)]
-        if changed:
-            self._runs.resolve(changed, edited=True)
+        if changed and not self._runs.resolve(changed, edited=True):
+            self._touched = session, set(changed)

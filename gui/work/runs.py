@@ -18,6 +18,7 @@ from gui.state.workspace import Workspace
 from gui.work.worker import Worker
 from ilf.dense import guess_steps
 from ilf.filter.convergence import IterationRecord
+from ilf.frame import RGBDFrame
 from ilf.outcomes import Completion, Progress
 from ilf.run import GUESS, RunSteps
 from ilf.threads import available_cores
@@ -105,6 +106,8 @@ class RunController(QObject):
         self._patience.timeout.connect(self._worker.cancel)
         self.session: Session | None = None
         """The frame that runs."""
+        self._frame: RGBDFrame | None = None
+        """The same as it was when the run began: other depth may be distrusted meanwhile."""
         self._begun: set[int] = set()
         self._done: set[int] = set()
         workspace.sessions_changed.connect(self._leave_closed)
@@ -171,19 +174,23 @@ class RunController(QObject):
         session = self._workspace.session
         return set(session.selected) & set(session.counts())
 
-    def resolve(self, blocks: Sequence[int], edited: bool = False) -> None:
-        """Solve blocks of the present frame anew, as they are now, in this order; nothing happens during a run.
+    def resolve(self, blocks: Sequence[int], edited: bool = False) -> bool:
+        """Solve blocks of the present frame anew, as they are now, in this order; False if a run comes first.
 
         Of what comes while a re-solve is under way only the latest counts: it is taken up when that ends, which is at
         once if blocks have been edited, and otherwise soon. Blocks that had been left then are solved after it.
         """
         if self.state is RunState.IDLE:
             self._begin_resolve(blocks)
-        elif self._resolving and (self._next is None or self._next.action is None):
-            waiting = () if self._next is None else self._next.blocks
-            self._next = _FollowUp(self._workspace.session, (*blocks, *(one for one in waiting if one not in blocks)))
-            age_ms = math.ceil(1000 * (time.perf_counter() - self._started))
-            self._end_resolve_in(0 if edited else max(_PATIENCE_MS - age_ms, 0))
+            return True
+        if not self._resolving or (self._next is not None and self._next.action is not None):
+            return False
+        session = self._workspace.session
+        waiting = self._next.blocks if self._next is not None and self._next.session is session else ()
+        self._next = _FollowUp(session, (*blocks, *(one for one in waiting if one not in blocks)))
+        age_ms = math.ceil(1000 * (time.perf_counter() - self._started))
+        self._end_resolve_in(0 if edited else max(_PATIENCE_MS - age_ms, 0))
+        return True
 
     def _follow_up(self, action: Callable[[], None]) -> None:
         """Do something else with the present frame when the re-solve has ended, which is at once."""
@@ -215,7 +222,7 @@ class RunController(QObject):
         self._start(session, lambda: run.steps(1))
 
     def _start(self, session: Session, make: Callable[[], RunSteps], paused: bool = False) -> None:
-        self.session = session
+        self.session, self._frame = session, session.frame
         self._started = time.perf_counter()
 
         def job() -> Generator[Step, None, None]:
@@ -238,10 +245,10 @@ class RunController(QObject):
         self.session = session
         self._guessing = completion
         self._started = time.perf_counter()
-        extraction = session.notes.extraction
+        frame, extraction = session.frame, session.notes.extraction
 
         def job() -> Generator[Step, None, Completion]:
-            steps = guess_steps(session.frame, completion, extraction)
+            steps = guess_steps(frame, completion, extraction)
             while True:
                 try:
                     yield Progress(GUESS, record=next(steps)), None
@@ -324,14 +331,14 @@ class RunController(QObject):
                 self._preview_time = time.perf_counter() + _PREVIEWS_S
         if results:
             self._done.update(result.block.label for result in results)
-            self._workspace.store_results(session, results)
+            self._workspace.store_results(session, results, self._frame)
 
     def _end(self, how: str, guess: Completion | None = None) -> None:
         if self._guessing is not None:
             self._end_guess(how, guess)
             return
         run, self._run = self._run, None
-        session, self.session = self.session, None
+        session, self.session, self._frame = self.session, None, None
         done, self._done, self._begun = self._done, set(), set()
         resolved, self._resolving = self._resolving, ()
         following, self._next = self._next, None
@@ -351,8 +358,10 @@ class RunController(QObject):
         elif following.action is not None:
             following.action()
         else:
-            left = (label for label in resolved if label not in done and label not in following.blocks)
-            self._begin_resolve((*following.blocks, *left))
+            left = resolved if following.session is session else ()
+            self._begin_resolve(
+                (*following.blocks, *(label for label in left if label not in done and label not in following.blocks))
+            )
         if resolved:
             self._tell_resolved(session, [label for label in resolved if label in done], seconds)
         elif run is not None:

@@ -15,12 +15,8 @@ from ..outcomes import Completion
 from .run import Run
 
 _BAND = 5
-"""Known depth is hidden up to so many pixels from those that have changed hands."""
-
-_SHARE = 0.9
-"""Share of it that is hidden."""
-
-_SEED = 0
+"""All known depth is hidden up to so many pixels from those that have changed hands. The few samples of a random share
+that is left would decide what the depth between comes to, and they lie on either side of the border in question."""
 
 _FEWEST = 20
 """Pixels below which an error is not worth saying."""
@@ -54,8 +50,8 @@ def edit_effect(
 ) -> Effect:
     """What an edit of the label map has done to the depth around it.
 
-    Known depth near the pixels that have changed hands is hidden, most of it, with a fixed seed, and the blocks there
-    are completed without it, once as they were and once as they are.
+    Known depth near the pixels that have changed hands is hidden, and the blocks there are completed without it, once
+    as they were and once as they are.
 
     Parameters
     ----------
@@ -64,7 +60,8 @@ def edit_effect(
     patch : LabelPatch
         The edit, in either direction.
     completed : (Completion or None, Completion or None)
-        What the blocks were completed to before and after, where they have been.
+        What the blocks were completed to before and after, where they have been; of no use where the touched blocks had
+        other pixels.
 
     Returns
     -------
@@ -78,7 +75,6 @@ def edit_effect(
     if completed[0] is not None and completed[1] is not None:
         expected = _expected((before, completed[0]), (after, completed[1]), touched)
     hidden = _near(changed) & after.frame.known
-    hidden &= np.random.default_rng(_SEED).random(changed.shape) < _SHARE
     errors = [_errors(run, hidden) for run in (before, after)]
     both = np.isfinite(errors[0]) & np.isfinite(errors[1])
     count = int(np.count_nonzero(both))
@@ -109,11 +105,23 @@ def _expected(
 ) -> tuple[float, float] | None:
     values = []
     for run, completion in (before, after):
+        if not _is_of(run, completion, touched):
+            return None
         there = np.isin(run.blocks, list(touched)) & completion.filled
         values.append(expected_error(run.frame, completion)[there])
     if min(map(np.size, values)) < _FEWEST:
         return None
     return _rms(values[0]), _rms(values[1])
+
+
+def _is_of(run: Run, completion: Completion, touched: set[int]) -> bool:
+    """Whether the results of these blocks, as far as there are any, are of the very pixels that the run gives them."""
+    return all(
+        np.array_equal(run.blocks[result.block.box] == label, result.block.mask)
+        and np.count_nonzero(run.blocks == label) == result.depth.size
+        for label, result in completion.results.items()
+        if label in touched
+    )
 
 
 def _rms(values: NDArray[np.float32]) -> float:

@@ -73,3 +73,12 @@ def test_where_too_little_is_known_nothing_is_said(small_labels: NDArray[np.int3
     patch = patch_between(small_labels, all_of_it)
     assert patch is not None
     assert edit_effect(Run(frame, small_labels), Run(frame, all_of_it), patch).moved == all_of_it.size
+
+
+def test_a_completion_of_an_older_state_says_nothing_of_the_one_before_the_edit(
+    moved: tuple[Run, Run, LabelPatch],
+) -> None:
+    before, after, patch = moved
+    older = np.where(np.arange(64) < 40, 1, 2) + np.zeros_like(after.blocks)
+    done = Run(before.frame, older, before.parameters).complete(), after.complete()
+    assert edit_effect(before, after, patch, done).expected is None

@@ -1,0 +1,207 @@
+"""What is known of one state of a frame is never taken for another's: results, edits, values, what is to be solved."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QAction
+from pytestqt.qtbot import QtBot
+
+from gui.effect.effect_line import EffectLine
+from gui.effect.presenter import EffectPresenter
+from gui.tools.block_commands import BlockCommands
+from gui.tools.editor import Editor
+from gui.views.linked_views import LinkedViews
+from gui.views.presenter import ViewsPresenter
+from gui.work.live import LiveSolver
+from gui.work.runs import RunState
+from ilf.ebs.edit import LabelPatch, patch_between
+from ilf.outcomes import Completion
+from ilf.run import Effect, Run
+
+from .scripted_runs import Bench, Until
+
+Completed = tuple[Completion | None, Completion | None]
+
+
+@pytest.fixture
+def views(bench: Bench, qtbot: QtBot) -> ViewsPresenter:
+    views = LinkedViews()
+    qtbot.addWidget(views)
+    presenter = ViewsPresenter(bench.workspace, views)
+    presenter.show_frame()
+    presenter.show_present()
+    return presenter
+
+
+@pytest.fixture
+def effect(bench: Bench, views: ViewsPresenter, qtbot: QtBot) -> Iterator[EffectPresenter]:
+    live = QAction(checkable=True, checked=True)
+    line = EffectLine()
+    qtbot.addWidget(line)
+    presenter = EffectPresenter(bench.workspace, bench.runs, views, line, live)
+    presenter.solver = LiveSolver(bench.workspace, bench.runs, live)  # type: ignore[attr-defined]
+    yield presenter
+    assert presenter.shutdown()
+
+
+def box_to(bench: Bench, label: int, rows: slice, columns: slice) -> LabelPatch:
+    labels = bench.session.labels.copy()
+    labels[rows, columns] = label
+    patch = patch_between(bench.session.labels, labels)
+    assert patch is not None
+    return patch
+
+
+def run_all(bench: Bench, until: Until) -> None:
+    bench.script.allow()
+    bench.runs.start()
+    until(lambda: bench.runs.state is RunState.IDLE)
+
+
+def test_results_of_a_run_are_of_the_depth_that_it_was_begun_with(bench: Bench, until: Until) -> None:
+    bench.runs.start()
+    mask = np.zeros(bench.frame.shape, bool)
+    mask[:4, :4] = True
+    bench.workspace.set_distrusted(mask, "Distrust depth")
+    bench.script.allow()
+    until(lambda: bool(bench.said))
+    assert bench.session.valid_results() == {}
+    bench.session.undo_stack.undo()
+    assert set(bench.session.valid_results()) == {1, 2}
+
+
+def test_a_stroke_does_not_bring_back_the_result_of_other_drawn_borders(bench: Bench, until: Until) -> None:
+    run_all(bench, until)
+    block = bench.session.labels == 2
+    bench.workspace.edit_labels(box_to(bench, 1, np.s_[:], np.s_[30:]), "Give")
+    bench.workspace.stroke(box_to(bench, 2, np.s_[:], np.s_[30:]))
+    bench.session.valid_results()  # as the views ask for them during a stroke
+    bench.workspace.end_stroke("Paint")
+    assert bench.session.notes.drawn is not None
+    assert bench.session.notes.drawn[block].any()
+    assert 2 not in bench.session.valid_results()
+
+
+def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(
+    bench: Bench, effect: EffectPresenter, until: Until, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[tuple[Run, Run]] = []
+
+    def find(before: Run, after: Run, patch: LabelPatch, completed: Completed) -> Effect:
+        asked.append((before, after))
+        return Effect(1)
+
+    monkeypatch.setattr("gui.effect.presenter.edit_effect", find)
+    run_all(bench, until)
+    for count, column in enumerate((26, 22), 1):
+        drawn = bench.session.notes.drawn
+        former = None if drawn is None else drawn.copy()
+        bench.workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[column:30]), "Paint")
+        until(lambda count=count: len(asked) == count)
+        before, after = asked[-1]
+        np.testing.assert_array_equal(after.drawn, bench.session.notes.drawn)
+        if former is None:
+            assert before.drawn is None
+        else:
+            np.testing.assert_array_equal(before.drawn, former)
+    bench.session.undo_stack.undo()
+    until(lambda: len(asked) == 3)
+    np.testing.assert_array_equal(asked[2][0].drawn, asked[1][1].drawn)
+    np.testing.assert_array_equal(asked[2][1].drawn, asked[1][0].drawn)
+
+
+def test_the_depth_before_an_edit_is_that_of_the_values_then(
+    bench: Bench, effect: EffectPresenter, until: Until
+) -> None:
+    run_all(bench, until)
+    first = bench.session.completion()
+    bench.workspace.set_parameters(bench.workspace.parameters.replace(max_iterations=7))
+    run_all(bench, until)
+    assert bench.session.completion() is not first
+    bench.session.undo_stack.undo()
+    now = bench.session.completion()
+    assert now is not None
+    bench.workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    before = effect.before
+    assert before is not None
+    assert before.results[1].parameters == bench.workspace.parameters
+
+
+def test_other_blocks_leave_nothing_to_look_back_to(bench: Bench, effect: EffectPresenter, until: Until) -> None:
+    run_all(bench, until)
+    bench.workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    assert effect.change is not None
+    bench.workspace.replace_labels(np.where(bench.labels > 0, 3 - bench.labels, 0).astype(np.int32), "Load blocks")
+    assert effect.change is None
+
+
+def test_what_is_shown_while_one_looks_back_stays(
+    bench: Bench, effect: EffectPresenter, views: ViewsPresenter, until: Until
+) -> None:
+    run_all(bench, until)
+    shown: list[np.ndarray | None] = []
+    drawn: list[np.ndarray] = []
+    former = bench.session.labels.copy()
+    bench.workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    views._views.set_result = lambda depth, *_: shown.append(depth)  # type: ignore[method-assign]
+    views._views.set_blocks = lambda labels, _: drawn.append(labels.copy())  # type: ignore[method-assign]
+    effect.look(True)
+    views.show_depth()  # as when a block has been solved meanwhile
+    views.show_blocks()
+    assert len(shown) == len(drawn) == 1
+    np.testing.assert_array_equal(drawn[0], former)
+    effect.look(False)
+    np.testing.assert_array_equal(drawn[-1], bench.session.labels)
+    assert len(shown) == 2
+
+
+def test_blocks_of_one_frame_are_not_solved_in_another(bench: Bench, until: Until) -> None:
+    bench.script.records = 1000
+    bench.runs.resolve([2, 1])
+    bench.runs.resolve([2])
+    bench.script.allow(1)
+    until(lambda: bench.session.results.running == [2])
+    bench.open("second")
+    bench.runs.resolve([1], edited=True)
+    bench.script.records = 1
+    bench.script.allow()
+    until(lambda: bench.runs.state is RunState.IDLE)
+    assert [list(steps.run.only) for steps in bench.script.runs] == [[2, 1], [1]]
+
+
+def test_an_edit_between_a_command_to_run_and_the_run_is_solved_after_it(
+    bench: Bench, effect: EffectPresenter, until: Until
+) -> None:
+    run_all(bench, until)
+    bench.workspace.edit_labels(box_to(bench, 3, np.s_[40:], np.s_[50:]), "Outline")
+    bench.runs.start({3})
+    bench.workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    until(lambda: bench.session.changed_blocks() == [])
+
+
+def test_undo_takes_back_the_values_of_its_step_alone(bench: Bench) -> None:
+    workspace = bench.workspace
+    common = workspace.parameters
+    workspace.set_parameters(common.replace(max_iterations=7))
+    second = bench.open("second")
+    workspace.set_parameters(workspace.parameters.replace(s_criteria=0.003))
+    bench.session.undo_stack.undo()
+    assert workspace.parameters == common.replace(s_criteria=0.003), "the other frame's step stays"
+    second.undo_stack.undo()
+    assert workspace.parameters == common
+
+
+def test_a_command_during_a_stroke_can_be_undone_exactly(bench: Bench, views: ViewsPresenter) -> None:
+    editor = Editor(bench.workspace, views._views)
+    commands = BlockCommands(bench.workspace, editor)
+    former = bench.session.labels.copy()
+    bench.workspace.select([1])
+    editor.set_tool("paint")
+    bench.workspace.stroke(box_to(bench, 2, np.s_[5:20], np.s_[10:20]))
+    commands.delete()
+    bench.session.undo_stack.undo()
+    np.testing.assert_array_equal(bench.session.labels, former)
+    editor.shutdown()
