@@ -9,6 +9,7 @@ import pytest
 from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 
+from gui.dialogs.export import behind
 from gui.effect.effect_line import EffectLine
 from gui.effect.presenter import EffectPresenter
 from gui.tools.block_commands import BlockCommands
@@ -205,3 +206,14 @@ def test_a_command_during_a_stroke_can_be_undone_exactly(bench: Bench, views: Vi
     bench.session.undo_stack.undo()
     np.testing.assert_array_equal(bench.session.labels, former)
     editor.shutdown()
+
+
+def test_an_export_says_what_its_results_lack(bench: Bench, until: Until) -> None:
+    run_all(bench, until)
+    assert behind(bench.session) == ""
+    bench.workspace.edit_labels(box_to(bench, 3, np.s_[40:], np.s_[50:]), "Outline")
+    bench.workspace.set_parameters(bench.workspace.parameters.replace(max_iterations=7))
+    assert behind(bench.session) == (
+        "Not run as they are now, so that what they miss stays missing: 2 of 3 blocks. "
+        "Run with other values than are set now: 1 of 3 blocks. Run what has changed first (F5)."
+    )
