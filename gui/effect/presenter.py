@@ -73,21 +73,6 @@ class EffectPresenter(QObject):
         """Whether an effect is to come."""
         return self._questions.busy
 
-    @property
-    def change(self) -> Change | None:
-        """The last edit of the present frame."""
-        return self._change
-
-    @property
-    def before(self) -> Completion | None:
-        """What was completed before that edit, or after it if it has been undone; None for nothing."""
-        return self._before
-
-    def note(self, text: str) -> None:
-        """Add something about the last edit, as that it has left slivers."""
-        if self._change is not None:
-            self._line.say(_title(self._change), None, text)
-
     def look(self, on: bool) -> None:
         """Show the blocks and the depth before the last edit, or after it if it has been undone; or go back."""
         if not on or self._change is None:
