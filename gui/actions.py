@@ -308,6 +308,7 @@ class Actions:
             window.addAction(action)
             self._actions[command.name] = action
         undo, redo = history.createUndoAction(window, "Undo"), history.createRedoAction(window, "Redo")
+        undo.triggered.disconnect()  # what undoing means while a stroke is under way is not the history's to say
         undo.setShortcut(QKeySequence("Ctrl+Z"))
         redo.setShortcuts([QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")])
         self._actions |= {"undo": undo, "redo": redo}

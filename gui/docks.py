@@ -18,6 +18,8 @@ _VERSION = 1
 """Of the arrangement that is remembered: that of another version is not taken up."""
 _COLUMN = 0.26, 270, 380
 """Width of the column of panels: share of the window, and bounds [px]."""
+_BELOW = 110
+"""Height of panels below the pictures [px]."""
 _RAIL_ICON = 20
 
 
@@ -215,6 +217,8 @@ class Docks(QObject):
             heights = [round(100 * self._panels[dock.objectName()].height) for dock in column]
             self._window.resizeDocks(column, [width] * len(column), Qt.Orientation.Horizontal)
             self._window.resizeDocks(column, heights, Qt.Orientation.Vertical)
+        below = [dock for dock in docks if self._window.dockWidgetArea(dock) == Qt.DockWidgetArea.BottomDockWidgetArea]
+        self._window.resizeDocks(below, [_BELOW] * len(below), Qt.Orientation.Vertical)
 
 
 def _titles(value: object) -> list[str]:

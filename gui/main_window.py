@@ -256,6 +256,7 @@ class MainWindow(QMainWindow):
             "reset_own": self.filter_presenter.reset_own,
             "copy_own": self.filter_presenter.copy_own,
             "clear_results": runs.clear_results,
+            "undo": editor.undo,
             "give_up": editor.escape,
             "brush_smaller": lambda: editor.step_brush(-1),
             "brush_larger": lambda: editor.step_brush(1),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 
 from PySide6.QtCore import QEvent, Qt
+from PySide6.QtGui import QResizeEvent, QTextDocument
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
 from gui import theme
@@ -13,9 +14,17 @@ from ilf.run import Effect
 _EQUAL = 0.02
 """Errors that differ by a smaller share are as good as equal."""
 
+_MARGIN = 8
+
+_LONG = "{:,} px moved", "expected error {}", "on hidden depth {}"
+_SHORT = "{:,} px", "expected {}", "hidden {}"
+
 
 class EffectLine(QWidget):
-    """What the last edit was, and whether it was for the better: hidden until there is one."""
+    """What the last edit was, and whether it was for the better.
+
+    It has its place before there is an edit: the pictures would move under the pointer otherwise.
+    """
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -23,45 +32,67 @@ class EffectLine(QWidget):
         self.label.setTextFormat(Qt.TextFormat.RichText)
         self.label.setMinimumWidth(1)
         self.label.setToolTip(
-            "What the last edit has done. On hidden depth: most of the known depth near the border is hidden, and the "
-            "blocks there are completed without it, before and after. Hold B to look at the state before it."
+            "What the last edit has done. On hidden depth: the known depth near the border is hidden, and the blocks "
+            "there are completed without it, before and after. Hold B to look at the state before it."
         )
         layout = QHBoxLayout(self)
-        layout.setContentsMargins(8, 2, 8, 2)
+        layout.setContentsMargins(_MARGIN, 2, _MARGIN, 2)
         layout.addWidget(self.label, 1)
         self._said: tuple[str, Effect | None, str] | None = None
-        self.hide()
+        self._looks = False
+        self._write()
 
     def say(self, text: str, effect: Effect | None = None, note: str = "") -> None:
         """Show what an edit is called, what it has done as far as that is known, and a note."""
         self._said = text, effect, note
         self._write()
-        self.show()
+
+    def mark_look(self, on: bool) -> None:
+        """Say that the state before the edit is what is to be seen, or no longer."""
+        self._looks = on
+        self._write()
 
     def clear(self) -> None:
         """There has been no edit."""
         self._said = None
-        self.hide()
+        self._write()
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange:
             self._write()
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._write()
+
     def _write(self) -> None:
         if self._said is None:
+            tone = theme.colours(self.palette()).muted.name()
+            self.label.setText(f'<span style="color:{tone}">What an edit does to the depth is said here.</span>')
             return
         text, effect, note = self._said
+        if self._looks:
+            tone = theme.colours(self.palette()).accent.name()
+            self.label.setText(f'<span style="color:{tone}"><b>The state before: {html.escape(text)}</b></span>')
+            return
+        words = self._words(_LONG, text, effect, note)
+        if effect is not None and _width(words, self.label) > self.contentsRect().width() - 2 * _MARGIN:
+            words = self._words(_SHORT, text, effect, note)
+        self.label.setText(words)
+
+    def _words(self, names: tuple[str, str, str], text: str, effect: Effect | None, note: str) -> str:
+        moved, expected, held_out = names
         parts = [f"<b>{html.escape(text)}</b>"]
         if effect is not None:
-            parts.append(f"{effect.moved:,} px moved".replace(",", "\u202f"))
+            parts.append(moved.format(effect.moved).replace(",", "\u202f"))
             if effect.expected is not None:
-                parts.append(f"expected error {self._change(*effect.expected)}")
+                parts.append(expected.format(self._change(*effect.expected)))
             if effect.held_out is not None:
-                parts.append(f"on hidden depth {self._change(*effect.held_out)}")
+                parts.append(held_out.format(self._change(*effect.held_out)))
         if note:
             parts.append(html.escape(note))
-        self.label.setText(" &nbsp;·&nbsp; ".join(parts))
+        return " &nbsp;·&nbsp; ".join(parts)
 
     def _change(self, before: float, after: float) -> str:
         """Two errors [m] as text, in the colour of better or worse."""
@@ -74,3 +105,12 @@ class EffectLine(QWidget):
 
 def _millimetres(error: float) -> str:
     return f"{1000 * error:.{1 if error < 0.0995 else 0}f}"
+
+
+def _width(text: str, label: QLabel) -> float:
+    """How wide rich text is in a label's font [px]."""
+    document = QTextDocument()
+    document.setDocumentMargin(0)
+    document.setDefaultFont(label.font())
+    document.setHtml(text)
+    return document.idealWidth()

@@ -41,7 +41,7 @@ class EffectPresenter(QObject):
     Parameters
     ----------
     live : QAction
-        Whether blocks are solved again after edits; nothing is worked out without.
+        Whether blocks are solved again after edits; without, what an edit did is known after the next run.
     """
 
     def __init__(
@@ -55,6 +55,8 @@ class EffectPresenter(QObject):
         self._live = live
         self._change: Change | None = None
         self._asked = True
+        self._edited = False
+        """Whether there is a state before an edit."""
         self._before: Completion | None = None
         """What was completed before the last edit."""
         self._present: Completion | None = None
@@ -62,9 +64,10 @@ class EffectPresenter(QObject):
         self._questions = LatestQuestion[_Question, Effect](_find, self)
         self._questions.answered.connect(self._say)
         self._questions.failed.connect(lambda question, error: self._say(question, None, f"not known: {error}"))
-        workspace.labels_changed.connect(self._forget_change)  # of an edit, `edited` tells next
         workspace.edited.connect(self._take)
         workspace.session_changed.connect(self._forget)
+        workspace.replaced.connect(self._forget)
+        workspace.distrusted_changed.connect(self._take_distrusted)
         for changed in (workspace.parameters_changed, workspace.results_changed, runs.state_changed):
             changed.connect(self._go_on)
 
@@ -75,11 +78,13 @@ class EffectPresenter(QObject):
 
     def look(self, on: bool) -> None:
         """Show the blocks and the depth before the last edit, or after it if it has been undone; or go back."""
-        if not on or self._change is None:
+        self._line.mark_look(on)
+        if not on or not self._edited:
             self._views.show_present()
             return
-        change = self._change
-        labels = _labels_before(change.patch, change.forward, change.session.labels)
+        labels = self._workspace.session.labels
+        if self._change is not None:
+            labels = _labels_before(self._change.patch, self._change.forward, labels)
         self._views.show_other(labels, None if self._before is None else self._before.depth)
 
     def shutdown(self) -> bool:
@@ -87,20 +92,26 @@ class EffectPresenter(QObject):
         return self._questions.shutdown()
 
     def _take(self, change: Change) -> None:
-        self._change, self._asked = change, not self._live.isChecked()
+        self._change, self._asked, self._edited = change, False, True
         self._before = self._present
         self._questions.forget()
         self._line.say(_title(change), Effect(int(np.count_nonzero(change.patch.before != change.patch.after))))
         self._go_on()
 
-    def _forget(self) -> None:
-        self._forget_change()
-        self._note_present()
+    def _take_distrusted(self) -> None:
+        """Other depth is distrusted: the state before it can be seen; its effect is that on all blocks."""
+        before = self._present
+        self._forget()
+        self._edited, self._before = True, before
+        distrusted = self._workspace.session.frame.distrusted
+        count = 0 if distrusted is None else int(np.count_nonzero(distrusted))
+        self._line.say("Distrusted depth", note=f"{count:,} px".replace(",", "\u202f") if count else "none")
 
-    def _forget_change(self) -> None:
-        self._change, self._before, self._asked = None, None, True
+    def _forget(self) -> None:
+        self._change, self._before, self._asked, self._edited = None, None, True, False
         self._questions.forget()
         self._line.clear()
+        self._note_present()
 
     def _go_on(self) -> None:
         if self._runs.state is not RunState.IDLE or not self._workspace.has_session:
@@ -109,13 +120,13 @@ class EffectPresenter(QObject):
         if self._asked or self._change is None:
             return
         session = self._change.session
-        if session.results.kept and not all(session.is_up_to_date(label) for label in self._there(session)):
+        solved = bool(session.results.kept) or not self._live.isChecked()
+        if solved and not all(session.is_up_to_date(label) for label in self._there(session)):
             return  # they are still to be solved
         self._asked = True
         run = session.run(self._workspace.parameters)
-        _, patch, forward, _, drawn = self._change
-        # not the session, which may be closed before there is an answer
-        self._questions.ask(_Question(patch, forward, drawn, run, self._before, self._present))
+        change = self._change
+        self._questions.ask(_Question(change.patch, change.forward, change.drawn, run, self._before, self._present))
 
     def _there(self, session: Session) -> frozenset[int]:
         return frozenset() if self._change is None else self._change.blocks & session.counts().keys()
@@ -135,15 +146,25 @@ def _title(change: Change) -> str:
 
 def _find(question: _Question) -> Effect:
     """Off the GUI's thread."""
-    run, forward, (box, before, after) = question.run, question.forward, question.drawn
-    drawn = np.zeros(run.blocks.shape, bool) if run.drawn is None else run.drawn.copy()
-    drawn[box] = before if forward else after
-    former = replace(run, blocks=_labels_before(question.patch, forward, run.blocks), drawn=drawn)
-    return edit_effect(former, run, question.patch, (question.before, question.after))
+    run, patch = question.run, question.patch
+    labels = _labels_before(patch, question.forward, run.blocks)
+    before = replace(run, blocks=labels, drawn=_drawn_before(question.drawn, question.forward, run))
+    there = set(np.unique(labels[patch.box]).tolist()) - {0}
+    known = question.before is not None and there <= question.before.results.keys()
+    completed = question.before if known else None  # what was edited before and not run since has no result to compare
+    return edit_effect(before, run, patch, (completed, question.after))
 
 
 def _labels_before(patch: LabelPatch, forward: bool, labels: NDArray[np.int32]) -> NDArray[np.int32]:
     """The label map of before a change, which has made it what it is."""
     former = labels.copy()
     (patch.revert if forward else patch.apply)(former)
+    return former
+
+
+def _drawn_before(change: DrawnChange, forward: bool, run: Run) -> NDArray[np.bool_]:
+    """The drawn pixels of before a change."""
+    box, before, after = change
+    former = np.zeros(run.blocks.shape, bool) if run.drawn is None else run.drawn.copy()
+    former[box] = before if forward else after
     return former

@@ -23,11 +23,12 @@ Mask = NDArray[np.bool_]
 OwnChange = Mapping[int, tuple[OwnValues | None, OwnValues | None]]
 """Block label -> its own values before and after, None for none."""
 
-DrawnChange = tuple[Box, Mask, Mask]
-"""Where drawn borders change, and the drawn pixels there before and after."""
-
 DRAG_S = 0.7
 """Values of the same parameters that come within so many seconds are one step."""
+
+
+DrawnChange = tuple[Box, Mask, Mask]
+"""Where drawn borders change, and the drawn pixels there before and after."""
 
 
 class Change(NamedTuple):
@@ -43,7 +44,7 @@ class Change(NamedTuple):
     text : str
         What the edit is called.
     drawn : (Box, ndarray of bool, ndarray of bool)
-        What becomes of drawn borders.
+        Where drawn borders change, and the drawn pixels there before the edit and after it.
     """
 
     session: Session
@@ -109,6 +110,7 @@ class EditLabels(QUndoCommand):
         self._done = done
         self._other_notes = notes
         self._drawn: DrawnChange | None = None
+        """Where drawn borders change, and the drawn pixels there before and after."""
         if notes is None:
             former = session.notes.drawn
             box, drawn = redrawn(former, session.labels, patch)

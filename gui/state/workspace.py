@@ -63,6 +63,8 @@ class Workspace(QObject):
     """The expected error of the results has been worked out."""
     edited = Signal(object)
     """An edit of the label map has been made, undone or made again: a `Change`."""
+    replaced = Signal()
+    """All blocks of the present frame have given way to others, or have come back: no edit."""
     distrusted_changed = Signal()
     """Other depth of the present frame is distrusted."""
     selection_changed = Signal()
@@ -452,7 +454,9 @@ class Workspace(QObject):
         self.labels_changed.emit(patch.box)
         if gone:
             self.select([label for label in session.selected if label not in gone])
-        if change is not None:
+        if change is None:
+            self.replaced.emit()
+        else:
             self.edited.emit(change)
         self.results_changed.emit()
 

@@ -12,7 +12,7 @@ from PySide6.QtGui import QPainterPath
 
 from gui.state.session import Session
 from gui.tools.guide import Guide
-from gui.tools.options import ToolOptions
+from gui.tools.options import LARGEST_LEASH, ToolOptions
 from gui.views.pointer import PointerEvent
 from gui.views.preview import Preview
 from ilf.ebs.edit import LabelPatch
@@ -157,9 +157,9 @@ def line_path(points: Sequence[Point], closed: bool = False) -> QPainterPath:
     return path
 
 
-def snapped(host: Host, points: Sequence[Point]) -> list[Point]:
-    """A drawn line, moved onto edges nearby as far as the leash allows."""
-    guide, leash = host.guide, host.options.leash
+def snapped(host: Host, pixel: float, points: Sequence[Point]) -> list[Point]:
+    """A drawn line, moved onto edges nearby as far as the leash allows, where a pixel of the screen is `pixel` ones."""
+    guide, leash = host.guide, min(host.options.leash * pixel, LARGEST_LEASH)
     if guide is None or leash <= 0 or len(points) < 2:
         return list(points)
     return guide.snapper.snap(points, leash)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from PySide6.QtCore import QObject, Signal
 
 from gui.state.session import Session
 from gui.state.workspace import Workspace
-from gui.tools.base import Tool
+from gui.tools.base import Found, Tool
 from gui.tools.guide import Guide, GuideSource
 from gui.tools.kinds import make_tools
 from gui.tools.options import ToolOptions
@@ -22,8 +22,6 @@ from gui.views.preview import Preview
 from gui.work.latest_question import LatestQuestion
 from ilf.ebs.edit import LabelPatch, count_slivers
 from ilf.errors import InputError
-
-_Found = TypeVar("_Found")
 
 _GUIDED = {"leash", "similar"}
 """Options of tools that ask for the guide."""
@@ -93,6 +91,7 @@ class Editor(QObject):
         self._active = name
         self._views.set_preview(None)
         self._look_ahead()
+        self._hover_again()
         self.tool_changed.emit()
 
     def cycle_tool(self, steps: int) -> None:
@@ -119,6 +118,11 @@ class Editor(QObject):
         """Give up what the tool has under way, or else choose no block."""
         if not self.cancel():
             self.select([])
+
+    def undo(self) -> None:
+        """Give up what the tool has under way, or else take the last step back."""
+        if not self.cancel():
+            self._workspace.undo_group.undo()
 
     def finish(self) -> bool:
         """Complete what the tool has under way; False if there is nothing."""
@@ -153,7 +157,7 @@ class Editor(QObject):
 
     def _look_ahead(self) -> None:
         """Have the guide found by the time it is needed."""
-        if self._workspace.has_session and (_GUIDED & set(self.tool.options) or self._active == "give"):
+        if self._workspace.has_session and _GUIDED & set(self.tool.options):
             _ = self.guide
 
     # options
@@ -170,6 +174,10 @@ class Editor(QObject):
 
     def _take_options(self) -> None:
         self.options_changed.emit()
+        self._hover_again()
+
+    def _hover_again(self) -> None:
+        """Show what the tool shows where the pointer is."""
         if self._pointer is not None and self._workspace.has_session:
             at = self._pointer
             self.tool.pointer(PointerEvent(PointerKind.HOVER, at.x, at.y, pixel=at.pixel), self)
@@ -221,7 +229,7 @@ class Editor(QObject):
             self.say(str(error))
             return False
 
-    def work_out(self, find: Callable[[], _Found], take: Callable[[_Found], None]) -> None:
+    def work_out(self, find: Callable[[], Found], take: Callable[[Found], None]) -> None:
         """Work something out off the GUI's thread, then take it, unless the tool is made to give up before."""
         self._jobs.ask(_Job(find, take))
 

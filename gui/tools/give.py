@@ -1,48 +1,65 @@
-"""Giving a piece of one block to another."""
+"""Giving a piece of one block to another: one that is there, or one that a line cuts off."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gui.tools.base import Host, Tool
+from gui.tools.base import Host, Point, Press, refuses
+from gui.tools.crossing import crossed
+from gui.tools.line import LineTool
 from gui.views.overlay import boundary_path
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
-from ilf.ebs.edit import give
+from ilf.ebs.edit import cut_off, give
 from ilf.ebs.pieces import piece_at
 
 
-class GiveTool(Tool):
-    """A click gives the piece under the pointer to the chosen block; hovering shows the piece."""
+class GiveTool(LineTool):
+    """A click gives the piece under the pointer to the chosen block; hovering shows the piece.
+
+    A line drawn from one block through another cuts a part off that, and gives it to the one that it begins in.
+    """
 
     def __init__(self) -> None:
+        super().__init__()
         self._piece: NDArray[np.bool_] | None = None
         self._by_region = False
 
     @property
     def hint(self) -> str:
-        """What a click would do."""
-        return "Click: give this piece to the chosen block | Ctrl+click: this region | Shift+click: choose the block"
+        """What a click or a drag would do."""
+        return (
+            "Click: give this piece to the chosen block, with Ctrl this region | Shift+click: choose the block | "
+            "drag from a block: cut a part off for it"
+        )
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Show the piece, or give it."""
+        """Show the piece, or give it; draw while the button is down, and cut at its release."""
         match event.kind:
             case PointerKind.PRESS:
-                self._press(event, host)
-            case PointerKind.LEAVE:
+                self._press = Press(event)
+            case PointerKind.MOVE if self._press is not None:
+                self._drag(self._press, event, host)
+            case PointerKind.RELEASE if self._press is not None:
+                press, line = self._press, self._pen.line
                 self.cancel(host)
-            case PointerKind.HOVER | PointerKind.MOVE:
-                self._show(event, host)
+                if press.drags:
+                    _cut_off(press.point, line, host)
+                else:
+                    self._give(event, host)
+            case PointerKind.LEAVE if self._press is None:
+                self.cancel(host)
+            case PointerKind.HOVER:
+                self._show_piece(event, host)
         return event.kind is not PointerKind.DOUBLE
 
     def cancel(self, host: Host) -> bool:
-        """Forget the piece that is shown, as the label map may be another; nothing is ever under way."""
+        """Drop the line, and forget the piece that is shown, as the label map may be another."""
         self._piece = None
-        host.show_preview(None)
-        return False
+        return super().cancel(host)
 
-    def _press(self, event: PointerEvent, host: Host) -> None:
+    def _give(self, event: PointerEvent, host: Host) -> None:
         session = host.session
         label = session.label_at(event.x, event.y)
         if event.shift or not session.selected:
@@ -51,12 +68,10 @@ class GiveTool(Tool):
                 host.say(f"{session.info(label).name} gets the pieces that you click now.")
             return
         piece = self._at(event, host)
-        if piece is None:
-            return
-        self.cancel(host)
-        give_piece(host, piece, label)
+        if piece is not None:
+            give_piece(host, piece, label)
 
-    def _show(self, event: PointerEvent, host: Host) -> None:
+    def _show_piece(self, event: PointerEvent, host: Host) -> None:
         shown = self._piece
         row, column = int(event.y // 1), int(event.x // 1)
         inside = shown is not None and 0 <= row < shown.shape[0] and 0 <= column < shown.shape[1]
@@ -70,6 +85,30 @@ class GiveTool(Tool):
         guide = host.guide if event.ctrl else None
         piece = piece_at(host.session.labels, event.x, event.y, None if guide is None else guide.regions)
         return piece if piece.any() else None
+
+
+def _cut_off(start: Point, line: list[Point], host: Host) -> None:
+    """Give the block that a line begins in what it cuts off from another, the one that it crosses most if from several.
+
+    What is smaller than the line in it is not meant. If it cuts off nothing but of that block, the chosen one gets it.
+    """
+    session = host.session
+    takers = dict.fromkeys([session.label_at(*start), *session.selected[:1]])
+    found = crossed(session.labels, line)
+    ways = [(source, label) for label in takers if label for source in found if source != label]
+    if not ways:
+        host.say("Begin the line in the block that is to get a part, and draw it right across another.")
+        return
+    for source, label in ways:
+        patch = cut_off(session.labels, source, line, label)
+        if patch is None or np.count_nonzero(patch.before != patch.after) <= found[source]:
+            continue
+        if not refuses(host, label) and not refuses(host, source):
+            names = session.info(source).name, session.info(label).name
+            host.commit(patch, "Give a part of {} to {}".format(*names))
+        return
+    name = session.info(ways[0][1]).name
+    host.say(f"The line cuts nothing off for {name}: draw it right across another block.")
 
 
 def give_piece(host: Host, piece: NDArray[np.bool_], source: int) -> None:

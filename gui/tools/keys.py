@@ -56,13 +56,17 @@ class ToolKeys(QObject):
                 self._views.set_space(False)
                 self._look.setChecked(False)
             return False
-        if not isinstance(event, QKeyEvent) or not isinstance(watched, QWidget) or not self._concerns(watched):
+        if not isinstance(event, QKeyEvent):
+            return False
+        if event.type() == QEvent.Type.KeyRelease and event.key() == _Key.Key_Space and not event.isAutoRepeat():
+            self._views.set_space(False)  # wherever the focus has gone meanwhile
+        if not isinstance(watched, QWidget) or not self._concerns(watched):
             return False
         if event.type() == QEvent.Type.ShortcutOverride:
             return self._override(event)
         if event.key() == _Key.Key_Space and event.modifiers() in (_PLAIN, Qt.KeyboardModifier.ShiftModifier):
-            if not event.isAutoRepeat():
-                self._views.set_space(event.type() == QEvent.Type.KeyPress)
+            if event.type() == QEvent.Type.KeyPress and not event.isAutoRepeat():
+                self._views.set_space(True)
             return True
         if event.key() == _Key.Key_B and event.modifiers() == _PLAIN:
             if not event.isAutoRepeat():

@@ -20,7 +20,8 @@ class ToolOptions:
     brush_radius : float
         Of the round brush, in pixels.
     leash : int
-        How far a drawn line may move to lie on an edge, in pixels; 0 leaves it as drawn.
+        How far a drawn line may move to lie on an edge, in pixels of the screen, as it is there that a hand trembles;
+        0 leaves it as drawn. Never farther than `LARGEST_LEASH` pixels of the image.
     similar_only : bool
         Whether a stroke keeps to pixels like those where it begins.
     to_no_block : bool
@@ -30,7 +31,7 @@ class ToolOptions:
     """
 
     brush_radius: float = 8.0
-    leash: int = 6
+    leash: int = 8
     similar_only: bool = False
     to_no_block: bool = False
     amount: int = 2

@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QSpinBox, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSlider, QSpinBox, QToolButton, QWidget
 
 from gui.tools.options import BRUSH_RADII, LARGEST_AMOUNT, LARGEST_LEASH, ToolOptions
 
@@ -43,7 +43,9 @@ class OptionsRow(QWidget):
         self.amount = QSpinBox()
         self.amount.setRange(1, LARGEST_AMOUNT)
         self.amount.setSuffix(" px")
-        self.leash.setToolTip("Snap: how far a drawn line may move to lie on an edge; at the left end, not at all")
+        self.leash.setToolTip(
+            "Snap: how far a drawn line may move on the screen to an edge, so less far when zoomed in; 0: not at all"
+        )
         self.amount.setToolTip("By how many pixels chosen blocks grow, shrink or are smoothed")
         self.amount.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self._parts: dict[str, QWidget] = {
@@ -54,12 +56,14 @@ class OptionsRow(QWidget):
             "amount": _together(self.amount, *(_button(action) for action in by_amount)),
         }
         _fill(self, *self._parts.values())
+        self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Preferred)
         for label, longest in ((self._brush_text, "120 px"), (self._leash_text, "20 px")):
             label.setMinimumWidth(label.fontMetrics().horizontalAdvance(longest))
         self.brush.valueChanged.connect(lambda radius: self.changed.emit("brush_radius", float(radius)))
         self.leash.valueChanged.connect(lambda leash: self.changed.emit("leash", leash))
         for name, switch in self._switches.items():
             switch.toggled.connect(lambda on, name=name: self.changed.emit(name, on))
+        self.amount.editingFinished.connect(self.amount.clearFocus)  # keys are the tools' again
         self.amount.valueChanged.connect(lambda amount: self.changed.emit("amount", amount))
 
     def show_options(self, names: Collection[str], options: ToolOptions) -> None:

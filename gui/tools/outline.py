@@ -3,27 +3,21 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 
-from gui.tools.base import Host, Press, Tool, line_path, refuses, snapped
-from gui.tools.pen import Pen
+from gui.tools.base import Host, Press, refuses
+from gui.tools.line import LineTool
 from gui.views.pointer import PointerEvent, PointerKind
-from gui.views.preview import Preview
 from ilf.ebs.edit import assign_outline
 
 _NEAR = 8
 """Pixels of the screen around the first corner within which a click closes the outline."""
 
 
-class OutlineTool(Tool):
+class OutlineTool(LineTool):
     """Drag around, or click corner by corner: what is inside goes to the chosen block, or becomes a new one."""
 
-    options = ("leash",)
-
     def __init__(self) -> None:
-        self._pen = Pen()
-        self._press: Press | None = None
-        self._by_clicks = False
+        super().__init__()
         self._new = False
 
     @property
@@ -33,33 +27,22 @@ class OutlineTool(Tool):
             return "Click: next corner | Shift: straight | Enter or double click: close | Backspace: one back"
         return "Drag around, or click corners: give the inside to the chosen block | Ctrl: to a new block"
 
-    @property
-    def busy(self) -> bool:
-        """Whether an outline has been begun."""
-        return self._pen.down
-
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Draw; a drag closes at its release."""
         match event.kind:
             case PointerKind.PRESS:
                 self._begin(event, host)
             case PointerKind.MOVE if self._press is not None:
-                self._draw(self._press, event, host)
+                self._drag(self._press, event, host)
             case PointerKind.RELEASE if self._press is not None:
-                self._end(self._press, event, host)
+                press, self._press = self._press, None
+                self._end(press, event, host)
             case PointerKind.HOVER if self._by_clicks:
                 self._show(host, event)
             case PointerKind.DOUBLE:
                 if len(self._pen.corners) > 2:
                     self.finish(host)
         return True
-
-    def cancel(self, host: Host) -> bool:
-        """Drop the outline."""
-        under_way, self._press, self._by_clicks = self.busy, None, False
-        self._pen.lift()
-        host.show_preview(None)
-        return under_way
 
     def finish(self, host: Host) -> bool:
         """Close the outline; with two corners it goes on."""
@@ -69,7 +52,7 @@ class OutlineTool(Tool):
         if len(line) < 3:
             host.say("An outline needs three corners.")
             return True
-        closing = self._pen.reach(line[0], False, partial(snapped, host))
+        closing = self._pen.reach(line[0], False, self._snap(host))
         self.cancel(host)
         session = host.session
         label = self._target(host) or session.next_label()
@@ -78,18 +61,7 @@ class OutlineTool(Tool):
         if host.commit(assign_outline(session.labels, outline, label, session.locked), f"Outline {name}"):
             host.select([label])
         else:
-            host.say(f"The outline gives {name} no pixel that it has not: other blocks in it are locked, or none are.")
-        return True
-
-    def take_back(self, host: Host) -> bool:
-        """Drop the last corner."""
-        if not self._by_clicks:
-            return False
-        self._pen.take_back()
-        if self._pen.down:
-            self._show(host)
-        else:
-            self.cancel(host)
+            host.say(f"The outline gives {name} no pixel: it has those inside already, or they are of locked blocks.")
         return True
 
     def _target(self, host: Host) -> int:
@@ -97,42 +69,24 @@ class OutlineTool(Tool):
         return 0 if self._new or not host.session.selected else host.session.selected[0]
 
     def _begin(self, event: PointerEvent, host: Host) -> None:
-        if self._pen.down:
-            first = self._pen.corners[0]
-            if len(self._pen.corners) > 2 and math.dist(first, (event.x, event.y)) <= _NEAR * event.pixel:
-                self.finish(host)
-            else:
+        if not self._pen.down:
+            self._new = event.ctrl
+            if not refuses(host, self._target(host)):
                 self._press = Press(event)
-            return
-        self._new = event.ctrl
-        if not refuses(host, self._target(host)):
+        elif self._closes(event):
+            self.finish(host)
+        else:
             self._press = Press(event)
-            self._pen.begin(self._press.point)
 
-    def _draw(self, press: Press, event: PointerEvent, host: Host) -> None:
-        dragged = press.drags
-        if not press.follow(event):
-            return
-        snap = partial(snapped, host)
-        if not dragged and self._by_clicks:
-            self._pen.go(press.point, event.shift, snap)
-        self._pen.drag((event.x, event.y), event.shift, snap)
-        self._show(host)
+    def _closes(self, event: PointerEvent) -> bool:
+        corners = self._pen.corners
+        return len(corners) > 2 and math.dist(corners[0], (event.x, event.y)) <= _NEAR * event.pixel
 
     def _end(self, press: Press, event: PointerEvent, host: Host) -> None:
-        self._press = None
-        if press.drags and not self._by_clicks:
+        if not press.drags:
+            self._click(press.point, event.shift, host)
+        elif self._by_clicks:
+            self._pen.rest()
+        else:
             self.finish(host)
             self.cancel(host)
-            return
-        if not press.drags and self._by_clicks:
-            self._pen.go(press.point, event.shift, partial(snapped, host))
-        self._pen.rest()
-        self._by_clicks = True
-        self._show(host)
-
-    def _show(self, host: Host, event: PointerEvent | None = None) -> None:
-        line = self._pen.line
-        if event is not None:
-            line = line + self._pen.reach((event.x, event.y), event.shift, partial(snapped, host))[1:]
-        host.show_preview(Preview(line_path(line), self._pen.corners if self._by_clicks else line[:1]))

@@ -6,12 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-import cv2
-import numpy as np
-
-from gui.state.session import Session
-from gui.tools.base import Host, Point, Press, Tool, knows_edges, line_path, refuses, snapped
-from gui.tools.pen import Pen
+from gui.tools.base import Host, Point, Press, knows_edges, line_path, refuses
+from gui.tools.crossing import crossed
+from gui.tools.line import LineTool
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
 from ilf.ebs.edit import split
@@ -24,23 +21,19 @@ class _Offer:
     line: list[Point]
 
 
-class SplitTool(Tool):
+class SplitTool(LineTool):
     """Draw a line right across a block, freely or from click to click; or take the one that a click suggests."""
 
-    options = ("leash",)
-
     def __init__(self) -> None:
-        self._pen = Pen()
-        self._press: Press | None = None
-        self._by_clicks = False
+        super().__init__()
         self._offer: _Offer | None = None
-        self._asked = False
+        self._asked: tuple[int, Point] | None = None
         self._at_once = False
 
     @property
     def hint(self) -> str:
         """What a drag, a click or a key would do."""
-        if self._asked:
+        if self._asked is not None:
             return "Looking for a line that parts two surfaces… | Enter: cut along it at once | Esc: give up"
         if self._offer is not None:
             return "Click or Enter: cut along this line | drag: draw another | Esc: give up"
@@ -50,8 +43,8 @@ class SplitTool(Tool):
 
     @property
     def busy(self) -> bool:
-        """Whether there is a line, drawn or suggested."""
-        return self._asked or self._press is not None or self._pen.down or self._offer is not None
+        """Whether there is a line, drawn, suggested or looked for."""
+        return super().busy or self._asked is not None or self._offer is not None
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Draw; a drag cuts at its release."""
@@ -59,13 +52,11 @@ class SplitTool(Tool):
             case PointerKind.PRESS:
                 self._press = Press(event)
             case PointerKind.MOVE if self._press is not None:
-                self._draw(self._press, event, host)
+                if self._drag(self._press, event, host):
+                    self._forget_offer()
             case PointerKind.RELEASE if self._press is not None:
                 press, self._press = self._press, None
-                if press.drags:
-                    self._end_drag(host)
-                else:
-                    self._click(press.point, event, host)
+                self._end(press, event, host)
             case PointerKind.HOVER if self._by_clicks:
                 self._show(host, event)
             case PointerKind.DOUBLE:
@@ -77,15 +68,13 @@ class SplitTool(Tool):
     def cancel(self, host: Host) -> bool:
         """Drop the line."""
         under_way = self.busy
-        self._press = self._offer = None
-        self._by_clicks = self._asked = self._at_once = False
-        self._pen.lift()
-        host.show_preview(None)
+        self._forget_offer()
+        super().cancel(host)
         return under_way
 
     def finish(self, host: Host) -> bool:
         """Cut along the line as it lies; along one that is still looked for, as soon as it is found."""
-        if self._asked:
+        if self._asked is not None:
             self._at_once = True
             return True
         offer, line = self._offer, self._pen.line
@@ -95,93 +84,49 @@ class SplitTool(Tool):
         if offer is not None:
             _cut(offer.label, offer.line, host)
         else:
-            _cut(most_crossed(host.session, line), line, host)
+            found = list(crossed(host.session.labels, line))
+            chosen = [label for label in host.session.selected[:1] if label in found]
+            _cut((chosen or found or [0])[0], line, host)
         return True
 
-    def take_back(self, host: Host) -> bool:
-        """Drop the last point."""
-        if not self._by_clicks:
-            return False
-        self._pen.take_back()
-        if self._pen.down:
-            self._show(host)
-        else:
-            self.cancel(host)
-        return True
-
-    def _draw(self, press: Press, event: PointerEvent, host: Host) -> None:
-        dragged = press.drags
-        if not press.follow(event):
-            return
-        self._forget_offer()
-        snap = partial(snapped, host)
-        if not self._pen.down:
-            self._pen.begin(press.point)
-        elif not dragged:
-            self._pen.go(press.point, event.shift, snap)
-        self._pen.drag((event.x, event.y), event.shift, snap)
-        self._show(host)
-
-    def _end_drag(self, host: Host) -> None:
-        if self._by_clicks:
+    def _end(self, press: Press, event: PointerEvent, host: Host) -> None:
+        if press.drags and self._by_clicks:
             self._pen.rest()
-        else:
+        elif press.drags or (not event.ctrl and (self._offer is not None or self._asked is not None)):
             self.finish(host)
+        elif self._by_clicks or event.ctrl or not self._ask(press.point, host):
+            self._forget_offer()
+            self._click(press.point, event.shift, host)
 
     def _forget_offer(self) -> None:
-        self._offer = None
-        self._asked = self._at_once = False
-
-    def _click(self, point: Point, event: PointerEvent, host: Host) -> None:
-        if self._by_clicks:
-            self._pen.go(point, event.shift, partial(snapped, host))
-        elif (self._offer is not None or self._asked) and not event.ctrl:
-            self.finish(host)
-            return
-        elif event.ctrl or not self._ask(point, host):
-            self._begin(point)
-        self._show(host)
-
-    def _begin(self, point: Point) -> None:
-        """Begin a line of clicks."""
-        self._forget_offer()
-        self._by_clicks = True
-        self._pen.begin(point)
+        self._offer = self._asked = None
+        self._at_once = False
 
     def _ask(self, point: Point, host: Host) -> bool:
-        """Look for a line in the block at a point; False if there is none, and a line may be begun there instead."""
+        """Look for a line in the block at a point; False if there is no block, and a line may be begun there."""
         label = host.session.label_at(*point)
         if label == 0:
             return False
         if not refuses(host, label) and knows_edges(host):
-            self._asked = True
+            self._asked = label, point
             _look_for_line(host, label, partial(self._take, host, label, point))
         return True
 
     def _take(self, host: Host, label: int, point: Point, line: list[Point] | None) -> None:
-        if not self._asked:
+        if self._asked != (label, point):
             return
         at_once = self._at_once
         self._forget_offer()
         if line is not None:
             self._offer = _Offer(label, line)
-        elif at_once:
-            host.say(f"Nothing tells two surfaces in {host.session.info(label).name} apart.")
-        else:
-            host.say(f"Nothing tells two surfaces in {host.session.info(label).name} apart: click on, point by point.")
-            self._begin(point)
-        self._show(host)
-        if at_once:
-            self.finish(host)
-
-    def _show(self, host: Host, event: PointerEvent | None = None) -> None:
-        if self._offer is not None:
-            host.show_preview(Preview(line_path(self._offer.line), dashed=True))
+            host.show_preview(Preview(line_path(line), dashed=True))
+            if at_once:
+                self.finish(host)
             return
-        line = self._pen.line
-        if event is not None:
-            line = line + self._pen.reach((event.x, event.y), event.shift, partial(snapped, host))[1:]
-        host.show_preview(Preview(line_path(line), self._pen.corners if self._by_clicks else ()))
+        go_on = "." if at_once else ": click on, point by point."
+        host.say(f"Nothing tells two surfaces in {host.session.info(label).name} apart{go_on}")
+        if not at_once:
+            self._click(point, False, host)
 
 
 def suggested_cut(host: Host, label: int) -> None:
@@ -219,16 +164,3 @@ def _cut(label: int, line: list[Point], host: Host) -> None:
         host.select([label])
     else:
         host.say(f"The line does not part {name}: draw it from boundary to boundary.")
-
-
-def most_crossed(session: Session, points: list[Point]) -> int:
-    """The chosen block if the line crosses it, else the one it crosses most; 0 for none."""
-    line = np.zeros(session.labels.shape, np.uint8)
-    path = np.floor(np.asarray(points)).astype(np.int32).reshape(-1, 1, 2)
-    cv2.polylines(line, [path], False, 1)
-    crossed = np.bincount(session.labels[line > 0], minlength=1)
-    crossed[0] = 0
-    for label in session.selected[:1]:
-        if label < crossed.size and crossed[label]:
-            return label
-    return int(np.argmax(crossed))

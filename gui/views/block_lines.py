@@ -90,6 +90,8 @@ class BlockLines:
         rows, columns = (
             slice(own.start - around.start, own.stop - around.start) for own, around in zip(inner, outer, strict=True)
         )
+        if 0 in here[inner].shape:  # the frame is out of sight
+            return inner
         at_rims = tuple(
             (rim[0] and span.start == 0, rim[1] and span.stop == size)
             for rim, span, size in zip(rims, outer, here.shape, strict=True)

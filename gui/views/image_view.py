@@ -46,7 +46,7 @@ class ImageView(pg.GraphicsView):
             QEvent.Type.ContextMenu,
         }
     )
-    _KEYS = frozenset({QEvent.Type.KeyPress, QEvent.Type.KeyRelease, QEvent.Type.FocusOut})
+    _KEYS = frozenset({QEvent.Type.KeyPress, QEvent.Type.KeyRelease})
 
     def __init__(self, on_event: Callable[[ImageView, QEvent], bool]) -> None:
         self._on_event = on_event

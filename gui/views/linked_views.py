@@ -6,8 +6,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QPoint, QRect, QSize, Qt, Signal
-from PySide6.QtGui import QResizeEvent
+from PySide6.QtCore import QEvent, QPoint, Qt, Signal
 from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
 from gui import theme
@@ -17,18 +16,18 @@ from ilf.drawing.levels import robust_depth_levels
 from .block_names import InnerPoint, inner_points
 from .colour_maps import depth_table
 from .empty_hint import EmptyHint
-from .layouts import CELLS, CORRECT, CORRECT_VIEWS, GRIDS, LAYOUTS, correct_places, grid_places
+from .layouts import CELLS
 from .navigation import Navigation
 from .overlay import BlockOverlay
 from .pointer import PointerHandler
 from .preview import Preview
 from .result_cells import DepthCell, DifferenceCell, ErrorCell, missing_brush
 from .screen_layers import ScreenLayers
+from .sheet import Sheet
 from .view_cell import ViewCell
 from .view_transform import ViewTransform
 
 _NO_RESULT = "No result yet"
-_LEAST_ROOM = QSize(256, 192)
 
 
 class LinkedViews(QWidget):
@@ -66,8 +65,6 @@ class LinkedViews(QWidget):
         self._stale: NDArray[np.bool_] | None = None
         self._names: Mapping[int, str] | None = None
         self._shows_missing = self._distrusts = False
-        self._layout_name = self._layout_before = "grid"
-        self._large = CORRECT_VIEWS[0]
 
         handle = self._navigation.handle
         colour = ViewCell(*CELLS["colour"], handle)
@@ -83,8 +80,9 @@ class LinkedViews(QWidget):
         self._layers = ScreenLayers(self.cells["colour"].view)
 
         self._hint = EmptyHint()
-        self._sheet = _Sheet()
-        self._sheet.resized.connect(self._place)
+        self._sheet = Sheet(self.cells)
+        self._sheet.placed.connect(self._fit_to_room)
+        self._sheet.layoutChanged.connect(self.layoutChanged)
         self._pages = QStackedWidget()
         self._pages.addWidget(self._hint)
         self._pages.addWidget(self._sheet)
@@ -92,10 +90,7 @@ class LinkedViews(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self._pages)
 
-        for name, cell in self.cells.items():
-            # before it is made visible: without a parent it would be a window
-            cell.setParent(self._sheet)
-            cell.strip.doubleClicked.connect(lambda name=name: self._enlarge(name))
+        for cell in self.cells.values():
             cell.view.resized.connect(self._fit_to_room)
         for name in ("depth-out", "difference", "expected-error"):
             self.cells[name].view.set_message(_NO_RESULT)
@@ -103,7 +98,6 @@ class LinkedViews(QWidget):
         self._navigation.contextMenuRequested.connect(self.contextMenuRequested)
         self._navigation.transformChanged.connect(self._show_transform)
         self._navigation.cursorShapeChanged.connect(self._set_cursor_shape)
-        self._arrange()
         self._take_theme()
 
     # the frame and its result
@@ -135,7 +129,7 @@ class LinkedViews(QWidget):
         self.cells["colour"].view.set_picture(rgb)
         self.auto_levels()
         self._pages.setCurrentWidget(self._sheet)
-        self._place()
+        self._sheet.set_aspect(self._transform.aspect)
 
     def clear(self) -> None:
         """Show no frame, only the hint how to open one."""
@@ -342,74 +336,32 @@ class LinkedViews(QWidget):
         self._transform.show(columns.start, rows.start, columns.stop, rows.stop)
         self._show_transform()
 
-    def set_layout(self, name: str) -> None:
-        """Arrange the views: by one of `LAYOUTS`, some of them or one alone."""
-        if name not in LAYOUTS:
-            raise ValueError(f"layout must be one of {', '.join(LAYOUTS)}, not {name!r}")
-        if name == self._layout_name:
-            return
-        if len(self._shown_names()) > 1:
-            self._layout_before = self._layout_name
-        self._layout_name = name
-        self._arrange()
-        self.layoutChanged.emit(name)
-
     @property
     def layout_name(self) -> str:
         """Which of `LAYOUTS` is shown."""
-        return self._layout_name
+        return self._sheet.layout_name
+
+    def set_layout(self, name: str) -> None:
+        """Arrange the views: by one of `LAYOUTS`, some of them or one alone."""
+        self._sheet.set_layout(name)
 
     def toggle_layout(self, name: str) -> None:
         """Show a layout, or, if it is shown, the one of several views before it."""
-        back = self._layout_before if self._layout_before != name else LAYOUTS[0]
-        self.set_layout(back if self._layout_name == name else name)
-
-    def _enlarge(self, name: str) -> None:
-        """A double-click on a title: the large place for a small view, else all of the room, or back."""
-        if self._layout_name == CORRECT and name != self._large:
-            self._large = name
-            self._arrange()
-        else:
-            self.toggle_layout(name)
-
-    def _shown_names(self) -> tuple[str, ...]:
-        """Views of the present layout; the first is the one that the others go by."""
-        if self._layout_name == CORRECT:
-            return (self._large, *(name for name in CORRECT_VIEWS if name != self._large))
-        return GRIDS[self._layout_name][0] if self._layout_name in GRIDS else (self._layout_name,)
-
-    def _arrange(self) -> None:
-        shown = self._shown_names()
-        for name, cell in self.cells.items():
-            cell.setVisible(name in shown)
-        self._place()
-
-    def _place(self) -> None:
-        """Give the cells their places, and show all of the frame that was shown before."""
-        names, room = self._shown_names(), self._sheet.size()
-        size = room.width(), room.height()
-        if self._layout_name == CORRECT:
-            strip = self.cells["colour"].strip.height()
-            places = correct_places(len(names) - 1, *size, self._transform.aspect, strip)
-        else:
-            places = grid_places(len(names), GRIDS[self._layout_name][1] if len(names) > 1 else 1, *size)
-        for name, place in zip(names, places, strict=True):
-            self.cells[name].setGeometry(QRect(*place))
-        self._fit_to_room()
+        self._sheet.toggle_layout(name)
 
     def _fit_to_room(self) -> None:
         """Show what the transform says in views of the size that they have now."""
-        names = self._shown_names()
-        sizes = [self.cells[name].view.viewport().size() for name in names]
+        views = [cell.view for cell in self._sheet.shown]
+        sizes = [view.viewport().size() for view in views]
         self._transform.set_view(sizes[0].width(), sizes[0].height())
-        for name, view_size in zip(names, sizes, strict=True):
-            self.cells[name].view.share = self._transform.share(view_size.width(), view_size.height())
+        for view, size in zip(views, sizes, strict=True):
+            view.share = self._transform.share(size.width(), size.height())
         self._show_transform()
 
     def _show_transform(self) -> None:
         for view in self._views:
             view.show_transform(self._transform)
-        self._layers.show([self.cells[name].view for name in self._shown_names()])
+        self._layers.show([cell.view for cell in self._sheet.shown])
 
     def _move_cursor(self, pixel: tuple[int, int] | None) -> None:
         for cell in self.cells.values():
@@ -447,18 +399,3 @@ class LinkedViews(QWidget):
         if event.type() == QEvent.Type.PaletteChange:
             self._take_theme()
         super().changeEvent(event)
-
-
-class _Sheet(QWidget):
-    """What the cells stand on; says when there is other room for them."""
-
-    resized = Signal()
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.setObjectName("sheet")
-        self.setMinimumSize(_LEAST_ROOM)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self.resized.emit()

@@ -96,9 +96,7 @@ class Navigation(QObject):
                 return self._context_menu(view, event)
             case QKeyEvent():
                 return self._key(event)
-        if event.type() == QEvent.Type.FocusOut:
-            self.set_space(False)
-        elif event.type() == QEvent.Type.Leave:
+        if event.type() == QEvent.Type.Leave:
             self._set_pixel(None)
             self._send(PointerKind.LEAVE, view, self._last)
         return False

@@ -38,8 +38,10 @@ class ViewsPresenter(QObject):
         """Whether the views show something else for a while."""
         for signal in (workspace.labels_changed, workspace.stroke_changed):
             signal.connect(self._boxes.append)
-        for other in (workspace.infos_changed, workspace.session_changed, workspace.selection_changed):
-            other.connect(self._doubt_colours)
+        for doubtful in (workspace.infos_changed, workspace.session_changed):
+            doubtful.connect(self._doubt_colours)
+            doubtful.connect(self._doubt_names)
+        workspace.selection_changed.connect(self._doubt_colours)  # a block that is yet to be painted is chosen first
         workspace.labels_changed.connect(self._doubt_names)
 
     def show_frame(self) -> None:
@@ -98,7 +100,7 @@ class ViewsPresenter(QObject):
         return self._table
 
     def _doubt_colours(self) -> None:
-        self._colours_hold = self._names_hold = False
+        self._colours_hold = False
 
     def _doubt_names(self) -> None:
         self._names_hold = False

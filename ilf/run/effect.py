@@ -15,12 +15,8 @@ from ..outcomes import Completion
 from .run import Run
 
 _BAND = 5
-"""Known depth is hidden up to so many pixels from those that have changed hands."""
-
-_SHARE = 0.9
-"""Share of it that is hidden."""
-
-_SEED = 0
+"""All known depth is hidden up to so many pixels from those that have changed hands. The few samples of a random share
+that is left would decide what the depth between comes to, and they lie on either side of the border in question."""
 
 _FEWEST = 20
 """Pixels below which an error is not worth saying."""
@@ -54,8 +50,8 @@ def edit_effect(
 ) -> Effect:
     """What an edit of the label map has done to the depth around it.
 
-    Known depth near the pixels that have changed hands is hidden, most of it, with a fixed seed, and the blocks there
-    are completed without it, once as they were and once as they are.
+    Known depth near the pixels that have changed hands is hidden, and the blocks there are completed without it, once
+    as they were and once as they are.
 
     Parameters
     ----------
@@ -79,7 +75,6 @@ def edit_effect(
     if completed[0] is not None and completed[1] is not None:
         expected = _expected((before, completed[0]), (after, completed[1]), touched)
     hidden = _near(changed) & after.frame.known
-    hidden &= np.random.default_rng(_SEED).random(changed.shape) < _SHARE
     errors = [_errors(run, hidden) for run in (before, after)]
     both = np.isfinite(errors[0]) & np.isfinite(errors[1])
     count = int(np.count_nonzero(both))

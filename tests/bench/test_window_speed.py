@@ -20,7 +20,9 @@ from pytest_benchmark.fixture import BenchmarkFixture
 import ilf
 from gui.main_window import MainWindow
 from gui.state.session import Session
+from gui.work.runs import RunState
 from ilf.completion import CompletionRun
+from ilf.ebs.edit import patch_between
 
 WIDTH, HEIGHT = 1920, 1080
 ACROSS, DOWN = 6, 5
@@ -221,3 +223,71 @@ def test_hover(benchmark: BenchmarkFixture, desk: Desk) -> None:
     desk.tool("select")
     places = iter([(100 + 21 * step, 100 + 13 * step) for step in range(60)])
     _bench(benchmark, lambda: desk.move(*next(places)), lambda: None)
+
+
+def test_border(benchmark: BenchmarkFixture, desk: Desk) -> None:
+    """A border is drawn anew, by the tool, from the last point on."""
+    stack = desk.window.workspace.session.undo_stack
+
+    def prepare() -> None:
+        stack.setIndex(0)
+        desk.tool("select")
+        desk.tool("border")
+        desk.press(320, 40)
+        for y in (70, 100, 130):
+            desk.move(334, y)
+
+    _bench(benchmark, lambda: desk.release(322, 170), prepare)
+    assert stack.index() == 1
+
+
+def test_outline(benchmark: BenchmarkFixture, desk: Desk) -> None:
+    """An outline is closed around pixels of several blocks, from the last point on."""
+    stack = desk.window.workspace.session.undo_stack
+
+    def prepare() -> None:
+        stack.setIndex(0)
+        desk.tool("select")
+        desk.tool("outline")
+        desk.window.workspace.select([9])
+        desk.settle()
+        desk.press(600, 180)
+        for x, y in ((760, 170), (770, 330), (610, 340)):
+            desk.move(x, y)
+
+    _bench(benchmark, lambda: desk.release(602, 190), prepare)
+    assert stack.index() == 1
+
+
+@pytest.mark.benchmark(group="wall clock", timer=time.perf_counter)
+def test_new_depth_after_an_edit(benchmark: BenchmarkFixture, desk: Desk) -> None:
+    """A stroke in a block of 200 x 200 pixels is over: its depth is there and painted."""
+    workspace = desk.window.workspace
+    session = workspace.session
+    labels = session.labels.copy()
+    labels[200:400, 200:400] = 31
+    workspace.edit_labels(patch_between(session.labels, labels), "New block")
+    workspace.set_parameters(ilf.preset())
+    workspace.select([31])
+    desk.window.actions_["live"].setChecked(True)
+    desk.window.actions_["run_selected"].trigger()
+    desk.tool("erase")
+    desk.window.actions_["to_no_block"].setChecked(True)
+    places = iter([(215 + 10 * (step % 17), 215 + 14 * (step // 17)) for step in range(60)])
+    place = (0, 0)
+
+    def prepare() -> None:
+        nonlocal place
+        while desk.window.effect.busy or desk.window.runs.state is not RunState.IDLE:
+            QTest.qWait(5)
+        desk.settle()
+        place = next(places)
+        desk.press(*place)
+
+    def finish() -> None:
+        desk.release(*place)
+        while 31 not in session.valid_results():
+            QApplication.processEvents()
+        QApplication.processEvents()
+
+    _bench(benchmark, finish, prepare)

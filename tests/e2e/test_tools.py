@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLineEdit
 from pytestqt.qtbot import QtBot
@@ -179,15 +179,31 @@ def test_keys_work_wherever_the_focus_is_but_not_where_numbers_are_typed(editing
     assert all(editing.workspace.session.info(label).visible for label in (1, 2)), "space hides no block"
 
 
+def test_space_pans_in_a_view_that_had_not_the_focus(editing: MainWindow) -> None:
+    _take(editing, "paint")
+    click(editing, (50, 24))
+    steps = editing.workspace.session.undo_stack.count()
+    view = editing.views.cells["colour"].view
+    corner = view.to_image(QPointF(0, 0))
+    other = editing.views.cells["depth-in"].view
+    other.setFocus()
+    QTest.keyPress(other, _Key.Key_Space)
+    view.setFocus()  # as a click does
+    drag(editing, [(40, 20), (30, 20), (20, 20)])
+    QTest.keyRelease(view, _Key.Key_Space)
+    assert view.to_image(QPointF(0, 0)).x() > corner.x() + 5
+    assert editing.workspace.session.undo_stack.count() == steps
+
+
 def test_text_fields_keep_their_keys(editing: MainWindow) -> None:
     field = QLineEdit(editing)
     field.show()
     field.setFocus()
-    _take_before = editing.editor.tool_name
+    tool = editing.editor.tool_name
     for code in (_Key.Key_Space, _Key.Key_A, _Key.Key_Backspace):
         QTest.keyClick(field, code)
     assert field.text() == " "
-    assert editing.editor.tool_name == _take_before
+    assert editing.editor.tool_name == tool
 
 
 def test_undo_during_a_stroke_gives_up_that_stroke_only(editing: MainWindow) -> None:
@@ -203,6 +219,20 @@ def test_undo_during_a_stroke_gives_up_that_stroke_only(editing: MainWindow) -> 
     let_go(editing, (24, 34))
     assert session.undo_stack.index() == 1
     key(editing, _Key.Key_Z, CTRL)
+    assert session.undo_stack.index() == 0
+
+
+def test_the_undo_button_gives_up_what_is_under_way_first(editing: MainWindow) -> None:
+    session = editing.workspace.session
+    editing.workspace.select([])
+    _take(editing, "outline")
+    drag(editing, [(40, 10), (50, 10), (50, 20), (40, 20), (40, 11)])
+    click(editing, (5, 5))
+    click(editing, (15, 5))
+    editing.actions_["undo"].trigger()
+    assert not editing.editor.busy
+    assert session.undo_stack.index() == 1
+    editing.actions_["undo"].trigger()
     assert session.undo_stack.index() == 0
 
 

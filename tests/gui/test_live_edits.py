@@ -40,6 +40,7 @@ def solver(bench: Bench, live: QAction) -> LiveSolver:
 @pytest.fixture
 def line(bench: Bench, live: QAction, qtbot: QtBot) -> Iterator[EffectLine]:
     views, line = LinkedViews(), EffectLine()
+    line.resize(1200, 24)
     for widget in (views, line):
         qtbot.addWidget(widget)
     presenter = EffectPresenter(bench.workspace, bench.runs, ViewsPresenter(bench.workspace, views), line, live)
@@ -142,11 +143,10 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
         return Effect(60, (0.02, 0.01), (0.04, 0.03), 99)
 
     monkeypatch.setattr("gui.effect.presenter.edit_effect", find)
-    assert line.isHidden()
+    assert "is said here" in line.label.text()
     former = bench.session.labels.copy()
     _run(bench, until)
     bench.workspace.edit_labels(_patch(bench, 2), "Paint <Block> 2")
-    assert not line.isHidden()
     assert "<b>Paint &lt;Block&gt; 2</b>" in line.label.text()
     assert "60 px moved" in line.label.text()
     until(lambda: "on hidden depth 40.0 → " in line.label.text())
@@ -160,7 +160,7 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
     bench.session.undo_stack.undo()
     assert "Undone: Paint" in line.label.text()
     bench.open("second")
-    assert line.isHidden()
+    assert "is said here" in line.label.text()
 
 
 def test_of_two_edits_the_last_is_said(bench: Bench, solver: LiveSolver, line: EffectLine, until: Until) -> None:
@@ -169,6 +169,50 @@ def test_of_two_edits_the_last_is_said(bench: Bench, solver: LiveSolver, line: E
     bench.workspace.edit_labels(merge(bench.session.labels, [1, 2]), "Merge")
     until(lambda: not line.presenter.busy and bench.runs.state is RunState.IDLE)  # type: ignore[attr-defined]
     assert "<b>Merge</b>" in line.label.text()
+
+
+def test_without_live_what_an_edit_did_is_said_after_the_next_run(
+    bench: Bench,
+    live: QAction,
+    solver: LiveSolver,
+    line: EffectLine,
+    until: Until,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("gui.effect.presenter.edit_effect", lambda *_: Effect(60, None, (0.04, 0.03), 99))
+    _run(bench, until)
+    live.setChecked(False)
+    bench.workspace.edit_labels(_patch(bench, 2), "Paint")
+    assert not line.presenter.busy  # type: ignore[attr-defined]
+    bench.runs.start_changed()
+    until(lambda: bench.runs.state is RunState.IDLE and "on hidden depth" in line.label.text())
+
+
+def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(
+    bench: Bench, solver: LiveSolver, line: EffectLine, until: Until
+) -> None:
+    _run(bench, until)
+    bench.workspace.edit_labels(_patch(bench, 2), "Paint")
+    assert "Paint" in line.label.text()
+    bench.workspace.replace_labels(np.ones_like(bench.session.labels), "Load blocks")
+    assert "Paint" not in line.label.text()
+    bench.workspace.edit_labels(_patch(bench, 2), "Paint")
+    wrong = np.zeros(bench.session.labels.shape, bool)
+    wrong[8:12, 3:8] = bench.session.frame.known[8:12, 3:8]
+    assert bench.workspace.set_distrusted(wrong, "Distrust depth")
+    assert "Paint" not in line.label.text()
+    assert f"{np.count_nonzero(wrong)} px" in line.label.text()
+    until(lambda: not line.presenter.busy and bench.runs.state is RunState.IDLE)  # type: ignore[attr-defined]
+
+
+def test_in_a_narrow_window_the_line_has_shorter_words_and_all_values(line: EffectLine) -> None:
+    line.show()
+    line.say("Outline Block 17", Effect(3, (0.05, 0.04), (0.2, 0.3), 50))
+    long = line.label.text()
+    line.resize(380, 24)
+    short = line.label.text()
+    assert len(short) < len(long)
+    assert all(value in short for value in ("50.0 → ", "200 → "))
 
 
 def test_better_is_green_and_worse_is_red(line: EffectLine) -> None:
@@ -183,3 +227,11 @@ def test_better_is_green_and_worse_is_red(line: EffectLine) -> None:
     assert (good, same in (better, worse)) == (better, False)
     assert "200 → " in line.label.text()
     assert "50.0 → " in line.label.text()
+
+
+def test_looking_at_the_state_before_is_said(line: EffectLine) -> None:
+    line.say("Edit", Effect(3))
+    line.mark_look(True)
+    assert "The state before: Edit" in line.label.text()
+    line.mark_look(False)
+    assert "3 px moved" in line.label.text()

@@ -16,6 +16,7 @@ from ilf.ebs.edit import (
     brush_stroke,
     clean_up,
     count_slivers,
+    cut_off,
     delete,
     erase,
     give,
@@ -343,6 +344,26 @@ def test_a_split_is_led_on_to_the_boundary_when_it_stops_just_short() -> None:
     assert split(labels, 1, [(30.0, 15.0), (30.0, 35.0)]) is None
     after = _applied(labels, split(labels, 1, [(5.0, 20.0), (20.0, 20.0), (30.0, 8.0), (40.0, 20.0), (55.0, 20.0)]))
     assert after[6, 30] != after[30, 30], "a bent line"
+
+
+def test_what_a_line_cuts_off_goes_to_another_block() -> None:
+    labels = np.zeros((9, 12), np.int32)
+    labels[:, :4], labels[:, 4:] = 1, 2
+    labels[0, :4] = 3
+    line = [(2.0, 6.5), (13.0, 6.5)]
+    patch = cut_off(labels, 2, line, 1)
+    assert patch is not None
+    after = labels.copy()
+    patch.apply(after)
+    wanted = labels.copy()
+    wanted[7:, 4:] = 1
+    assert np.array_equal(after[:6], wanted[:6])
+    assert np.array_equal(after[7:], wanted[7:])
+    assert set(np.unique(after)) == {1, 2, 3}
+    assert cut_off(labels, 2, line, 2) is None
+    assert cut_off(labels, 2, line, 1, locked={1}) is None
+    assert cut_off(labels, 2, line, 1, locked={2}) is None
+    assert cut_off(labels, 3, line, 1) is None
 
 
 def test_islands_slivers_and_holes_go_where_they_belong() -> None:

@@ -8,7 +8,7 @@ from .areas import assign_outline, give, inside_outline, paint
 from .border import redraw_border
 from .brush import Stroke, brush_stroke
 from .cleaning import clean_up, count_slivers
-from .cutting import split
+from .cutting import cut_off, split
 from .erasing import erase
 from .outlines import grow, shrink, smooth
 from .patches import LabelPatch, Labels, Points, patch_between
@@ -23,6 +23,7 @@ __all__ = [
     "brush_stroke",
     "clean_up",
     "count_slivers",
+    "cut_off",
     "delete",
     "erase",
     "give",

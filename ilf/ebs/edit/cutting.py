@@ -60,6 +60,30 @@ def split(
     return patch_within(box, before, np.where(block, numbers[_spread(parts, cut)], before).astype(np.int32))
 
 
+def cut_off(labels: Labels, source: int, points: Points, label: int, locked: Collection[int] = ()) -> LabelPatch | None:
+    """Give a block what a line cuts off from another: all but the largest part of that.
+
+    None if the line does not part the block `source`, if that is `label` itself, or if one of them is locked.
+
+    Parameters
+    ----------
+    labels : ndarray of int32, shape (H, W)
+    source : int
+        The block to cut.
+    points : sequence of (x, y)
+        The line, as in `split`.
+    label : int
+        The block that gets what is cut off.
+    locked : collection of int
+        Blocks that must not change.
+    """
+    parted = None if label in locked or label == source else split(labels, source, points, locked)
+    if parted is None:
+        return None
+    after = np.where(parted.after != parted.before, label, parted.after)
+    return LabelPatch(parted.box, parted.before, after.astype(np.int32))
+
+
 def _drawn(line: NDArray[np.float64], shape: tuple[int, ...]) -> Mask:
     drawn = np.zeros(shape, np.uint8)
     path = np.floor(line).astype(np.int32).reshape(-1, 1, 2)

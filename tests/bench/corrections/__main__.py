@@ -27,19 +27,21 @@ from PySide6.QtWidgets import QApplication
 import ilf
 from gui.state.session import Session
 from ilf.bench.patterns import Task
+from ilf.ebs.drawn import redrawn
+from ilf.ebs.edit import patch_between
 from ilf.run import Run
 
-from . import brush
+from . import brush, tools
 from .driver import Driver
 from .hand import Action
 from .scenes import frames_folder, load_scene
-from .targets import Correction, Scene, read_corrections, target_map, wrong_pixels
+from .targets import Correction, Labels, Scene, read_corrections, target_map, wrong_pixels
 
 _HEAD = (
     f"{'frame':15}{'correction':24}{'clicks':>6}{'strokes':>8}{'keys':>5}{'wrong pixels':>15}{'outside':>9}"
     f"{'hidden':>8}{'unfilled':>14}{'error [mm]':>19}{'exact':>8}"
 )
-WAYS: Mapping[str, Mapping[str, Sequence[Action]]] = {"brush": brush.ACTIONS}
+WAYS: Mapping[str, Mapping[str, Sequence[Action]]] = {"brush": brush.ACTIONS, "tools": tools.ACTIONS}
 
 
 @dataclass(frozen=True)
@@ -133,7 +135,7 @@ def _correct(
     count = driver.do(actions, f"{correction.name}, hand {hand}")
     after = session.labels.copy()
     depth = _completed(session, correction)
-    exact = _completed(Session.of(replace(run, blocks=target, edited=True), None, "exact"), correction)
+    exact = _completed(_met(run, target), correction)
     box = correction.box
     hidden = np.zeros(task.scored.shape, bool)
     hidden[box] = task.scored[box]
@@ -154,6 +156,16 @@ def _correct(
         int((hidden & ~np.isfinite(depth)).sum()),
         *(_error(found, task.truth, common & np.isfinite(exact)) for found in (untouched, depth, exact)),
     )
+
+
+def _met(run: Run, target: Labels) -> Session:
+    """A session in which the target has been met, its borders drawn where they are others than before."""
+    drawn = np.zeros(target.shape, bool)
+    patch = patch_between(run.blocks, target)
+    if patch is not None:
+        box, pixels = redrawn(None, target, patch)
+        drawn[box] = pixels
+    return Session.of(replace(run, blocks=target, drawn=drawn, edited=True), None, "exact")
 
 
 def _completed(session: Session, correction: Correction) -> NDArray[np.float32]:

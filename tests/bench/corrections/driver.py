@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QPoint, QPointF, Qt
@@ -22,7 +22,7 @@ from .targets import Correction, Point
 _MARGIN = 12
 """Image pixels that are shown around a region."""
 _PATIENCE_S = 20.0
-"""Longest wait for what the window does after an edit by itself."""
+"""Longest wait for what the window does by itself, of a frame and after an edit."""
 _Modifier = Qt.KeyboardModifier
 _LEFT = Qt.MouseButton.LeftButton
 
@@ -60,6 +60,7 @@ class Driver:
             slice(rows.start - _MARGIN, rows.stop + _MARGIN), slice(columns.start - _MARGIN, columns.stop + _MARGIN)
         )
         self._settle()
+        self._wait(lambda: self.window.editor.guide is not None, "The edges to snap to are not found")
         return session
 
     def close(self) -> None:
@@ -72,7 +73,7 @@ class Driver:
         for number, action in enumerate(actions):
             self._do(action, count, f"{name}:{number}")
             self._settle()
-        self._wait_for_runs()
+        self._wait(lambda: self.window.runs.state is RunState.IDLE, "The blocks are not solved")
         return count
 
     def _do(self, action: Action, count: Count, name: str) -> None:
@@ -102,11 +103,11 @@ class Driver:
         count.keys += 1
 
     def _size_brush(self, radius: float, count: Count) -> None:
-        editor = self.window.editor
-        while editor.options.brush_radius != radius:
-            before = editor.options.brush_radius
+        options = self.window.editor.options
+        while options.brush_radius != radius:
+            before = options.brush_radius
             self._command("brush_smaller" if before > radius else "brush_larger", count)
-            if (editor.options.brush_radius - radius) * (before - radius) < 0 or editor.options.brush_radius == before:
+            if (options.brush_radius - radius) * (before - radius) < 0 or options.brush_radius == before:
                 raise ValueError(f"There is no brush of {radius:g} px.")
 
     def _click(self, action: Click) -> None:
@@ -133,17 +134,15 @@ class Driver:
     def _place(self, point: Point) -> QPoint:
         return self.window.views.cells["colour"].view.viewportTransform().map(QPointF(*point)).toPoint()
 
-    def _wait_for_runs(self) -> None:
+    def _wait(self, done: Callable[[], bool], failure: str) -> None:
         end = time.monotonic() + _PATIENCE_S
-        while self.window.runs.state is not RunState.IDLE:
+        while not done():
             if time.monotonic() > end:
-                raise TimeoutError("The blocks are not solved, after a long wait.")
+                raise TimeoutError(f"{failure}, after a long wait.")
             QTest.qWait(10)
 
     def _settle(self) -> None:
         QApplication.processEvents()
-        while self.window.editor.working:
-            QApplication.processEvents()
         self.window.refresh.now()
 
 

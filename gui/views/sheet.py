@@ -1,0 +1,108 @@
+"""What the cells of the linked views stand on: which of them are shown, how large, and where."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtCore import QRect, QSize, Signal
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QWidget
+
+from .layouts import CORRECT, CORRECT_VIEWS, GRIDS, LAYOUTS, correct_places, grid_places
+from .view_cell import ViewCell
+
+_LEAST_ROOM = QSize(256, 192)
+
+
+class Sheet(QWidget):
+    """Arranges cells by a layout. A double-click on a cell's title enlarges it, or goes back.
+
+    Parameters
+    ----------
+    cells : mapping of str to ViewCell
+        By the names that layouts use; the sheet becomes their parent.
+
+    Signals
+    -------
+    layoutChanged(str)
+        Another of `LAYOUTS` is shown.
+    placed()
+        Cells have been given other places, or others are shown.
+    """
+
+    layoutChanged = Signal(str)
+    placed = Signal()
+
+    def __init__(self, cells: Mapping[str, ViewCell]) -> None:
+        super().__init__()
+        self.setObjectName("sheet")
+        self.setMinimumSize(_LEAST_ROOM)
+        self._cells = cells
+        self._aspect = 1.0
+        self.layout_name = self._before = LAYOUTS[0]
+        self._large = CORRECT_VIEWS[0]
+        for name, cell in cells.items():
+            # before it is made visible: without a parent it would be a window
+            cell.setParent(self)
+            cell.strip.doubleClicked.connect(lambda name=name: self._enlarge(name))
+        self._arrange()
+
+    @property
+    def shown(self) -> tuple[ViewCell, ...]:
+        """Cells of the present layout; the first is the one that the others go by."""
+        return tuple(self._cells[name] for name in self._names())
+
+    def set_aspect(self, aspect: float) -> None:
+        """Arrange for pictures of this width over height."""
+        self._aspect = aspect
+        self._place()
+
+    def set_layout(self, name: str) -> None:
+        """Arrange the cells: by one of `LAYOUTS`, some of them or one alone."""
+        if name not in LAYOUTS:
+            raise ValueError(f"layout must be one of {', '.join(LAYOUTS)}, not {name!r}")
+        if name == self.layout_name:
+            return
+        if len(self._names()) > 1:
+            self._before = self.layout_name
+        self.layout_name = name
+        self._arrange()
+        self.layoutChanged.emit(name)
+
+    def toggle_layout(self, name: str) -> None:
+        """Show a layout, or, if it is shown, the one of several views before it."""
+        back = self._before if self._before != name else LAYOUTS[0]
+        self.set_layout(back if self.layout_name == name else name)
+
+    def _enlarge(self, name: str) -> None:
+        """The large place for a small view, else all of the room, or back."""
+        if self.layout_name == CORRECT and name != self._large:
+            self._large = name
+            self._arrange()
+        else:
+            self.toggle_layout(name)
+
+    def _names(self) -> tuple[str, ...]:
+        if self.layout_name == CORRECT:
+            return (self._large, *(name for name in CORRECT_VIEWS if name != self._large))
+        return GRIDS[self.layout_name][0] if self.layout_name in GRIDS else (self.layout_name,)
+
+    def _arrange(self) -> None:
+        shown = self._names()
+        for name, cell in self._cells.items():
+            cell.setVisible(name in shown)
+        self._place()
+
+    def _place(self) -> None:
+        shown, size = self.shown, (self.width(), self.height())
+        if self.layout_name == CORRECT:
+            places = correct_places(len(shown) - 1, *size, self._aspect, shown[0].strip.height())
+        else:
+            places = grid_places(len(shown), GRIDS[self.layout_name][1] if len(shown) > 1 else 1, *size)
+        for cell, place in zip(shown, places, strict=True):
+            cell.setGeometry(QRect(*place))
+        self.placed.emit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._place()

@@ -1,0 +1,101 @@
+"""An edit in the real window: the depth follows, what it did is said, and the state before can be looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QImage
+from PySide6.QtTest import QTest
+from pytestqt.qtbot import QtBot
+
+from gui.main_window import MainWindow
+from gui.work.runs import RunState
+from ilf.ebs.edit import patch_between
+
+from .conftest import WAIT_MS
+
+
+def _settle(window: MainWindow, qtbot: QtBot) -> None:
+    qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE and not window.effect.busy, timeout=WAIT_MS)
+    window.refresh.now()
+
+
+def _picture(window: MainWindow) -> QImage:
+    """What the view of the completed depth shows."""
+    window.refresh.now()
+    return window.views.cells["depth-out"].view.grab().toImage()
+
+
+def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(
+    opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
+) -> None:
+    run_all(opened)
+    session = opened.workspace.session
+    before, depth = session.labels.copy(), session.present_depth().copy()
+    former = _picture(opened)
+    labels = before.copy()
+    labels[5:40, 26:34] = before[20, 10]
+    opened.workspace.edit_labels(patch_between(before, labels), "Paint Block 1")
+    assert session.stale.any() or session.update_depth() is not None
+    _settle(opened, qtbot)
+    assert session.changed_blocks() == []
+    assert "on hidden depth" in opened.effect_line.label.text()
+    assert opened.isWindowModified()
+    # the same as by the library, drawn borders and all
+    run = session.run(opened.workspace.parameters)
+    assert run.drawn is not None
+    np.testing.assert_array_equal(session.completion().depth, run.complete().depth)
+
+    present = _picture(opened)
+    assert present != former
+    view = opened.views.cells["colour"].view
+    view.setFocus()
+    QTest.keyPress(view, Qt.Key.Key_B)
+    assert "The state before" in opened.effect_line.label.text()
+    assert _picture(opened) == former
+    QTest.keyRelease(view, Qt.Key.Key_B)
+    assert "The state before" not in opened.effect_line.label.text()
+    assert _picture(opened) == present
+    assert session.undo_stack.index() == 1, "looking changes nothing"
+
+    solved = session.completion()
+    opened.actions_["undo"].trigger()
+    assert opened.runs.state is RunState.IDLE, "what undo brings back is there"
+    np.testing.assert_array_equal(session.present_depth(), depth)
+    opened.history.stack().setIndex(1)
+    assert opened.runs.state is RunState.IDLE
+    np.testing.assert_array_equal(session.completion().depth, solved.depth)
+
+
+def test_values_for_chosen_blocks_go_to_all_of_them(
+    opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
+) -> None:
+    run_all(opened)
+    session, panel = opened.workspace.session, opened.filter_panel
+    chosen = sorted(session.counts())
+    opened.workspace.select(chosen)
+    panel.set_scope(True)
+    opened.refresh.now()
+    panel.form.findChild(object, "smoothness").setValue(3.0)
+    assert session.notes.own == {label: {"smoothness": 3.0} for label in chosen}
+    _settle(opened, qtbot)
+    assert session.changed_blocks() == [], "all of them are solved again"
+    said: list[str] = []
+    opened.filter_presenter.message.connect(said.append)
+    panel.set_scope(False)
+    panel.preset_chosen.emit(opened.workspace.parameters.replace(noise=0.01))
+    assert "Block 1 (Smoothness)" in said[0]
+    assert session.parameters_of(chosen[0], opened.workspace.parameters).smoothness == 3.0
+    panel.set_scope(True)
+    opened.workspace.select(chosen[:1])
+    opened.actions_["reset_own"].trigger()
+    assert sorted(session.notes.own) == chosen[1:]
+    opened.workspace.select(chosen[::-1])
+    opened.actions_["copy_own"].trigger()
+    assert sorted(session.notes.own) == chosen
+    for _ in range(4):
+        opened.actions_["undo"].trigger()
+    assert session.notes.own == {}
+    _settle(opened, qtbot)
