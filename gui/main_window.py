@@ -162,7 +162,6 @@ class MainWindow(QMainWindow):
         parameters.setDocumentMode(True)
         parameters.addTab(self.filter_panel, "Filter")
         parameters.addTab(self.extraction_panel, "Extraction")
-        self.parameter_tabs = parameters
         area, docks = Qt.DockWidgetArea, self.panels
         # one column, and the pictures have the height of the window: there they can be largest
         docks.add("Frames", self.frames, area.RightDockWidgetArea, "ph.image", 1.3)

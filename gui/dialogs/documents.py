@@ -11,7 +11,7 @@ from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from gui.dialogs.block_files import BlockSource, blocks_from, save_blocks
-from gui.dialogs.export import ExportDialog
+from gui.dialogs.export import ExportDialog, behind
 from gui.dialogs.load_blocks import LoadBlocksDialog
 from gui.dialogs.open_frame import OpenFrameDialog
 from gui.extraction.found_blocks import describe_blocks
@@ -210,7 +210,9 @@ class Documents(QObject):
         session = self._workspace.session
         completion = session.completion()
         run = session.run(self._workspace.parameters, dense=session.guessed)
-        dialog = ExportDialog(run, completion is not None, str(_export_folder(session)), self._window)
+        dialog = ExportDialog(
+            run, completion is not None, str(_export_folder(session)), self._window, behind=behind(session)
+        )
         dialog.set_depth(completion.depth if completion is not None else session.frame.depth)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.accepted.connect(lambda: self.export(Path(dialog.folder()), dialog.options()))
@@ -233,7 +235,7 @@ class Documents(QObject):
             return write(folder, run, completion, options)
 
         self._exporter.start(job)
-        self._notes.tell(f"Exporting to {folder}…")
+        self._notes.tell(" ".join((f"Exporting to {folder}…", behind(session) if session.results.kept else "")).strip())
 
     def _note_exported(self, written: Written) -> None:
         if self._saving is not None:

@@ -24,6 +24,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from gui.state.session import Session
 from gui.widgets.messages import Message, group
 from ilf.errors import ParameterError
 from ilf.io import UINT16_MAX, coarser_units, png_fit
@@ -55,15 +56,20 @@ class ExportDialog(QDialog):
         was read.
     folder : str
         Where the files go unless the user says otherwise.
+    behind : str
+        What the results lack, as `behind` says it.
     """
 
-    def __init__(self, run: Run, has_result: bool, folder: str, parent: QWidget | None = None) -> None:
+    def __init__(
+        self, run: Run, has_result: bool, folder: str, parent: QWidget | None = None, *, behind: str = ""
+    ) -> None:
         super().__init__(parent)
         self.setWindowTitle(f"Export {run.frame.name}")
         self._inputs = run.frame.inputs
         self._run = run
         self._has_intrinsics = run.frame.intrinsics is not None
         self._has_result = has_result
+        self._behind = behind
         self._depth: NDArray[np.floating] = np.empty(0, np.float32)
 
         self.folder_path = QLineEdit(folder)
@@ -269,7 +275,9 @@ class ExportDialog(QDialog):
         if replaced:
             lines.append(f"Replaces in this folder: {', '.join(replaced)}.")
         if not self._has_result:
-            lines.append("No block has been run yet: the depth is exported as it was read.")
+            lines.append("No block has been run as it is now: the depth is exported as it was read.")
+        elif self._behind:
+            lines.append(self._behind)
         return "\n".join(lines), "warning" if len(lines) > 1 else "muted"
 
     def _guess_text(self, depth: NDArray[np.floating]) -> str:
@@ -307,6 +315,21 @@ class ExportDialog(QDialog):
             return float(text.partition(" ")[0])
         except ValueError as error:
             raise ParameterError(f"PNG values per metre must be a number such as 1000, not {text!r}.") from error
+
+
+def behind(session: Session) -> str:
+    """What the results of a frame lack of its blocks and values as they are now, in words; "" for nothing."""
+    counts = session.counts()
+    without = len(counts.keys() - session.valid_results().keys())
+    otherwise = len(session.changed_blocks()) - without
+    sentences = []
+    if without:
+        sentences.append(
+            f"Not run as they are now, so that what they miss stays missing: {without} of {len(counts)} blocks."
+        )
+    if otherwise:
+        sentences.append(f"Run with other values than are set now: {otherwise} of {len(counts)} blocks.")
+    return " ".join([*sentences, "Run what has changed first (F5)."] if sentences else [])
 
 
 def _show(combo: QComboBox, values: dict[str, str], value: str) -> None:

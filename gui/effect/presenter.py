@@ -76,16 +76,6 @@ class EffectPresenter(QObject):
         """Whether an effect is to come."""
         return self._questions.busy
 
-    @property
-    def change(self) -> Change | None:
-        """The last edit of the present frame."""
-        return self._change
-
-    @property
-    def before(self) -> Completion | None:
-        """What was completed before that edit, or after it if it has been undone; None for nothing."""
-        return self._before
-
     def look(self, on: bool) -> None:
         """Show the blocks and the depth before the last edit, or after it if it has been undone; or go back."""
         self._line.mark_look(on)

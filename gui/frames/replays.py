@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from PySide6.QtCore import QObject
 
-from gui.state.session import Session
+from gui.state.session import Session, same_mask
 from gui.widgets.notes import Notes
 from ilf.outcomes import Completion
 from ilf.run import Run
@@ -36,8 +36,12 @@ class ReplayPresenter(QObject):
 
 
 def _is_again(session: Session, recorded: Run, completion: Completion) -> bool:
-    """Whether the completion is of the very run that was recorded: its blocks, with its parameters."""
+    """Whether the completion is of the very run that was recorded: its blocks with their drawn borders, the depth that
+    was distrusted then, and its parameters."""
     if session.guessed != recorded.dense or not np.array_equal(session.labels, recorded.blocks):
+        return False
+    drawn, distrusted = session.notes.drawn, session.frame.distrusted
+    if not (same_mask(drawn, recorded.drawn) and same_mask(distrusted, recorded.frame.distrusted)):
         return False
     return set(completion.results) == (recorded.only or frozenset()) and all(
         result.parameters == recorded.parameters_of(label) for label, result in completion.results.items()

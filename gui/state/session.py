@@ -401,7 +401,9 @@ class Session:
             return False
         if not np.array_equal(self.labels[block.box] == block.label, block.mask):
             return False
-        return _equal(distrusted, self.frame.distrusted) and _equal(result.drawn, drawn_of(block, self.notes.drawn))
+        return same_mask(distrusted, self.frame.distrusted) and same_mask(
+            result.drawn, drawn_of(block, self.notes.drawn)
+        )
 
     def _note_edit(self) -> None:
         self._edits += 1
@@ -431,9 +433,11 @@ def touched_by(patch: LabelPatch) -> frozenset[int]:
     return frozenset(int(label) for count in counts for label in np.flatnonzero(count)) - {0}
 
 
-def _equal(one: NDArray[np.bool_] | None, other: NDArray[np.bool_] | None) -> bool:
-    """Whether two masks, None for none, are the same."""
-    return one is other or (one is not None and other is not None and np.array_equal(one, other))
+def same_mask(one: NDArray[np.bool_] | None, other: NDArray[np.bool_] | None) -> bool:
+    """Whether two masks are the same; None is one without any pixel."""
+    if one is None or other is None:
+        return one is other or not np.any(other if one is None else one)
+    return np.array_equal(one, other)
 
 
 def _same(some: Mapping[int, BlockResult], others: Mapping[int, BlockResult]) -> bool:

@@ -22,7 +22,6 @@ from .view_transform import ViewTransform
 
 _CROSS_GAP = 9
 _SHARE_FOR_NAMES = 0.5
-_WHITE = QColor("white")
 
 
 class ImageView(pg.GraphicsView):

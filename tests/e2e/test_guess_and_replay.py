@@ -176,3 +176,21 @@ def test_another_run_than_the_recorded_one_is_not_judged(
     opened.workspace.set_parameters(ilf.preset())
     run_all(opened)
     assert opened.log.toPlainText().count("came out as recorded") == 1
+
+
+def test_a_run_with_other_distrusted_depth_or_drawn_borders_is_not_judged(
+    opened: MainWindow, qtbot: QtBot, run_all: Run, reported: list[str], tmp_path: Path
+) -> None:
+    run_all(opened)
+    _export(opened, qtbot, tmp_path / "out")
+    _open_run(opened, qtbot, tmp_path / "out" / "run.json")
+    session = opened.workspace.session
+    mask = np.zeros(session.frame.shape, bool)
+    mask[:4, :4] = True
+    opened.workspace.set_distrusted(mask, "Distrust depth")
+    run_all(opened)
+    session.undo_stack.undo()
+    session.notes.drawn = mask
+    run_all(opened)
+    assert reported == []
+    assert "as recorded" not in opened.log.toPlainText()

@@ -72,6 +72,13 @@ def test_without_result_no_curves_and_a_word_about_it(make):
     assert "No block has been run" in dialog.message.text()
 
 
+def test_what_the_results_lack_is_said(qtbot, tmp_path, small_frame, small_labels):
+    dialog = ExportDialog(Run(small_frame, small_labels), True, str(tmp_path), behind="1 of 2 blocks has not.")
+    qtbot.addWidget(dialog)
+    assert "1 of 2 blocks has not." in dialog.message.text()
+    assert dialog.message.tone() == "warning"
+
+
 def test_files_that_would_be_replaced_are_named(make, tmp_path):
     (tmp_path / "depth.png").touch()
     (tmp_path / "other.png").touch()

@@ -9,6 +9,7 @@ import pytest
 from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 
+from gui.dialogs.export import behind
 from gui.effect.effect_line import EffectLine
 from gui.effect.presenter import EffectPresenter
 from gui.tools.block_commands import BlockCommands
@@ -114,7 +115,7 @@ def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(
 
 
 def test_the_depth_before_an_edit_is_that_of_the_values_then(
-    bench: Bench, effect: EffectPresenter, until: Until
+    bench: Bench, effect: EffectPresenter, views: ViewsPresenter, until: Until
 ) -> None:
     run_all(bench, until)
     first = bench.session.completion()
@@ -125,17 +126,26 @@ def test_the_depth_before_an_edit_is_that_of_the_values_then(
     now = bench.session.completion()
     assert now is not None
     bench.workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
-    before = effect.before
-    assert before is not None
-    assert before.results[1].parameters == bench.workspace.parameters
+    shown: list[np.ndarray] = []
+    views._views.set_result = lambda depth, *_: shown.append(depth)  # type: ignore[method-assign]
+    effect.look(True)
+    assert shown[-1] is now.depth
 
 
-def test_other_blocks_leave_nothing_to_look_back_to(bench: Bench, effect: EffectPresenter, until: Until) -> None:
+def test_other_blocks_leave_nothing_to_look_back_to(
+    bench: Bench, effect: EffectPresenter, views: ViewsPresenter, until: Until
+) -> None:
     run_all(bench, until)
     bench.workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
-    assert effect.change is not None
+    line = effect.parent()
+    assert isinstance(line, EffectLine)
+    assert "Paint" in line.label.text()
     bench.workspace.replace_labels(np.where(bench.labels > 0, 3 - bench.labels, 0).astype(np.int32), "Load blocks")
-    assert effect.change is None
+    assert "Paint" not in line.label.text()
+    shown: list[np.ndarray] = []
+    views._views.set_blocks = lambda labels, _: shown.append(labels.copy())  # type: ignore[method-assign]
+    effect.look(True)
+    assert all(np.array_equal(labels, bench.session.labels) for labels in shown)
 
 
 def test_what_is_shown_while_one_looks_back_stays(
@@ -205,3 +215,14 @@ def test_a_command_during_a_stroke_can_be_undone_exactly(bench: Bench, views: Vi
     bench.session.undo_stack.undo()
     np.testing.assert_array_equal(bench.session.labels, former)
     editor.shutdown()
+
+
+def test_an_export_says_what_its_results_lack(bench: Bench, until: Until) -> None:
+    run_all(bench, until)
+    assert behind(bench.session) == ""
+    bench.workspace.edit_labels(box_to(bench, 3, np.s_[40:], np.s_[50:]), "Outline")
+    bench.workspace.set_parameters(bench.workspace.parameters.replace(max_iterations=7))
+    assert behind(bench.session) == (
+        "Not run as they are now, so that what they miss stays missing: 2 of 3 blocks. "
+        "Run with other values than are set now: 1 of 3 blocks. Run what has changed first (F5)."
+    )
