@@ -120,7 +120,7 @@ class CurvesPanel(QWidget):
         header.addWidget(self._readout, 1)
 
         self.sigma_plot = ConvergencePlot(LengthAxis(), "Deviation σ<sub>i</sub>")
-        self.l1_plot = ConvergencePlot(SumAxis(), "L1 norm [m]")
+        self.l1_plot = ConvergencePlot(SumAxis(), "L1 [m]")
         self.l1_plot.setXLink(self.sigma_plot)
         self.sigma_plot.getViewBox().setLimits(minYRange=1.2)
         self.error_plot = ErrorPlot(LengthAxis())

@@ -32,10 +32,7 @@ class GiveTool(LineTool):
     @property
     def hint(self) -> str:
         """What a click or a drag would do."""
-        return (
-            "Click: give this piece to the chosen block, with Ctrl this region | Shift+click: choose the block | "
-            "drag from a block: cut a part off for it"
-        )
+        return "Click: give this piece to the chosen block | Ctrl: this region | Shift: choose | drag: cut a part off"
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Show the piece, or give it; draw while the button is down, and cut at its release."""
