@@ -1,4 +1,4 @@
-"""The corrections by give, border, split and outline, as a user who knows them does: each in one stroke, nothing chosen.
+"""The corrections by give, border, split and outline, as a user who knows them does: each in one stroke, none chosen.
 
 The line goes along the true border. A part that is to go to a block beside it is cut off from there; a border that runs
 beside the true one is drawn anew; what is to be a block of its own is parted off, or drawn around.
