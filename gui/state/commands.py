@@ -82,8 +82,11 @@ class Notices(Protocol):
         """Other depth is distrusted."""
         ...
 
-    def take_parameters(self, session: Session, common: OwnValues, own: Mapping[int, OwnValues | None]) -> None:
-        """Other values of some of the common parameters, and other own values of blocks, None for none."""
+    def take_parameters(
+        self, session: Session, common: OwnValues, own: Mapping[int, OwnValues | None], passing: bool = False
+    ) -> None:
+        """Other values of some of the common parameters, and other own values of blocks, None for none; with `passing`,
+        no undo leads back to the present ones."""
         ...
 
 
@@ -207,7 +210,7 @@ class EditParameters(QUndoCommand):
             self._common = self._common[0], common[1]
         self._own = {label: (self._own[label][0], own[label][1]) for label in own}
         self._time = now
-        self.redo()
+        self._take(1, passing=True)
         return True
 
     def redo(self) -> None:
@@ -218,13 +221,14 @@ class EditParameters(QUndoCommand):
         """Take it back."""
         self._take(0)
 
-    def _take(self, which: int) -> None:
+    def _take(self, which: int, passing: bool = False) -> None:
         # by name: the other common parameters may have been changed with another frame
         values = {} if self._common is None else self._common[which].to_dict()
         self._notices.take_parameters(
             self._session,
             {name: value for name, value in values.items() if name in self._names},
             {label: values[which] for label, values in self._own.items()},
+            passing,
         )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QUndoStack
 
-from gui.state.results import Held, Kept, Preview, Results
+from gui.state.results import Held, Kept, Preview, Results, same_mask
 from gui.state.shown_depth import ShownDepth
 from gui.state.tally import BlockCounts, BlockTally
 from ilf.blocks import Box, drawn_of
@@ -225,6 +225,7 @@ class Session:
 
     def take_notes(self, notes: BlockNotes) -> BlockNotes:
         """Take over what is known of the label map beside its pixels; the former notes are returned."""
+        self.settle_parameters()
         former, self.notes = self.notes, notes
         if former.extraction != notes.extraction:
             self.results.forget_guess()  # it saw the edges of the former one
@@ -237,6 +238,10 @@ class Session:
         self._tally = self._completion = None
         self._shown.take_frame(frame)
         self._forget_results()
+
+    def settle_parameters(self) -> None:
+        """The parameters that blocks have now are about to be left, and may be come back to."""
+        self.results.settled.update(self.parameters_of(label, self.common) for label in self.counts())
 
     def take_common(self, parameters: Parameters) -> None:
         """Take over other parameters of all blocks."""
@@ -431,13 +436,6 @@ def touched_by(patch: LabelPatch) -> frozenset[int]:
     changed = patch.before != patch.after
     counts = (np.bincount(labels[changed]) for labels in (patch.before, patch.after))
     return frozenset(int(label) for count in counts for label in np.flatnonzero(count)) - {0}
-
-
-def same_mask(one: NDArray[np.bool_] | None, other: NDArray[np.bool_] | None) -> bool:
-    """Whether two masks are the same; None is one without any pixel."""
-    if one is None or other is None:
-        return one is other or not np.any(other if one is None else one)
-    return np.array_equal(one, other)
 
 
 def _same(some: Mapping[int, BlockResult], others: Mapping[int, BlockResult]) -> bool:

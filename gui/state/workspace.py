@@ -406,9 +406,14 @@ class Workspace(QObject):
         blocks = f" of {self._session.info(min(own)).name}" if len(own) == 1 else f" of {len(own)} blocks"
         stack.push(EditParameters(self, self._session, common, own, names, f"Set {what}{blocks if own else ''}"))
 
-    def take_parameters(self, session: Session, common: OwnValues, own: Mapping[int, OwnValues | None]) -> None:
+    def take_parameters(
+        self, session: Session, common: OwnValues, own: Mapping[int, OwnValues | None], passing: bool = False
+    ) -> None:
         """Called by commands: other values of some of the common parameters, and other own values of blocks, None for
-        none."""
+        none; with `passing`, no undo leads back to the present ones."""
+        if not passing:
+            for one in self.sessions:
+                one.settle_parameters()
         for label, values in own.items():
             if values:
                 session.notes.own[label] = values
