@@ -76,6 +76,12 @@ class SumAxis(pg.AxisItem):
         self.setWidth(_AXIS_WIDTH)
         self.setStyle(maxTickLevel=0)
 
+    def tickValues(self, minVal: float, maxVal: float, size: float) -> list[tuple[float, list[float]]]:
+        """Round values, thinned until the labels have room."""
+        labels = max(size / _TICK_GAP, 1.0)
+        spacing, values = super().tickValues(minVal, maxVal, size)[0]
+        return [(spacing, values[:: math.ceil(len(values) / labels)])]
+
     def tickStrings(self, values: Sequence[float], scale: float, spacing: float) -> list[str]:
         digits = max(0, -math.floor(math.log10(spacing) + 1e-9))
         return [f"{value:.2e}" if abs(value) >= 1e7 else f"{value:,.{digits}f}" for value in values]
@@ -114,7 +120,7 @@ class CurvesPanel(QWidget):
         header.addWidget(self._readout, 1)
 
         self.sigma_plot = ConvergencePlot(LengthAxis(), "Deviation σ<sub>i</sub>")
-        self.l1_plot = ConvergencePlot(SumAxis(), "L1 norm of P<sub>i</sub> [m]")
+        self.l1_plot = ConvergencePlot(SumAxis(), "L1 [m]")
         self.l1_plot.setXLink(self.sigma_plot)
         self.sigma_plot.getViewBox().setLimits(minYRange=1.2)
         self.error_plot = ErrorPlot(LengthAxis())

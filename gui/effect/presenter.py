@@ -103,8 +103,8 @@ class EffectPresenter(QObject):
         before = self._present
         self._forget()
         self._edited, self._before = True, before
-        distrusted = self._workspace.session.frame.distrusted
-        count = 0 if distrusted is None else int(np.count_nonzero(distrusted))
+        frame = self._workspace.session.frame
+        count = int(np.count_nonzero(np.isfinite(frame.measured) & ~frame.known))
         self._line.say("Distrusted depth", note=f"{count:,} px".replace(",", "\u202f") if count else "none")
 
     def _forget(self) -> None:

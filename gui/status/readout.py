@@ -38,8 +38,11 @@ class ReadoutPresenter(QObject):
             return []
         label = int(session.labels[y, x])
         block = session.info(label).name if label else "no block"
-        depth_in = float(session.frame.depth[y, x])
-        parts = [f"x {x}, y {y}", html.escape(block), f"in {_metres(depth_in)}"]
+        depth_in, measured = float(session.frame.depth[y, x]), float(session.frame.measured[y, x])
+        distrusted = np.isfinite(measured) and not np.isfinite(depth_in)
+        given = f"distrusted {_metres(measured)}" if distrusted else f"in {_metres(depth_in)}"
+        locked = " (locked)" if label in session.locked else ""
+        parts = [f"x {x}, y {y}", f"{html.escape(block)}{locked}", given]
         depth, error = session.present_depth(), session.expected_error()
         if depth is not None:
             depth_out = float(depth[y, x])

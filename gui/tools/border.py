@@ -36,4 +36,6 @@ class BorderTool(LineTool):
 def _redraw(line: list[Point], host: Host) -> None:
     session = host.session
     if not host.commit(redraw_border(session.labels, line, session.locked), "Redraw border"):
-        host.say("The line moves no border: begin and end it on borders, or beside the one that it replaces.")
+        host.say(
+            "The line moves no border: draw it beside the one that it replaces. Give cuts a part off along a line."
+        )

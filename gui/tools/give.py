@@ -11,8 +11,11 @@ from gui.tools.line import LineTool
 from gui.views.overlay import boundary_path
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
-from ilf.ebs.edit import cut_off, give
+from ilf.ebs.edit import LabelPatch, cut_off, give
 from ilf.ebs.pieces import piece_at
+
+_THIN = 3
+"""Pixels per pixel of the line that cuts it off up to which a part may be but its trembling."""
 
 
 class GiveTool(LineTool):
@@ -29,10 +32,7 @@ class GiveTool(LineTool):
     @property
     def hint(self) -> str:
         """What a click or a drag would do."""
-        return (
-            "Click: give this piece to the chosen block, with Ctrl this region | Shift+click: choose the block | "
-            "drag from a block: cut a part off for it"
-        )
+        return "Click: give this piece to the chosen block | Ctrl: this region | Shift: choose | drag: cut a part off"
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Show the piece, or give it; draw while the button is down, and cut at its release."""
@@ -90,7 +90,8 @@ class GiveTool(LineTool):
 def _cut_off(start: Point, line: list[Point], host: Host) -> None:
     """Give the block that a line begins in what it cuts off from another, the one that it crosses most if from several.
 
-    What is smaller than the line in it is not meant. If it cuts off nothing but of that block, the chosen one gets it.
+    What is as thin as the line's trembling is meant only if there is nothing else. If the line cuts off nothing but of
+    that block itself, the chosen one gets it.
     """
     session = host.session
     takers = dict.fromkeys([session.label_at(*start), *session.selected[:1]])
@@ -99,16 +100,19 @@ def _cut_off(start: Point, line: list[Point], host: Host) -> None:
     if not ways:
         host.say("Begin the line in the block that is to get a part, and draw it right across another.")
         return
-    for source, label in ways:
-        patch = cut_off(session.labels, source, line, label)
-        if patch is None or np.count_nonzero(patch.before != patch.after) <= found[source]:
-            continue
-        if not refuses(host, label) and not refuses(host, source):
-            names = session.info(source).name, session.info(label).name
-            host.commit(patch, "Give a part of {} to {}".format(*names))
+    cuts = {way: cut_off(session.labels, way[0], line, way[1]) for way in ways}
+    parts = [(way, patch) for way, patch in cuts.items() if patch is not None]
+    if not parts:
+        name = session.info(ways[0][1]).name
+        host.say(f"The line cuts nothing off for {name}: draw it right across another block.")
         return
-    name = session.info(ways[0][1]).name
-    host.say(f"The line cuts nothing off for {name}: draw it right across another block.")
+    (source, label), patch = next((part for part in parts if _thick(*part, found)), parts[0])
+    if not refuses(host, label) and not refuses(host, source):
+        host.commit(patch, f"Give a part of {session.info(source).name} to {session.info(label).name}")
+
+
+def _thick(way: tuple[int, int], patch: LabelPatch, crossed_pixels: dict[int, int]) -> bool:
+    return int(np.count_nonzero(patch.before != patch.after)) > _THIN * crossed_pixels[way[0]]
 
 
 def give_piece(host: Host, piece: NDArray[np.bool_], source: int) -> None:

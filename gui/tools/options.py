@@ -31,7 +31,7 @@ class ToolOptions:
     """
 
     brush_radius: float = 8.0
-    leash: int = 8
+    leash: int = 6
     similar_only: bool = False
     to_no_block: bool = False
     amount: int = 2

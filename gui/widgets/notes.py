@@ -34,6 +34,7 @@ class Notes(QObject):
         self._window = window
         self._strip = strip
         self._log = log
+        self._glimpsed = ""
 
     def tell(self, message: str) -> None:
         """Something that needs no answer."""
@@ -45,8 +46,11 @@ class Notes(QObject):
         self._strip.tell(message, _OFFERED_MS, action)
 
     def glimpse(self, message: str) -> None:
-        """Something that is of no interest any more when it has been read, as it comes at every move of a slider."""
-        self._strip.tell(message, _GLIMPSE_MS)
+        """Something that is of no interest any more when it has been read, as it comes at every move of a slider; nor
+        while anything else is said."""
+        if self._strip.message in ("", self._glimpsed):
+            self._glimpsed = message
+            self._strip.tell(message, _GLIMPSE_MS)
 
     def warn(self, what: str, notes: Iterable[str]) -> None:
         """Something that was done, but not quite as asked for; nothing is shown if there are no notes."""

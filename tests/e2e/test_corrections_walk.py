@@ -11,7 +11,9 @@ from pytestqt.qtbot import QtBot
 from ilf import RGBDFrame, Run
 from tests.bench.corrections.driver import Count, Driver
 from tests.bench.corrections.hand import Brush, Click, Command, Key, Use, stroke
-from tests.bench.corrections.targets import Correction
+from tests.bench.corrections.scenes import frames_folder, load_scene
+from tests.bench.corrections.targets import Correction, read_corrections, target_map, wrong_pixels
+from tests.bench.corrections.tools import ACTIONS
 
 
 @pytest.fixture
@@ -44,3 +46,16 @@ def test_what_cannot_be_done_is_an_error(driver: Driver, small_frame: RGBDFrame,
             driver.do([brush], "brush")
     with pytest.raises(ValueError, match="has no key"):
         driver.do([Command("guess")], "guess")
+
+
+@pytest.mark.skipif(not frames_folder().is_dir(), reason="there are no frames")
+def test_one_stroke_gives_a_tables_rim_back(driver: Driver) -> None:
+    scenes, corrections = read_corrections()
+    correction = next(one for one in corrections if one.name == "rim of the table")
+    run = Run.extracted(load_scene(scenes[correction.frame], frames_folder()).frame)
+    target = target_map(run.blocks, correction)
+    assert wrong_pixels(run.blocks, target, correction).sum() > 1000
+    session = driver.open(run, correction)
+    assert driver.do(ACTIONS[correction.name], "rim") == Count(strokes=1, keys=1)
+    assert wrong_pixels(session.labels, target, correction).sum() < 100
+    assert session.undo_stack.count() == 1

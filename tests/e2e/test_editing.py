@@ -199,6 +199,16 @@ def test_readout_tells_block_and_depths(editing: MainWindow) -> None:
     assert "in 2.650 m" in text
     editing.readout.point_at((45, 35))
     assert "in missing" in editing.status.readout.text()
+    session = editing.workspace.session
+    rows, columns = session.frame.known.nonzero()
+    row, column = int(rows[0]), int(columns[0])
+    editing.workspace.set_lock(int(session.labels[row, column]), True)
+    wrong = np.zeros(session.labels.shape, bool)
+    wrong[row, column] = True
+    editing.workspace.set_distrusted(wrong, "Distrust depth")
+    editing.readout.point_at((column, row))
+    assert "distrusted " in editing.status.readout.text()
+    assert "(locked)" in editing.status.readout.text()
     editing.readout.point_at(None)
     assert editing.status.readout.text() == ""
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF
 from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
 
-from gui.curves.curves_panel import SIGMA_FLOOR, CurvesPanel, LengthAxis, length_text
+from gui.curves.curves_panel import SIGMA_FLOOR, CurvesPanel, LengthAxis, SumAxis, length_text
 from ilf.filter.edge_aware.record import EdgeAwareRecord
 from ilf.filter.pass_band.record import PassBandRecord
 
@@ -192,3 +193,9 @@ def test_the_mouse_points_at_an_iteration_until_it_leaves(qtbot, panel):
     qtbot.waitUntil(lambda: panel._readout.text().startswith("i 12 "))
     QApplication.sendEvent(plot, QEvent(QEvent.Type.Leave))
     assert panel._readout.text().startswith("i 40 ")
+
+
+@pytest.mark.parametrize("height", [30, 45, 70, 200])
+def test_labels_of_sums_have_room(qtbot: QtBot, height: int) -> None:
+    ((_, values),) = SumAxis().tickValues(334_560, 335_470, height)
+    assert 1 <= len(values) <= max(1, height / 15)

@@ -1,7 +1,7 @@
-"""The corrections by border, outline and split, as a user who knows them does: each in one stroke.
+"""The corrections by give, border, split and outline, as a user who knows them does: each in one stroke, none chosen.
 
-The border is drawn where it should be, from where it leaves the old one to where it comes back; what has no border with
-the block that it should go to is cut off, or drawn around.
+The line goes along the true border. A part that is to go to a block beside it is cut off from there; a border that runs
+beside the true one is drawn anew; what is to be a block of its own is parted off, or drawn around.
 """
 
 from __future__ import annotations
