@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QUndoCommand
 
+from gui.state.block_notes import BlockNotes
+from gui.state.own_values import OwnValues
 from gui.state.results import Held
-from gui.state.session import BlockNotes, OwnValues, Session, touched_by
+from gui.state.session import Session, touched_by
 from ilf.blocks import Box
 from ilf.ebs.drawn import redrawn
 from ilf.ebs.edit import LabelPatch
