@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from gui.blocks.block_table import BlockRow
-from gui.state.session import Session, parameter_labels
+from gui.state.own_values import parameter_labels
+from gui.state.session import Session
 from gui.state.tally import BlockCounts
 from gui.work.runs import RunController
 from ilf.outcomes import BlockResult

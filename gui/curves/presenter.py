@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from PySide6.QtCore import QObject
 
 from gui.curves.curves_panel import EMPTY_TEXT, CurvesPanel
-from gui.state.session import BlockInfo, Session
+from gui.state.block_notes import BlockInfo
+from gui.state.session import Session
 from gui.state.workspace import Workspace
 from ilf.filter.convergence import IterationRecord
 from ilf.parameters import Parameters

@@ -6,8 +6,9 @@ from PySide6.QtCore import QObject, QSettings, Signal
 from PySide6.QtGui import QAction
 
 from gui.filtering.filter_panel import FilterPanel
-from gui.state.session import Session, parameter_labels
-from gui.state.workspace import Workspace, own_values
+from gui.state.own_values import own_values, parameter_labels
+from gui.state.session import Session
+from gui.state.workspace import Workspace
 from gui.work.runs import RunController
 from ilf.parameters import Parameters
 

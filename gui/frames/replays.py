@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from PySide6.QtCore import QObject
 
-from gui.state.session import Session, same_mask
+from gui.state.results import same_mask
+from gui.state.session import Session
 from gui.widgets.notes import Notes
 from ilf.outcomes import Completion
 from ilf.run import Run

@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QUndoCommand
 
+from gui.state.block_notes import BlockNotes
+from gui.state.own_values import OwnValues
 from gui.state.results import Held
-from gui.state.session import BlockNotes, OwnValues, Session, touched_by
+from gui.state.session import Session, touched_by
 from ilf.blocks import Box
 from ilf.ebs.drawn import redrawn
 from ilf.ebs.edit import LabelPatch
@@ -82,8 +84,11 @@ class Notices(Protocol):
         """Other depth is distrusted."""
         ...
 
-    def take_parameters(self, session: Session, common: OwnValues, own: Mapping[int, OwnValues | None]) -> None:
-        """Other values of some of the common parameters, and other own values of blocks, None for none."""
+    def take_parameters(
+        self, session: Session, common: OwnValues, own: Mapping[int, OwnValues | None], passing: bool = False
+    ) -> None:
+        """Other values of some of the common parameters, and other own values of blocks, None for none; with `passing`,
+        no undo leads back to the present ones."""
         ...
 
 
@@ -207,7 +212,7 @@ class EditParameters(QUndoCommand):
             self._common = self._common[0], common[1]
         self._own = {label: (self._own[label][0], own[label][1]) for label in own}
         self._time = now
-        self.redo()
+        self._take(1, passing=True)
         return True
 
     def redo(self) -> None:
@@ -218,13 +223,14 @@ class EditParameters(QUndoCommand):
         """Take it back."""
         self._take(0)
 
-    def _take(self, which: int) -> None:
+    def _take(self, which: int, passing: bool = False) -> None:
         # by name: the other common parameters may have been changed with another frame
         values = {} if self._common is None else self._common[which].to_dict()
         self._notices.take_parameters(
             self._session,
             {name: value for name, value in values.items() if name in self._names},
             {label: values[which] for label, values in self._own.items()},
+            passing,
         )
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ilf.blocks import Block
 from ilf.filter.convergence import IterationRecord
 from ilf.outcomes import BlockResult, Completion
+from ilf.parameters import Parameters
 
 Preview = tuple[Block, NDArray[np.float32]]
 """A block that runs, and the depth [m] at its pixels as it stands."""
@@ -21,6 +22,17 @@ class Kept(NamedTuple):
 
     result: BlockResult
     distrusted: NDArray[np.bool_] | None
+
+    def is_of_state(self, other: Kept) -> bool:
+        """Whether both are of the same pixels of a block, with the same borders and edges, of the same known depth."""
+        one, another = self.result, other.result
+        return (
+            one.edges == another.edges
+            and one.block.box == another.block.box
+            and np.array_equal(one.block.mask, another.block.mask)
+            and same_mask(one.drawn, another.drawn)
+            and same_mask(self.distrusted, other.distrusted)
+        )
 
 
 class Held(NamedTuple):
@@ -37,17 +49,20 @@ class Results:
     Attributes
     ----------
     kept : dict
-        Block label -> all results that it has had, the latest last: undo may bring back what they are of.
+        Block label -> results of all states that it has had, the latest last: undo may bring back what they are of.
     live : dict
         Label -> records so far of the blocks that run, the one that began last at the end.
     previews : dict
         Label -> Preview of blocks that run.
+    settled : set of Parameters
+        Parameters of blocks that a step of the history has begun or ended with.
     """
 
     def __init__(self) -> None:
         self.kept: dict[int, list[Kept]] = {}
         self.live: dict[int, list[IterationRecord]] = {}
         self.previews: dict[int, Preview] = {}
+        self.settled: set[Parameters] = set()
         self._error: tuple[Completion, NDArray[np.float32]] | None = None
         self._guess: tuple[Completion, Completion] | None = None
         self._changes = 0
@@ -96,10 +111,17 @@ class Results:
         """Blocks of a frame with such distrusted depth have ended; what they gave is not exported yet."""
         for result in results:
             label = result.block.label
-            self.kept.setdefault(label, []).append(Kept(result, distrusted))
+            self._keep(label, Kept(result, distrusted))
             self.live.pop(label, None)
             self.previews.pop(label, None)
         self._changes += 1
+
+    def _keep(self, label: int, kept: Kept) -> None:
+        """Keep a result beside those that undo and redo may bring back; not beside what a drag has passed over."""
+        stays = self.settled - {kept.result.parameters}
+        others = self.kept.get(label, [])
+        self.kept[label] = [one for one in others if one.result.parameters in stays or not one.is_of_state(kept)]
+        self.kept[label].append(kept)
 
     def end_run(self, previews_stay: bool = False) -> None:
         """Nothing runs any more; with `previews_stay`, another run of the same is about to begin."""
@@ -126,3 +148,10 @@ class Results:
     def note_saved(self, changes: int) -> None:
         """What there was at `changes` has been exported."""
         self._saved = changes
+
+
+def same_mask(one: NDArray[np.bool_] | None, other: NDArray[np.bool_] | None) -> bool:
+    """Whether two masks are the same; None is one without any pixel."""
+    if one is None or other is None:
+        return one is other or not np.any(other if one is None else one)
+    return one is other or np.array_equal(one, other)

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QUndoStack
 
-from gui.state.results import Held, Kept, Preview, Results
+from gui.state.block_notes import BlockInfo, BlockNotes
+from gui.state.results import Held, Kept, Preview, Results, same_mask
 from gui.state.shown_depth import ShownDepth
 from gui.state.tally import BlockCounts, BlockTally
 from ilf.blocks import Box, drawn_of
-from ilf.declarations import Value
 from ilf.drawing.block_pictures import block_colour
 from ilf.ebs.edit import LabelPatch
 from ilf.ebs.reextraction import made_by_hand
@@ -22,59 +22,11 @@ from ilf.filter.convergence import IterationRecord
 from ilf.filter.stepper import edge_parameters
 from ilf.frame import RGBDFrame
 from ilf.outcomes import BlockResult, Completion, compose
-from ilf.parameters import BlockParameters, Parameters
+from ilf.parameters import Parameters
 from ilf.run import Replay, Run
 
 LARGEST_LABEL = 65535
 """Label maps are exported as 16-bit images."""
-
-
-OwnValues = Mapping[str, Value]
-"""Parameter -> value."""
-
-
-@dataclass(frozen=True)
-class BlockInfo:
-    """What a user can say about a block, beside its pixels."""
-
-    name: str
-    colour: tuple[int, int, int]
-    visible: bool = True
-    locked: bool = False
-
-
-@dataclass
-class BlockNotes:
-    """What is known of a label map beside its pixels; replaced as a whole when the map is.
-
-    Attributes
-    ----------
-    infos : dict
-        Block label -> BlockInfo. Kept for labels that are gone, so that undo brings names back.
-    own : dict
-        Block label -> values of its own, parameter by parameter, in place of those of all blocks.
-    drawn : ndarray of bool or None
-        Pixels of blocks whose border was drawn by hand; None if there are none.
-    extraction : BlockParameters or None
-        What the blocks were extracted with.
-    network : str or None
-        SHA-256 of the edge network that had a part in it.
-    extracted : ndarray of int32 or None
-        The map as that extraction left it; None if it was changed afterwards in ways that are not known.
-    kept : frozenset of int
-        Blocks that stayed as they were at that extraction, and do not come from it.
-    handmade : frozenset of int
-        Those of them that had been made by hand.
-    """
-
-    infos: dict[int, BlockInfo] = field(default_factory=dict)
-    own: dict[int, OwnValues] = field(default_factory=dict)
-    drawn: NDArray[np.bool_] | None = None
-    extraction: BlockParameters | None = None
-    network: str | None = None
-    extracted: NDArray[np.int32] | None = None
-    kept: frozenset[int] = frozenset()
-    handmade: frozenset[int] = frozenset()
 
 
 class Session:
@@ -225,6 +177,7 @@ class Session:
 
     def take_notes(self, notes: BlockNotes) -> BlockNotes:
         """Take over what is known of the label map beside its pixels; the former notes are returned."""
+        self.settle_parameters()
         former, self.notes = self.notes, notes
         if former.extraction != notes.extraction:
             self.results.forget_guess()  # it saw the edges of the former one
@@ -237,6 +190,10 @@ class Session:
         self._tally = self._completion = None
         self._shown.take_frame(frame)
         self._forget_results()
+
+    def settle_parameters(self) -> None:
+        """The parameters that blocks have now are about to be left, and may be come back to."""
+        self.results.settled.update(self.parameters_of(label, self.common) for label in self.counts())
 
     def take_common(self, parameters: Parameters) -> None:
         """Take over other parameters of all blocks."""
@@ -420,24 +377,11 @@ class Session:
         self._shown.note_all()
 
 
-def parameter_labels(names: Iterable[str]) -> list[str]:
-    """What parameters are called in the window."""
-    declarations = Parameters.declarations()
-    return [declarations[name].label for name in declarations if name in set(names)]
-
-
 def touched_by(patch: LabelPatch) -> frozenset[int]:
     """Blocks that gain or lose pixels by a change of the label map."""
     changed = patch.before != patch.after
     counts = (np.bincount(labels[changed]) for labels in (patch.before, patch.after))
     return frozenset(int(label) for count in counts for label in np.flatnonzero(count)) - {0}
-
-
-def same_mask(one: NDArray[np.bool_] | None, other: NDArray[np.bool_] | None) -> bool:
-    """Whether two masks are the same; None is one without any pixel."""
-    if one is None or other is None:
-        return one is other or not np.any(other if one is None else one)
-    return np.array_equal(one, other)
 
 
 def _same(some: Mapping[int, BlockResult], others: Mapping[int, BlockResult]) -> bool:

@@ -95,8 +95,11 @@ class ShownDepth:
             part = np.where(stale, last, part)
         self.depth[box], self.stale[box] = part, stale
         for block, preview in previews:
-            self.depth[block.box][block.mask] = preview
-            self.stale[block.box][block.mask] = False
+            still = labels[block.box][block.mask] == block.label  # it may have lost pixels since it began
+            mask = block.mask.copy()
+            mask[block.mask] = still
+            self.depth[block.box][mask] = preview[still]
+            self.stale[block.box][mask] = False
         return box
 
 

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoGroup, QUndoStack
 
+from gui.state.block_notes import BlockInfo, BlockNotes
 from gui.state.commands import Change, ClearResults, Distrust, EditInfo, EditLabels, EditParameters
+from gui.state.own_values import OwnValues, differing, own_values, parameter_labels
 from gui.state.results import Preview
-from gui.state.session import BlockInfo, BlockNotes, OwnValues, Session, parameter_labels
+from gui.state.session import Session
 from gui.state.stroke import StrokeUnderWay
 from ilf.drawing.block_pictures import block_colour
 from ilf.ebs import Extraction
@@ -351,7 +353,7 @@ class Workspace(QObject):
         moved is one step with what was set before.
         """
         if blocks is None:
-            self._edit_parameters((self.parameters, parameters), {}, _names(self.parameters, parameters))
+            self._edit_parameters((self.parameters, parameters), {}, own_values(parameters, self.parameters).keys())
             return
         labels = [blocks] if isinstance(blocks, int) else blocks
         self._edit_own({label: own_values(parameters, self.parameters) for label in labels})
@@ -383,7 +385,7 @@ class Workspace(QObject):
             for label, values in wanted.items()
             if values != (own.get(label) or {})
         }
-        names = {name for before, after in changes.values() for name in _differing(before or {}, after or {})}
+        names = {name for before, after in changes.values() for name in differing(before or {}, after or {})}
         self._edit_parameters(None, changes, names)
 
     def _edit_parameters(
@@ -406,9 +408,14 @@ class Workspace(QObject):
         blocks = f" of {self._session.info(min(own)).name}" if len(own) == 1 else f" of {len(own)} blocks"
         stack.push(EditParameters(self, self._session, common, own, names, f"Set {what}{blocks if own else ''}"))
 
-    def take_parameters(self, session: Session, common: OwnValues, own: Mapping[int, OwnValues | None]) -> None:
+    def take_parameters(
+        self, session: Session, common: OwnValues, own: Mapping[int, OwnValues | None], passing: bool = False
+    ) -> None:
         """Called by commands: other values of some of the common parameters, and other own values of blocks, None for
-        none."""
+        none; with `passing`, no undo leads back to the present ones."""
+        if not passing:
+            for one in self.sessions:
+                one.settle_parameters()
         for label, values in own.items():
             if values:
                 session.notes.own[label] = values
@@ -474,18 +481,3 @@ class Workspace(QObject):
         """Called by commands after a name, colour or lock has changed."""
         if session is self._session:
             self.infos_changed.emit()
-
-
-def own_values(parameters: Parameters, common: Parameters) -> OwnValues:
-    """The values that a block with such parameters has in place of the common ones."""
-    ours, values = parameters.to_dict(), common.to_dict()
-    return {name: value for name, value in ours.items() if value != values[name]}
-
-
-def _names(one: Parameters, other: Parameters) -> set[str]:
-    return _differing(one.to_dict(), other.to_dict())
-
-
-def _differing(one: OwnValues, other: OwnValues) -> set[str]:
-    """Names whose values differ, or that only one has."""
-    return {name for name in {*one, *other} if name not in one or name not in other or one[name] != other[name]}

@@ -10,10 +10,11 @@ from PySide6.QtCore import QObject
 from pytestqt.qtbot import QtBot
 
 from gui.state.commands import DRAG_S
+from gui.state.own_values import own_values
 from gui.state.results import Held
 from gui.state.session import LARGEST_LABEL, Session
 from gui.state.tally import BlockCounts
-from gui.state.workspace import Kept, Workspace, own_values
+from gui.state.workspace import Kept, Workspace
 from ilf.completion import complete
 from ilf.ebs import Extraction, extract
 from ilf.ebs.edit import patch_between

@@ -226,3 +226,44 @@ def test_an_export_says_what_its_results_lack(bench: Bench, until: Until) -> Non
         "Not run as they are now, so that what they miss stays missing: 2 of 3 blocks. "
         "Run with other values than are set now: 1 of 3 blocks. Run what has changed first (F5)."
     )
+
+
+def test_of_a_drag_the_results_are_kept_that_undo_and_redo_lead_to(
+    bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gui.state.commands.time.monotonic", lambda: 1.0)
+    workspace, session = bench.workspace, bench.session
+
+    def kept() -> list[int]:
+        return [one.result.parameters.max_iterations for one in session.results.kept[1]]
+
+    def solve() -> None:
+        bench.runs.resolve([1])
+        until(lambda: bench.runs.state is RunState.IDLE)
+
+    run_all(bench, until)
+    first = workspace.parameters
+    for limit in range(100, 110):
+        workspace.set_parameters(first.replace(max_iterations=limit))
+        solve()
+    assert kept() == [first.max_iterations, 109]
+    session.undo_stack.undo()
+    assert session.is_up_to_date(1)
+    solve()
+    session.undo_stack.redo()
+    assert session.is_up_to_date(1)
+    workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    solve()
+    assert sorted(kept()) == [109, 109, first.max_iterations], "undo may bring back the other state"
+
+
+def test_a_preview_is_not_shown_where_its_block_is_no_more(bench: Bench, until: Until) -> None:
+    run_all(bench, until)
+    block = bench.session.valid_results()[1].block
+    bench.workspace.add_records(bench.session, 1, [])
+    bench.workspace.add_previews(bench.session, [(block, np.full(block.mask.sum(), 9.0, np.float32))])
+    bench.workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    depth = bench.session.present_depth()
+    assert depth is not None
+    assert (depth[5:20, 26:30] != 9.0).all()
+    assert (depth[:, :26] == 9.0).all()

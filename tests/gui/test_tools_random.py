@@ -11,6 +11,7 @@ from PySide6.QtCore import QObject
 
 from gui.tools.base import Tool
 from gui.tools.kinds import TOOL_NAMES, make_tools
+from ilf.ebs.drawn import border_pixels
 from ilf.frame import RGBDFrame
 
 from .tool_host import Hand, ToolHost
@@ -57,7 +58,8 @@ def _make_gesture(host: ToolHost, tool: Tool, gesture: dict[str, Any]) -> None:
 
 
 def test_whatever_a_hand_does(small_frame: RGBDFrame, qapp: QObject) -> None:
-    """Blocks part the frame, locked ones stay, undo and redo are exact, distrusted depth is what counts as missing."""
+    """Blocks part the frame, locked ones stay, undo and redo are exact, drawn borders are borders,
+    distrusted depth is what counts as missing."""
     edits = 0
 
     @settings(
@@ -112,6 +114,7 @@ def _work(frame: RGBDFrame, gestures: list[dict[str, Any]], holes: bool) -> int:
             _compare(host, seen[stack.index()])
     assert np.array_equal(host.labels, labels)
     assert host.session.frame.distrusted is None
+    assert not _drawn(host).any()
     while stack.canRedo():
         stack.redo()
         if stack.index() in seen:
@@ -119,11 +122,16 @@ def _work(frame: RGBDFrame, gestures: list[dict[str, Any]], holes: bool) -> int:
     return edits
 
 
-def _state(host: ToolHost) -> tuple[np.ndarray, np.ndarray]:
-    return host.labels.copy(), host.session.frame.known.copy()
+def _state(host: ToolHost) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return host.labels.copy(), host.session.frame.known.copy(), _drawn(host)
 
 
-def _compare(host: ToolHost, state: tuple[np.ndarray, np.ndarray]) -> None:
+def _drawn(host: ToolHost) -> np.ndarray:
+    drawn = host.session.notes.drawn
+    return np.zeros(FRAME_SHAPE, bool) if drawn is None else drawn.copy()
+
+
+def _compare(host: ToolHost, state: tuple[np.ndarray, np.ndarray, np.ndarray]) -> None:
     for now, then in zip(_state(host), state, strict=True):
         assert np.array_equal(now, then)
 
@@ -138,3 +146,4 @@ def _check(host: ToolHost, labels: np.ndarray) -> None:
     distrusted = np.zeros(frame.shape, bool) if frame.distrusted is None else frame.distrusted
     assert not (distrusted & ~measured).any()
     assert np.array_equal(frame.known, measured & ~distrusted)
+    assert not (_drawn(host) & ~border_pixels(host.labels)).any()
