@@ -20,6 +20,9 @@ _COLUMN = 0.26, 270, 380
 """Width of the column of panels: share of the window, and bounds [px]."""
 _BELOW = 110
 """Height of panels below the pictures [px]."""
+_ROOMY = 760
+"""Height of a window [px] in which panels may open by themselves."""
+
 _RAIL_ICON = 20
 
 
@@ -121,8 +124,9 @@ class Docks(QObject):
         return [title for title, panel in self._panels.items() if not panel.dock.isHidden()]
 
     def offer(self, title: str) -> None:
-        """Open a panel for what goes on, unless the user has folded it before, or has folded all of them."""
-        if title not in self._declined and self.open:
+        """Open a panel for what goes on, unless the user has folded it before, or has folded all of them, or there is
+        too little room beside those that are open."""
+        if title not in self._declined and self.open and self._window.height() >= _ROOMY:
             self._show([*self.open, title])
 
     def toggle_all(self) -> None:

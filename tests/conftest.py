@@ -36,16 +36,16 @@ def isolated_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(autouse=True)
-def nothing_left_running() -> Iterator[None]:
-    """Threads and timers that a test started must have ended when it ends."""
+def nothing_left_running(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Threads and timers that a test started must have ended when it ends; only one with an application has timers."""
     before = set(threading.enumerate())
     yield
     left = [thread for thread in threading.enumerate() if thread not in before and thread.name.startswith("ilf")]
     assert not left, f"threads left running: {left}"
-    from PySide6.QtCore import QCoreApplication, QTimer
-
-    if QCoreApplication.instance() is None:
+    if "qapp" not in request.fixturenames:
         return
+    from PySide6.QtCore import QTimer
+
     gc.collect()
     timers = [item for item in gc.get_objects() if isinstance(item, QTimer) and _is_active(item)]
     assert not timers, f"timers left running: {[timer.parent() for timer in timers]}"
@@ -76,3 +76,9 @@ def small_labels() -> np.ndarray:
     labels = np.ones((48, 64), np.int32)
     labels[:, 30:] = 2
     return labels
+
+
+def pytest_collection_finish() -> None:
+    """What the modules have made stays for good: collecting garbage need not look through it after every test."""
+    gc.collect()
+    gc.freeze()

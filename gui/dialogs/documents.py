@@ -165,7 +165,8 @@ class Documents(QObject):
         except IlfError as error:
             self._notes.report("Save blocks", error)
             return False
-        self._notes.tell(f"Saved {len(session.counts())} blocks to {path}")
+        names = "" if path.lower().endswith(".json") else "; a label map holds no names, COCO and labelme do"
+        self._notes.tell(f"Saved {len(session.counts())} blocks to {path}{names}")
         return True
 
     # closing

@@ -20,6 +20,8 @@ from ilf.ebs.edit import LabelPatch
 from ilf.outcomes import Completion
 from ilf.run import Effect, Run, edit_effect
 
+_UNKNOWN = "too little known depth near it to judge it by"
+
 
 @dataclass(frozen=True, eq=False)
 class _Question:
@@ -137,7 +139,8 @@ class EffectPresenter(QObject):
     def _say(self, question: _Question, effect: Effect | None, note: str = "") -> None:
         change = self._change
         if change is not None and (change.patch, change.forward) == (question.patch, question.forward):
-            self._line.say(_title(change), effect, note)
+            unknown = effect is not None and effect.held_out is None
+            self._line.say(_title(change), effect, note or (_UNKNOWN if unknown else ""))
 
 
 def _title(change: Change) -> str:

@@ -47,6 +47,7 @@ class DistrustPresenter(QObject):
         super().__init__(strip)
         self._workspace = workspace
         self._strip = strip
+        self._views = views
         self._marks = Marks(views)
         self._found: Mask | None = None
         self._questions = LatestQuestion[_Question, Mask](_find, self)
@@ -102,6 +103,7 @@ class DistrustPresenter(QObject):
             self.message.emit("No known depth looks wrong: there are no flying pixels, speckles or things of glass.")
             return
         self._found = found
+        self._views.fit()
         self._marks.show(boundary_path(found))
         self._strip.say(f"{pixels:,} px of known depth look wrong: flying pixels, speckles or glass.")
 

@@ -235,3 +235,12 @@ def test_looking_at_the_state_before_is_said(line: EffectLine) -> None:
     assert "The state before: Edit" in line.label.text()
     line.mark_look(False)
     assert "3 px moved" in line.label.text()
+
+
+def test_where_too_little_is_known_to_judge_an_edit_that_is_said(
+    bench: Bench, solver: LiveSolver, line: EffectLine, until: Until, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gui.effect.presenter.edit_effect", lambda *_: Effect(60))
+    _run(bench, until)
+    bench.workspace.edit_labels(_patch(bench, 2), "Paint")
+    until(lambda: "too little known depth near it" in line.label.text())
