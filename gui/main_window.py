@@ -278,7 +278,12 @@ class MainWindow(QMainWindow):
         }
         for name, handler in handlers.items():
             self.actions_[name].triggered.connect(lambda _=False, handler=handler: handler())
-        self.actions_["look_before"].toggled.connect(self.effect.look)
+        look = self.actions_["look_before"]
+        look.toggled.connect(self.effect.look)
+        workspace = self.workspace
+        edits = workspace.stroke_changed, workspace.labels_changed, workspace.distrusted_changed
+        for changed in (workspace.session_changed, *edits):
+            changed.connect(lambda *_: look.setChecked(False))  # who edits sees what comes of it
         self.actions_["full_screen"].toggled.connect(self._show_full_screen)
         self.actions_["contours_only"].toggled.connect(self.views.set_contours_only)
         self.actions_["block_names"].toggled.connect(self.view_presenter.show_names)

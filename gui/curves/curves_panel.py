@@ -173,9 +173,19 @@ class CurvesPanel(QWidget):
         self._chip.show()
         self.set_records([])
 
+    @property
+    def hint(self) -> str:
+        """Why there are no curves."""
+        return self._hint.text()
+
+    def set_hint(self, text: str = EMPTY_TEXT) -> None:
+        """Say why there are no curves, where there are none."""
+        self._hint.setText(text)
+
     def clear(self) -> None:
         """Show no block."""
         self._name = ""
+        self.set_hint()
         self._chip.hide()
         self.set_records([])
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QObject
 
-from gui.curves.curves_panel import CurvesPanel
+from gui.curves.curves_panel import EMPTY_TEXT, CurvesPanel
 from gui.state.block_notes import BlockInfo
 from gui.state.session import Session
 from gui.state.workspace import Workspace
@@ -38,6 +38,7 @@ class CurvesPresenter(QObject):
                 self._curves.clear()
             self._shown, self._records = None, ()
             return
+        self._curves.set_hint(_hint(session, label))
         info, records = session.info(label), session.records_of(label)
         criterion = _criterion(self._parameters(session, label))
         if self._shown != (session, info, criterion):
@@ -63,6 +64,14 @@ class CurvesPresenter(QObject):
         if result is not None and result.history and label not in session.results.live:
             return result.parameters
         return session.parameters_of(label, self._workspace.parameters)
+
+
+def _hint(session: Session, label: int) -> str:
+    """Why a block has no curves."""
+    result = session.valid_results().get(label)
+    if result is None or result.history:
+        return EMPTY_TEXT
+    return result.outcome.message or EMPTY_TEXT
 
 
 def _criterion(parameters: Parameters) -> float | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Protocol, TypeVar
 
 import numpy as np
@@ -136,6 +136,11 @@ def refuses(host: Host, label: int) -> bool:
     if label in session.locked:
         host.say(f"{session.info(label).name} is locked. Unlock it in the table of blocks.")
     return label in session.locked
+
+
+def refuses_one(host: Host, labels: Iterable[int]) -> bool:
+    """Whether any of these blocks is locked, which is said of the first."""
+    return any(refuses(host, label) for label in sorted(labels))
 
 
 def knows_edges(host: Host) -> bool:

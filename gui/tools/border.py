@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from gui.tools.base import Host, Point, Press
+from gui.state.session import touched_by
+from gui.tools.base import Host, Point, Press, refuses_one
 from gui.tools.line import LineTool
 from gui.tools.select import choose
 from gui.views.pointer import PointerEvent, PointerKind
@@ -35,7 +36,10 @@ class BorderTool(LineTool):
 
 def _redraw(line: list[Point], host: Host) -> None:
     session = host.session
-    if not host.commit(redraw_border(session.labels, line, session.locked), "Redraw border"):
+    if host.commit(redraw_border(session.labels, line, session.locked), "Redraw border"):
+        return
+    swept = redraw_border(session.labels, line)
+    if swept is None or not refuses_one(host, touched_by(swept)):
         host.say(
             "The line moves no border: draw it beside the one that it replaces. Give cuts a part off along a line."
         )

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 from PySide6.QtCore import QPointF
 from PySide6.QtGui import QPainterPath
 
-from gui.tools.base import Host, Point, Tool, knows_edges, refuses
+from gui.tools.base import Host, Point, Tool, knows_edges, refuses, refuses_one
 from gui.tools.swept import Swept
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
@@ -100,7 +101,8 @@ class BrushTool(Tool):
         session = host.session
         name = session.info(self._label).name
         if not self._erasing:
-            host.end_stroke(f"Paint {name}")
+            if not host.end_stroke(f"Paint {name}"):
+                refuses_one(host, np.unique(session.labels[swept.mask]).tolist())
             return
         text = f"Erase from {name}"
         if host.options.to_no_block:

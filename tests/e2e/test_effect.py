@@ -67,6 +67,11 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(
     opened.history.stack().setIndex(1)
     assert opened.runs.state is RunState.IDLE
     np.testing.assert_array_equal(session.completion().depth, solved.depth)
+    opened.actions_["look_before"].trigger()
+    assert "The state before" in opened.effect_line.label.text()
+    opened.actions_["undo"].trigger()
+    assert not opened.actions_["look_before"].isChecked(), "no edit is made blindly"
+    assert "The state before" not in opened.effect_line.label.text()
 
 
 def test_values_for_chosen_blocks_go_to_all_of_them(

@@ -10,9 +10,15 @@ from PySide6.QtCore import QEvent, QPoint, QPointF
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from gui.curves.curves_panel import SIGMA_FLOOR, CurvesPanel, LengthAxis, SumAxis, length_text
+from gui.curves.curves_panel import EMPTY_TEXT, SIGMA_FLOOR, CurvesPanel, LengthAxis, SumAxis, length_text
+from gui.curves.presenter import CurvesPresenter
+from gui.state.session import Session
+from gui.state.workspace import Workspace
+from ilf.completion import complete
 from ilf.filter.edge_aware.record import EdgeAwareRecord
 from ilf.filter.pass_band.record import PassBandRecord
+from ilf.frame import RGBDFrame
+from ilf.run import Run
 
 
 def staged(count=40, length=8, weighted=10):
@@ -199,3 +205,21 @@ def test_the_mouse_points_at_an_iteration_until_it_leaves(qtbot, panel):
 def test_labels_of_sums_have_room(qtbot: QtBot, height: int) -> None:
     ((_, values),) = SumAxis().tickValues(334_560, 335_470, height)
     assert 1 <= len(values) <= max(1, height / 15)
+
+
+def test_a_block_without_curves_says_why(panel: CurvesPanel) -> None:
+    depth = np.full((12, 16), 2.0, np.float32)
+    frame = RGBDFrame(np.zeros((12, 16, 3), np.uint8), depth)
+    workspace = Workspace()
+    workspace.add_session(Session.of(Run(frame, np.ones((12, 16), np.int32)), "origin", "key"))
+    workspace.select([1])
+    presenter = CurvesPresenter(workspace, panel)
+    panel.show()
+    presenter.show()
+    assert panel.hint == EMPTY_TEXT
+    workspace.store_results(workspace.session, list(complete(frame, workspace.session.labels).results.values()))
+    presenter.show()
+    assert panel.hint == "All depth is known."
+    workspace.show_session(None)
+    presenter.show()
+    assert panel.hint == EMPTY_TEXT

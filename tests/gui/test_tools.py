@@ -500,3 +500,17 @@ def test_every_tool_says_what_it_does() -> None:
     hints = [tool.hint for tool in make_tools().values()]
     assert len(set(hints)) == len(hints)
     assert all(isinstance(tool, Tool) for tool in make_tools().values())
+
+
+@pytest.mark.parametrize(
+    ("name", "line"), [("border", [(30, 10), (36, 20), (30, 30)]), ("paint", [(45, 10), (50, 12)])]
+)
+def test_a_line_that_only_a_lock_holds_back_names_the_locked_block(
+    host: ToolHost, name: str, line: list[Point]
+) -> None:
+    before = host.labels.copy()
+    host.select([1])
+    host.workspace.set_lock(2, True)
+    hand(host, name).drag(line)
+    assert np.array_equal(host.labels, before)
+    assert "Block 2 is locked" in host.said[-1]
