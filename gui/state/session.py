@@ -67,7 +67,7 @@ class Session:
         self._valid: dict[int, BlockResult] | None = None
         self._completion: Completion | None = None
         self._edits = 0
-        self.undo_stack.indexChanged.connect(self._note_edit)
+        self.undo_stack.indexChanged.connect(self.note_edit)
 
     @classmethod
     def of(cls, run: Run, origin: object, key: str, again: Replay | None = None) -> Self:
@@ -362,7 +362,8 @@ class Session:
             result.drawn, drawn_of(block, self.notes.drawn)
         )
 
-    def _note_edit(self) -> None:
+    def note_edit(self) -> None:
+        """What was edited up to now is no longer all; steps of the history tell by themselves."""
         self._edits += 1
 
     def _forget_result(self, label: int) -> None:

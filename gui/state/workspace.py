@@ -403,6 +403,7 @@ class Workspace(QObject):
         stack = self._session.undo_stack
         last = stack.command(stack.index() - 1) if not stack.isClean() else None
         if isinstance(last, EditParameters) and stack.index() == stack.count() and last.extend(common, own, names):
+            self._session.note_edit()
             return
         what = parameter_labels(names)[0] if len(names) == 1 else f"{len(names)} values of the filter"
         blocks = f" of {self._session.info(min(own)).name}" if len(own) == 1 else f" of {len(own)} blocks"
