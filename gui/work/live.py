@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QAction
@@ -29,10 +30,13 @@ class LiveSolver(QObject):
         self._workspace = workspace
         self._runs = runs
         self._live = live
-        self._touched: tuple[Session, set[int]] | None = None
+        self._touched: WeakKeyDictionary[Session, set[int]] = WeakKeyDictionary()
+        """Blocks that are to be solved again, also of frames that are not shown."""
+        self._asked: set[int] = set()
+        """Those of the present frame that have been asked for since they were touched last."""
         workspace.edited.connect(self._take)
         workspace.distrusted_changed.connect(self._take_all)
-        workspace.session_changed.connect(self._go_on)
+        workspace.session_changed.connect(self._turn)
         runs.state_changed.connect(self._go_on)
 
     def _take(self, change: Change) -> None:
@@ -43,21 +47,29 @@ class LiveSolver(QObject):
         self._add(self._workspace.session, self._workspace.session.counts())
 
     def _add(self, session: Session, blocks: Collection[int]) -> None:
-        if not (self._live.isChecked() and session.results.kept):
-            return
-        touched = self._touched[1] if self._touched is not None and self._touched[0] is session else set()
-        self._touched = session, touched | set(blocks)
+        if self._live.isChecked() and session.results.kept:
+            self._touched.setdefault(session, set()).update(blocks)
+            self._asked.difference_update(blocks)
+            self._go_on()
+
+    def _turn(self) -> None:
+        """What was asked for may be dropped when another frame is shown: it is asked for again when the first is."""
+        self._asked.clear()
         self._go_on()
 
     def _go_on(self) -> None:
-        if self._touched is None or self._runs.state not in (RunState.IDLE, RunState.RESOLVING):
+        runs, workspace = self._runs, self._workspace
+        if not workspace.has_session or runs.state not in (RunState.IDLE, RunState.RESOLVING):
             return
-        session, touched = self._touched
-        if not self._workspace.is_present(session):
-            return
-        self._touched = None
-        chosen = self._workspace.chosen
-        wanted = sorted(touched.intersection(session.counts()), key=lambda label: (label != chosen, label))
-        changed = [label for label in wanted if not session.is_up_to_date(label)]
-        if changed and not self._runs.resolve(changed, edited=True):
-            self._touched = session, set(changed)
+        session, chosen = workspace.session, workspace.chosen
+        touched = self._touched.get(session, set())
+        if runs.state is RunState.IDLE:  # what was asked for has been solved, or given up
+            touched -= self._asked
+            self._asked.clear()
+        there = touched.intersection(session.counts()) - self._asked
+        wanted = [label for label in there if not session.is_up_to_date(label)]
+        wanted.sort(key=lambda label: (label != chosen, label))
+        if wanted:
+            self._asked.update(wanted)  # before: that the state has changed is heard at once
+            if not runs.resolve(wanted, edited=True):
+                self._asked.difference_update(wanted)

@@ -110,6 +110,37 @@ def test_what_is_touched_during_a_run_is_solved_after_it(bench: Bench, solver: L
     assert bench.said[-1].endswith("2 had been edited meanwhile: run them again.")
 
 
+def test_what_a_turn_to_another_frame_drops_is_solved_when_the_first_is_shown_again(
+    bench: Bench, solver: LiveSolver, until: Until
+) -> None:
+    _run(bench, until)
+    first = bench.session
+    other = bench.open("second")
+    bench.workspace.show_session(first)
+    bench.script.__init__()  # type: ignore[misc]
+    bench.workspace.edit_labels(_patch(bench, 2), "Paint")
+    bench.workspace.edit_labels(_patch(bench, 2, 24), "Paint")
+    bench.workspace.show_session(other)
+    bench.script.allow()
+    until(lambda: bench.runs.state is RunState.IDLE)
+    assert first.changed_blocks() != []
+    bench.workspace.show_session(first)
+    until(lambda: first.changed_blocks() == [])
+
+
+def test_what_is_cancelled_is_not_asked_for_again(bench: Bench, solver: LiveSolver, until: Until) -> None:
+    _run(bench, until)
+    bench.script.__init__()  # type: ignore[misc]
+    bench.workspace.edit_labels(_patch(bench, 2), "Paint")
+    bench.runs.cancel()
+    bench.script.allow(1)
+    until(lambda: bench.runs.state is RunState.IDLE)
+    assert bench.session.changed_blocks() == [1, 2]
+    bench.script.allow()
+    bench.workspace.edit_labels(_patch(bench, 2, 24), "Paint")
+    until(lambda: bench.session.changed_blocks() == [])
+
+
 def test_other_distrusted_depth_may_have_a_part_in_all_blocks(bench: Bench, solver: LiveSolver, until: Until) -> None:
     _run(bench, until)
     mask = np.zeros(bench.session.frame.shape, bool)
