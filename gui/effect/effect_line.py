@@ -16,8 +16,8 @@ _EQUAL = 0.02
 
 _MARGIN = 8
 
-_LONG = "{:,} px moved", "expected error {}", "on hidden depth {}"
-_SHORT = "{:,} px", "expected {}", "hidden {}"
+_LONG = "{} px moved", "filled {}", "expected error {}", "on hidden depth {}"
+_SHORT = "{} px", "filled {}", "expected {}", "hidden {}"
 
 
 class EffectLine(QWidget):
@@ -81,11 +81,14 @@ class EffectLine(QWidget):
             words = self._words(_SHORT, text, effect, note)
         self.label.setText(words)
 
-    def _words(self, names: tuple[str, str, str], text: str, effect: Effect | None, note: str) -> str:
-        moved, expected, held_out = names
+    def _words(self, names: tuple[str, str, str, str], text: str, effect: Effect | None, note: str) -> str:
+        moved, filled, expected, held_out = names
         parts = [f"<b>{html.escape(text)}</b>"]
         if effect is not None:
-            parts.append(moved.format(effect.moved).replace(",", "\u202f"))
+            parts.append(moved.format(_pixels(effect.moved)))
+            if effect.filled is not None and effect.filled[0] != effect.filled[1]:
+                before, after = effect.filled
+                parts.append(filled.format(self._tinted(_pixels(before), f"{_pixels(after)} px", after > before)))
             if effect.expected is not None:
                 parts.append(expected.format(self._change(*effect.expected)))
             if effect.held_out is not None:
@@ -96,11 +99,19 @@ class EffectLine(QWidget):
 
     def _change(self, before: float, after: float) -> str:
         """Two errors [m] as text, in the colour of better or worse."""
+        differ = abs(after - before) > _EQUAL * max(before, after)
+        better = after < before if differ else None
+        return self._tinted(_millimetres(before), f"{_millimetres(after)} mm", better)
+
+    def _tinted(self, before: str, after: str, better: bool | None) -> str:
+        """Two values; None where neither is the better one."""
         colours = theme.colours(self.palette())
-        tone = colours.text
-        if abs(after - before) > _EQUAL * max(before, after):
-            tone = colours.good if after < before else colours.error
-        return f'{_millimetres(before)} → <span style="color:{tone.name()}"><b>{_millimetres(after)} mm</b></span>'
+        tone = {True: colours.good, False: colours.error, None: colours.text}[better]
+        return f'{before} → <span style="color:{tone.name()}"><b>{after}</b></span>'
+
+
+def _pixels(count: int) -> str:
+    return f"{count:,}".replace(",", "\u202f")
 
 
 def _millimetres(error: float) -> str:

@@ -30,9 +30,11 @@ class Effect:
     ----------
     moved : int
         Pixels that have changed hands.
+    filled : (int, int) or None
+        Pixels of the touched blocks that are filled, before and after; None where these have not been run.
     expected : (float, float) or None
-        Root mean square of the expected error [m] of the filled pixels of the touched blocks, before and after; None
-        where they have not been run.
+        Root mean square of the expected error [m], before and after, of those that are filled both times; None where
+        they are too few.
     held_out : (float, float) or None
         Root mean square error [m] on the hidden depth, before and after; None where there is too little known depth.
     hidden : int
@@ -40,6 +42,7 @@ class Effect:
     """
 
     moved: int
+    filled: tuple[int, int] | None = None
     expected: tuple[float, float] | None = None
     held_out: tuple[float, float] | None = None
     hidden: int = 0
@@ -71,16 +74,16 @@ def edit_effect(
     changed[patch.box] = patch.before != patch.after
     moved = int(np.count_nonzero(changed))
     touched = {*np.unique(before.blocks[changed]).tolist(), *np.unique(after.blocks[changed]).tolist()} - {0}
-    expected = None
+    filled, expected = None, None
     if completed[0] is not None and completed[1] is not None:
-        expected = _expected((before, completed[0]), (after, completed[1]), touched)
+        filled, expected = _filled_and_expected((before, completed[0]), (after, completed[1]), touched)
     hidden = _near(changed) & after.frame.known
     errors = [_errors(run, hidden) for run in (before, after)]
     both = np.isfinite(errors[0]) & np.isfinite(errors[1])
     count = int(np.count_nonzero(both))
     if count < _FEWEST:
-        return Effect(moved, expected)
-    return Effect(moved, expected, (_rms(errors[0][both]), _rms(errors[1][both])), count)
+        return Effect(moved, filled, expected)
+    return Effect(moved, filled, expected, (_rms(errors[0][both]), _rms(errors[1][both])), count)
 
 
 def _near(changed: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -100,18 +103,20 @@ def _errors(run: Run, hidden: NDArray[np.bool_]) -> NDArray[np.float32]:
     return alone.complete(threads=1).depth[hidden] - truth
 
 
-def _expected(
+def _filled_and_expected(
     before: tuple[Run, Completion], after: tuple[Run, Completion], touched: set[int]
-) -> tuple[float, float] | None:
-    values = []
-    for run, completion in (before, after):
-        if not _is_of(run, completion, touched):
-            return None
-        there = np.isin(run.blocks, list(touched)) & completion.filled
-        values.append(expected_error(run.frame, completion)[there])
-    if min(map(np.size, values)) < _FEWEST:
-        return None
-    return _rms(values[0]), _rms(values[1])
+) -> tuple[tuple[int, int] | None, tuple[float, float] | None]:
+    states = before, after
+    if not all(_is_of(run, completion, touched) for run, completion in states):
+        return None, None
+    there = np.isin(before[0].blocks, list(touched)) | np.isin(after[0].blocks, list(touched))
+    first, second = (there & completion.filled for _, completion in states)
+    filled = int(np.count_nonzero(first)), int(np.count_nonzero(second))
+    both = first & second
+    if np.count_nonzero(both) < _FEWEST:
+        return filled, None
+    one, other = (_rms(expected_error(run.frame, completion)[both]) for run, completion in states)
+    return filled, (one, other)
 
 
 def _is_of(run: Run, completion: Completion, touched: set[int]) -> bool:

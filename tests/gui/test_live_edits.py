@@ -171,7 +171,7 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
 
     def find(before: Run, after: Run, patch: LabelPatch, completed: Completed) -> Effect:
         asked.append((before, after, completed))
-        return Effect(60, (0.02, 0.01), (0.04, 0.03), 99)
+        return Effect(60, None, (0.02, 0.01), (0.04, 0.03), 99)
 
     monkeypatch.setattr("gui.effect.presenter.edit_effect", find)
     assert "is said here" in line.label.text()
@@ -210,7 +210,7 @@ def test_without_live_what_an_edit_did_is_said_after_the_next_run(
     until: Until,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("gui.effect.presenter.edit_effect", lambda *_: Effect(60, None, (0.04, 0.03), 99))
+    monkeypatch.setattr("gui.effect.presenter.edit_effect", lambda *_: Effect(60, None, None, (0.04, 0.03), 99))
     _run(bench, until)
     live.setChecked(False)
     bench.workspace.edit_labels(_patch(bench, 2), "Paint")
@@ -238,7 +238,7 @@ def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(
 
 def test_in_a_narrow_window_the_line_has_shorter_words_and_all_values(line: EffectLine) -> None:
     line.show()
-    line.say("Outline Block 17", Effect(3, (0.05, 0.04), (0.2, 0.3), 50))
+    line.say("Outline Block 17", Effect(3, None, (0.05, 0.04), (0.2, 0.3), 50))
     long = line.label.text()
     line.resize(380, 24)
     short = line.label.text()
@@ -250,10 +250,10 @@ def test_better_is_green_and_worse_is_red(line: EffectLine) -> None:
     def tones() -> list[str]:
         return [part[:7] for part in line.label.text().split("color:")[1:]]
 
-    line.say("Edit", Effect(3, (0.05, 0.04), (0.2, 0.3), 50))
+    line.say("Edit", Effect(3, None, (0.05, 0.04), (0.2, 0.3), 50))
     better, worse = tones()
     assert better != worse
-    line.say("Edit", Effect(3, (0.05, 0.0501), (0.2, 0.1), 50))
+    line.say("Edit", Effect(3, None, (0.05, 0.0501), (0.2, 0.1), 50))
     same, good = tones()
     assert (good, same in (better, worse)) == (better, False)
     assert "200 → " in line.label.text()
@@ -275,3 +275,13 @@ def test_where_too_little_is_known_to_judge_an_edit_that_is_said(
     _run(bench, until)
     bench.workspace.edit_labels(_patch(bench, 2), "Paint")
     until(lambda: "too little known depth near it" in line.label.text())
+
+
+def test_pixels_that_are_filled_no_longer_are_said(line: EffectLine) -> None:
+    line.say("Edit", Effect(3, (2500, 1200)))
+    fewer = line.label.text()
+    assert "filled 2\u202f500 → " in fewer
+    line.say("Edit", Effect(3, (2500, 2600)))
+    assert line.label.text().split("color:")[1][:7] != fewer.split("color:")[1][:7]
+    line.say("Edit", Effect(3, (2500, 2500)))
+    assert "filled" not in line.label.text()

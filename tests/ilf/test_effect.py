@@ -82,3 +82,20 @@ def test_a_completion_of_an_older_state_says_nothing_of_the_one_before_the_edit(
     older = np.where(np.arange(64) < 40, 1, 2) + np.zeros_like(after.blocks)
     done = Run(before.frame, older, before.parameters).complete(), after.complete()
     assert edit_effect(before, after, patch, done).expected is None
+
+
+def test_expected_errors_are_compared_where_both_states_are_filled(small_frame: ilf.RGBDFrame) -> None:
+    """A block without known depth takes its pixels out of what is filled, and says nothing of the error of the rest."""
+    labels = np.ones(small_frame.shape, np.int32)
+    alone = labels.copy()
+    alone[12:20, 10:18] = 2
+    patch = patch_between(labels, alone)
+    assert patch is not None
+    before, after = Run(small_frame, labels), Run(small_frame, alone, edited=True)
+    done = before.complete(), after.complete()
+    effect = edit_effect(before, after, patch, done)
+    assert effect.filled == (done[0].filled.sum(), done[0].filled.sum() - 64)
+    assert effect.expected is not None
+    both = done[0].filled & done[1].filled
+    rms = [float(np.sqrt(np.nanmean(ilf.expected_error(small_frame, one)[both] ** 2))) for one in done]
+    assert effect.expected == pytest.approx(rms, rel=1e-5)
