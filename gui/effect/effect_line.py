@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 from gui import theme
 from ilf.run import Effect
 
-_EQUAL = 0.02
+_EQUAL = 0.05
 """Errors that differ by a smaller share are as good as equal."""
 
 _MARGIN = 8
@@ -33,7 +33,8 @@ class EffectLine(QWidget):
         self.label.setMinimumWidth(1)
         self.label.setToolTip(
             "What the last edit has done. On hidden depth: the known depth near the border is hidden, and the blocks "
-            "there are completed without it, before and after. Hold B to look at the state before it."
+            "there are completed without it, before and after: a hint, right in about two of three cases. "
+            "Hold B to look at the state before the edit."
         )
         layout = QHBoxLayout(self)
         layout.setContentsMargins(_MARGIN, 2, _MARGIN, 2)

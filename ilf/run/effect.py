@@ -36,7 +36,7 @@ class Effect:
         Root mean square of the expected error [m], before and after, of those that are filled both times; None where
         they are too few.
     held_out : (float, float) or None
-        Root mean square error [m] on the hidden depth, before and after; None where there is too little known depth.
+        Mean absolute error [m] on the hidden depth, before and after; None where there is too little known depth.
     hidden : int
         Pixels that `held_out` is over.
     """
@@ -83,7 +83,7 @@ def edit_effect(
     count = int(np.count_nonzero(both))
     if count < _FEWEST:
         return Effect(moved, filled, expected)
-    return Effect(moved, filled, expected, (_rms(errors[0][both]), _rms(errors[1][both])), count)
+    return Effect(moved, filled, expected, (_mean(errors[0][both]), _mean(errors[1][both])), count)
 
 
 def _near(changed: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -131,3 +131,7 @@ def _is_of(run: Run, completion: Completion, touched: set[int]) -> bool:
 
 def _rms(values: NDArray[np.float32]) -> float:
     return float(np.sqrt(np.nanmean(np.square(values, dtype=np.float64))))
+
+
+def _mean(errors: NDArray[np.float32]) -> float:
+    return float(np.mean(np.abs(errors), dtype=np.float64))

@@ -1,0 +1,79 @@
+"""Whether what the window says of an edit is so: `python -m tests.bench.effects [--seed N]`.
+
+Blocks of frames with filled depth (NYU, under ILF_TEST_DATA) are spoilt in one place, as `tests.bench.suspects` does,
+and put right again: two edits. For each, the error on the depth that is hidden near the border (`ilf.run.edit_effect`)
+is held against the true error in the holes about there. An edit counts where both change by more than a little.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import zlib
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ilf import BlockParameters, extract_blocks, load_frame
+from ilf.ebs.drawn import redrawn
+from ilf.ebs.edit import patch_between
+from ilf.run import Run, edit_effect
+
+from .suspects.__main__ import REPORTED_ON
+from .suspects.spoiling import KINDS, Mask, spoil, with_holes
+
+LEAST, LEAST_TRUE = 0.02, 0.03
+"""Changes below these shares say nothing: of the error on hidden depth, and of the true one."""
+
+
+def main() -> None:
+    """Print how often they agree."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--seed", type=int, default=0)
+    arguments = parser.parse_args()
+    root = Path(os.environ.get("ILF_TEST_DATA", "../shared/data")) / "rgbd"
+    found: Counter[tuple[str, str]] = Counter()
+    for name in REPORTED_ON:
+        folder = root / f"nyufilled_{name}"
+        truth = load_frame(folder / "rgb.jpg", folder / "gt.png", depth_units=1000, name=folder.name)
+        rng = np.random.default_rng([arguments.seed, zlib.crc32(truth.name.encode())])
+        frame = with_holes(truth, rng)
+        right = Run(frame, extract_blocks(truth, BlockParameters(min_size=0.1)), edited=True)
+        for kind in KINDS:
+            spoilt, faults = spoil(right.blocks, truth.depth, ~frame.known, [kind], rng)
+            for fault in faults:
+                wrong = replace(right, blocks=spoilt)
+                for way, before, after in (("spoilt", right, wrong), ("mended", wrong, right)):
+                    found[way, _verdict(before, after, truth.depth, fault.zone)] += 1
+    for way in ("spoilt", "mended"):
+        print(f"{way:8}", ", ".join(f"{what} {found[way, what]}" for what in ("right", "wrong", "undecided")))
+
+
+def _verdict(before: Run, after: Run, truth: NDArray[np.float32], zone: Mask) -> str:
+    patch = patch_between(before.blocks, after.blocks)
+    if patch is None:
+        return "undecided"
+    box, pixels = redrawn(None, after.blocks, patch)
+    drawn = np.zeros(after.blocks.shape, bool)
+    drawn[box] = pixels
+    after = replace(after, drawn=drawn)
+    there = zone & ~before.frame.known
+    blocks = frozenset(np.unique([*before.blocks[there], *after.blocks[there]]).tolist()) - {0}
+    depths = [replace(run, only=blocks).complete().depth for run in (before, after)]
+    there &= np.isfinite(depths[0]) & np.isfinite(depths[1])
+    true = [float(np.mean(np.abs(depth[there] - truth[there]))) for depth in depths]
+    hidden = edit_effect(before, after, patch).held_out
+    if hidden is None or _same(*true, LEAST_TRUE) or _same(*hidden, LEAST):
+        return "undecided"
+    return "right" if (hidden[1] < hidden[0]) == (true[1] < true[0]) else "wrong"
+
+
+def _same(one: float, other: float, least: float) -> bool:
+    return abs(one - other) < least * max(one, other)
+
+
+if __name__ == "__main__":
+    main()
