@@ -37,7 +37,8 @@ class MessageStrip(QLabel):
         self._over.timeout.connect(self.hide)
         self.setTextFormat(Qt.TextFormat.RichText)
         self.linkActivated.connect(self._give_command)
-        window.installEventFilter(self)
+        for widget in (window, *strips):
+            widget.installEventFilter(self)
         self.hide()
 
     @property
@@ -79,6 +80,8 @@ class MessageStrip(QLabel):
         """Keep to the corner; go at the next click or key."""
         if event.type() == QEvent.Type.Resize and watched is self._window:
             self._place()
+        elif event.type() in (QEvent.Type.Show, QEvent.Type.Hide, QEvent.Type.Move) and watched in self._strips:
+            QTimer.singleShot(0, self, self._place)  # when it has its new place
         elif self._listens and _is_action(event) and isinstance(watched, QWidget) and watched is not self:
             self.hide()
         return False
