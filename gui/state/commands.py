@@ -235,20 +235,24 @@ class EditParameters(QUndoCommand):
 
 
 class ClearResults(QUndoCommand):
-    """All results of a frame go."""
+    """All results of a frame go. Undo brings them back beside those of runs since."""
 
     def __init__(self, notices: Notices, session: Session) -> None:
         super().__init__("Clear results")
         self._notices = notices
         self._session = session
-        self._others = Held({})
+        self._cleared = Held({})
 
     def redo(self) -> None:
         """Make the change."""
-        self._others = self._session.swap_results(self._others)
+        self._cleared = self._session.swap_results(Held({}))
         self._notices.note_results_changed(self._session)
 
-    undo = redo
+    def undo(self) -> None:
+        """Take it back."""
+        newer = self._session.swap_results(Held({}))
+        self._session.swap_results(self._cleared.with_newer(newer))
+        self._notices.note_results_changed(self._session)
 
 
 class Distrust(QUndoCommand):

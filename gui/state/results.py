@@ -42,6 +42,12 @@ class Held(NamedTuple):
     error: tuple[Completion, NDArray[np.float32]] | None = None
     guess: tuple[Completion, Completion] | None = None
 
+    def with_newer(self, newer: Held) -> Held:
+        """These results and newer ones, as those of a run after these had been cleared."""
+        labels = self.kept.keys() | newer.kept.keys()
+        kept = {label: [*self.kept.get(label, ()), *newer.kept.get(label, ())] for label in labels}
+        return Held(kept, newer.error or self.error, newer.guess or self.guess)
+
 
 class Results:
     """Results, live records and previews of a frame's blocks. The workspace alone changes them.

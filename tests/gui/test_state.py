@@ -647,6 +647,21 @@ def test_clearing_results_can_be_undone(workspace: Workspace, session: Session, 
     assert list(session.completion().results.values()) == results
 
 
+def test_what_has_been_run_since_results_were_cleared_stays_when_they_come_back(
+    workspace: Workspace, session: Session, results: list[BlockResult]
+) -> None:
+    workspace.store_results(session, results)
+    workspace.clear_results()
+    newer = complete(session.frame, session.labels, QUICK.replace(max_iterations=3)).results[1]
+    workspace.store_results(session, [newer])
+    session.undo_stack.undo()
+    assert session.valid_results() == {1: newer, 2: results[1]}
+    session.undo_stack.redo()
+    assert session.valid_results() == {}
+    session.undo_stack.undo()
+    assert session.valid_results() == {1: newer, 2: results[1]}
+
+
 def test_the_depth_of_an_edited_block_stays_to_be_seen_as_stale(
     workspace: Workspace, session: Session, results: list[BlockResult]
 ) -> None:
