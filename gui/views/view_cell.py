@@ -26,6 +26,9 @@ _BAR_SHARE = 0.62
 _BAR_HEIGHTS = (84, 240)
 """Least and largest height of the colour bar; a view with less room has none."""
 
+_BAR_ROOM = 260
+"""Width of a view [px] below which a bar would cover too much of the picture."""
+
 
 class TitleStrip(QWidget):
     """Small muted caption with a legend at its right; a double-click on it is signalled."""
@@ -97,7 +100,7 @@ class TitleStrip(QWidget):
 class ViewCell(QWidget):
     """Title strip over an image view, whose colour bar lies over the picture's right side.
 
-    The bar goes away while the cursor is at what it covers, in whichever view.
+    The bar goes away while the cursor is at what it covers, in whichever view, and where the picture is small.
     """
 
     def __init__(self, title: str, unit: str, on_event: EventHandler) -> None:
@@ -151,6 +154,6 @@ class ViewCell(QWidget):
         least, most = _BAR_HEIGHTS
         room = self.view.height() - 2 * _BAR_MARGIN
         height = min(max(round(_BAR_SHARE * room), least), most)
-        self.bar.setVisible(height <= room)
+        self.bar.setVisible(height <= room and self.width() >= _BAR_ROOM)
         self.bar.move(self.width() - self.bar.width() - _BAR_MARGIN, strip + _BAR_MARGIN)
         self.bar.setFixedHeight(height)
