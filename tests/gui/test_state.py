@@ -618,6 +618,18 @@ def test_a_drag_of_a_value_is_one_step(workspace: Workspace, session: Session, m
         assert (workspace.parameters.smoothness, workspace.parameters.noise) == wanted
 
 
+def test_a_drag_of_own_values_goes_back_to_where_it_began(workspace: Workspace, session: Session) -> None:
+    workspace.set_own({"smoothness": 2.0}, [1])
+    session.undo_stack.setClean()
+    for value in (3.0, 4.0, 5.0):
+        workspace.set_own({"smoothness": value}, [1, 2])
+    assert session.undo_stack.count() == 2
+    session.undo_stack.undo()
+    assert session.notes.own == {1: {"smoothness": 2.0}}
+    session.undo_stack.redo()
+    assert session.notes.own == {1: {"smoothness": 5.0}, 2: {"smoothness": 5.0}}
+
+
 def test_results_of_the_parameters_that_undo_brings_back_come_back(workspace: Workspace, session: Session) -> None:
     first = list(complete(session.frame, session.labels, QUICK).results.values())
     workspace.set_parameters(QUICK)

@@ -439,3 +439,13 @@ def test_parts_touch_where_they_share_a_side_of_a_pixel() -> None:
     assert parts_touch(labels, [1, 3])
     assert not parts_touch(labels, [1, 2])
     assert parts_touch(labels, [1, 2, 3])
+
+
+def test_a_line_of_three_pixels_cuts_a_neck() -> None:
+    labels = np.zeros((20, 20), np.int32)
+    labels[2:18, 2:9] = labels[2:18, 12:18] = labels[9:11, 9:12] = 1
+    patch = split(labels, 1, [(10.5, 8.4), (10.5, 11.5)])
+    assert patch is not None
+    patch.apply(labels)
+    assert set(np.unique(labels)) == {0, 1, 2}
+    assert labels[5, 5] != labels[5, 15]
