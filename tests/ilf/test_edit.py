@@ -449,3 +449,13 @@ def test_a_line_of_three_pixels_cuts_a_neck() -> None:
     patch.apply(labels)
     assert set(np.unique(labels)) == {0, 1, 2}
     assert labels[5, 5] != labels[5, 15]
+
+
+def test_a_line_that_ends_beside_the_boundary_cuts_through_to_it() -> None:
+    labels = np.zeros((100, 100), np.int32)
+    labels[40:70, 40:70] = 1
+    patch = split(labels, 1, [(66.5, 35.5), (68.5, 50.5), (68.5, 56.5)])
+    assert patch is not None, "the side is 1.5 px away, the boundary straight ahead 13 px"
+    patch.apply(labels)
+    assert labels[42, 69] != labels[60, 50]
+    assert labels[65, 69] == labels[60, 50]

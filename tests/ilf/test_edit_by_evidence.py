@@ -115,3 +115,14 @@ def test_one_surface_suggests_no_split(what: str) -> None:
     labels = np.ones(SHAPE, np.int32)
     assert suggest_split(_frame(depth), labels, 1, WEAK) is None
     assert suggest_split(_frame(depth), labels, 7, WEAK) is None
+
+
+def test_a_stroke_goes_no_farther_into_an_edge_than_to_the_jump_in_it() -> None:
+    depth = np.full((20, 24), 1.0)
+    depth[:, 11:] = 1.06
+    frame = RGBDFrame(np.full((20, 24, 3), 90, np.uint8), depth)
+    strength = np.zeros(depth.shape, np.float32)
+    strength[:, 10:16] = 1
+    mask = Similar(frame, strength, 3.5, 10.5).mask
+    assert mask[10, 10], "colour and depth are alike"
+    assert not mask[:, 12:].any()
