@@ -125,4 +125,4 @@ def test_a_stroke_goes_no_farther_into_an_edge_than_to_the_jump_in_it() -> None:
     strength[:, 10:16] = 1
     mask = Similar(frame, strength, 3.5, 10.5).mask
     assert mask[10, 10], "colour and depth are alike"
-    assert not mask[:, 12:].any()
+    assert not mask[:, 11:].any()
