@@ -25,6 +25,12 @@ def within(inside: Box, outside: Box) -> Box:
     return rows, columns
 
 
+def union(one: Box, other: Box) -> Box:
+    """The smallest box around two."""
+    rows, columns = (slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(one, other, strict=True))
+    return rows, columns
+
+
 @dataclass(frozen=True, eq=False)
 class Block:
     """One label's pixels on their bounding box.

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gui.state.results import Preview
-from ilf.blocks import Box
+from ilf.blocks import Box, union
 from ilf.frame import RGBDFrame
 from ilf.outcomes import BlockResult, Completion
 
@@ -51,7 +51,7 @@ class ShownDepth:
 
     def note(self, box: Box) -> None:
         """Something has changed inside a box (rows, columns)."""
-        self._changed = box if self._changed is None else _union(self._changed, box)
+        self._changed = box if self._changed is None else union(self._changed, box)
 
     def note_all(self) -> None:
         """Something has changed all over the frame."""
@@ -101,11 +101,6 @@ class ShownDepth:
             self.depth[block.box][mask] = preview[still]
             self.stale[block.box][mask] = False
         return box
-
-
-def _union(one: Box, other: Box) -> Box:
-    rows, columns = (slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(one, other, strict=True))
-    return rows, columns
 
 
 def _whole(shape: tuple[int, ...]) -> Box:

@@ -14,7 +14,7 @@ from PySide6.QtGui import QUndoGroup, QUndoStack
 from gui.state.block_notes import BlockInfo, BlockNotes
 from gui.state.commands import Change, ClearResults, Distrust, EditInfo, EditLabels, EditParameters
 from gui.state.own_values import OwnValues, differing, own_values, parameter_labels
-from gui.state.results import Preview
+from gui.state.results import Preview, same_mask
 from gui.state.session import Session
 from gui.state.stroke import StrokeUnderWay
 from ilf.drawing.block_pictures import block_colour
@@ -208,7 +208,7 @@ class Workspace(QObject):
         old, patch = session.notes, patch_between(session.labels, labels)
         if patch is None:
             session.take_notes(replace(notes, infos=old.infos, own=old.own, drawn=old.drawn))
-            (self.results_changed if session is self._session else self.sessions_changed).emit()
+            self.note_results_changed(session)
             return
         notes.infos |= {label: info for label, info in old.infos.items() if label in notes.kept}
         notes.own = {label: own for label, own in old.own.items() if label in notes.kept}
@@ -291,8 +291,7 @@ class Workspace(QObject):
         """
         session = self.session
         frame = session.frame.distrusting(mask)
-        former, wanted = session.frame.distrusted, frame.distrusted
-        if former is wanted or (former is not None and wanted is not None and np.array_equal(former, wanted)):
+        if same_mask(session.frame.distrusted, frame.distrusted):
             return False
         session.undo_stack.push(Distrust(self, session, frame, text))
         return True
@@ -325,12 +324,12 @@ class Workspace(QObject):
     def store_guess(self, session: Session, base: Completion, guess: Completion) -> None:
         """Keep the guess of what a completion leaves missing."""
         session.add_guess(base, guess)
-        (self.results_changed if session is self._session else self.sessions_changed).emit()
+        self.note_results_changed(session)
 
     def end_run(self, session: Session, previews_stay: bool = False) -> None:
         """Nothing of the frame runs any more; with `previews_stay`, it will again at once."""
         session.end_run(previews_stay)
-        (self.results_changed if session is self._session else self.sessions_changed).emit()
+        self.note_results_changed(session)
 
     def clear_results(self) -> None:
         """Forget all results of the present frame, as one undoable step."""
@@ -356,7 +355,7 @@ class Workspace(QObject):
             self._edit_parameters((self.parameters, parameters), {}, own_values(parameters, self.parameters).keys())
             return
         labels = [blocks] if isinstance(blocks, int) else blocks
-        self._edit_own({label: own_values(parameters, self.parameters) for label in labels})
+        self._edit_own(dict.fromkeys(labels, own_values(parameters, self.parameters)))
 
     def set_own(self, values: OwnValues, blocks: Collection[int]) -> None:
         """Give blocks some values of their own, one parameter beside the other; those equal to the common ones go."""
@@ -469,7 +468,7 @@ class Workspace(QObject):
         self.results_changed.emit()
 
     def note_results_changed(self, session: Session) -> None:
-        """Called by commands after results have gone or come back."""
+        """Called after results have come, gone or come back."""
         (self.results_changed if session is self._session else self.sessions_changed).emit()
 
     def note_distrusted_changed(self, session: Session) -> None:

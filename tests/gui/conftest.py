@@ -5,12 +5,19 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from PySide6.QtCore import QObject
 from pytestqt.qtbot import QtBot
 
+from gui.state.session import Session
+from gui.state.workspace import Workspace
 from ilf import RGBDFrame
+from ilf.completion import complete
+from ilf.outcomes import BlockResult
+from ilf.parameters import BlockParameters
 from ilf.run import Run
 
 from .scripted_runs import WAIT_MS, Bench, Script, ScriptedSteps, Until
+from .states import QUICK, SIGNALS
 
 
 @pytest.fixture
@@ -31,3 +38,39 @@ def bench(qtbot: QtBot, small_frame: RGBDFrame, small_labels: NDArray[np.int32],
 @pytest.fixture
 def until(qtbot: QtBot) -> Until:
     return lambda condition: qtbot.waitUntil(condition, timeout=WAIT_MS)
+
+
+@pytest.fixture
+def session(small_frame: RGBDFrame, small_labels: np.ndarray, qapp: QObject) -> Session:
+    """`small_frame` with its two blocks, as an extraction gave them."""
+    return Session.of(Run(small_frame, small_labels, extraction=BlockParameters()), "origin", "key")
+
+
+@pytest.fixture
+def other(small_frame: RGBDFrame, small_labels: np.ndarray, qapp: QObject) -> Session:
+    """Another frame, of the same pixels."""
+    return Session.of(Run(small_frame, small_labels, extraction=BlockParameters()), "other origin", "other key")
+
+
+@pytest.fixture
+def workspace(session: Session, other: Session) -> Workspace:
+    """Both frames, the first the present one."""
+    workspace = Workspace()
+    workspace.add_session(other)
+    workspace.add_session(session)
+    return workspace
+
+
+@pytest.fixture
+def told(workspace: Workspace) -> list[str]:
+    """Names of the signals that the workspace sends from now on."""
+    names: list[str] = []
+    for name in SIGNALS:
+        getattr(workspace, name).connect(lambda *_, name=name: names.append(name))
+    return names
+
+
+@pytest.fixture
+def results(session: Session) -> list[BlockResult]:
+    """What a short run of both blocks gives."""
+    return list(complete(session.frame, session.labels, QUICK).results.values())

@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ...blocks import Block, Box, within
+from ...blocks import Block, Box, union, within
 from ...edges.frame_edges import FrameEdges
 from ...frame import RGBDFrame
 from ...parameters import Parameters
@@ -273,7 +273,7 @@ class _View:
         self._frame = frame
         self._block = block
         self._window = _window(frame, block, parameters.mode)
-        around = _union(block.box, self._window)
+        around = union(block.box, self._window)
         self._place = within(self._window, around)
         self.mask = np.zeros(frame.depth[around].shape, bool)
         """The block's pixels in the box around block and window."""
@@ -357,12 +357,6 @@ def _window(frame: RGBDFrame, block: Block, mode: str) -> Box:
         places = np.flatnonzero(wanted.any(axis=1 - axis)) + side.start
         found.append(slice(max(int(places[0]) - margin, 0), min(int(places[-1]) + 1 + margin, size)))
     return found[0], found[1]
-
-
-def _union(first: Box, second: Box) -> Box:
-    """The smallest box around two."""
-    rows, columns = (slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(first, second, strict=True))
-    return rows, columns
 
 
 def _samples(values: Array) -> tuple[Array, Array]:
