@@ -13,10 +13,12 @@ from PySide6.QtGui import QUndoGroup, QUndoStack
 
 from gui.state.block_notes import BlockInfo, BlockNotes
 from gui.state.commands import Change, ClearResults, Distrust, EditInfo, EditLabels, EditParameters
+from gui.state.kept_runs import MOST_COMPARED, KeptRun
 from gui.state.own_values import OwnValues, differing, own_values, parameter_labels
 from gui.state.results import Preview, same_mask
 from gui.state.session import Session
 from gui.state.stroke import StrokeUnderWay
+from ilf.blocks import Box
 from ilf.drawing.block_pictures import block_colour
 from ilf.ebs import Extraction
 from ilf.ebs.edit import LabelPatch, patch_between
@@ -69,6 +71,14 @@ class Workspace(QObject):
     """All blocks of the present frame have given way to others, or have come back: no edit."""
     distrusted_changed = Signal()
     """Other depth of the present frame is distrusted."""
+    truth_changed = Signal()
+    """The present frame has another truth, or none."""
+    region_changed = Signal()
+    """Another rectangle of the present frame is chosen, or none."""
+    kept_runs_changed = Signal()
+    """Runs of the present frame have been kept, changed or deleted."""
+    compared_changed = Signal()
+    """Others of the kept runs are compared."""
     selection_changed = Signal()
     parameters_changed = Signal()
     """Of the filter."""
@@ -301,6 +311,56 @@ class Workspace(QObject):
         if self.has_session and labels != self.session.selected:
             self.session.selected = labels
             self.selection_changed.emit()
+
+    def set_region(self, box: Box | None) -> None:
+        """Choose a rectangle (rows, columns) of the present frame, or none."""
+        if box != self.session.region:
+            self.session.region = box
+            self.region_changed.emit()
+
+    def set_truth(self, truth: NDArray[np.float32] | None) -> None:
+        """Judge the present frame's results by a truth [m], float32 (H, W), NaN unknown, or by none.
+
+        Raises
+        ------
+        InputError
+            If it does not fit the frame.
+        """
+        self.session.take_truth(truth)
+        self.truth_changed.emit()
+
+    # kept runs
+
+    def keep_run(self, session: Session, kept: KeptRun) -> None:
+        """Keep a run beside the others of a frame."""
+        session.kept_runs.append(kept)
+        self._note_kept_runs(session)
+
+    def change_run(self, session: Session, kept: KeptRun, **changes: Any) -> None:
+        """Set attributes of a kept run, as its name or note."""
+        for name, value in changes.items():
+            setattr(kept, name, value)
+        self._note_kept_runs(session)
+
+    def delete_runs(self, session: Session, runs: Collection[KeptRun]) -> None:
+        """Keep some runs no longer."""
+        session.kept_runs = [kept for kept in session.kept_runs if kept not in runs]
+        self._note_kept_runs(session)
+        self._compare(session, [kept for kept in session.compared if kept not in runs])
+
+    def compare(self, runs: Sequence[KeptRun]) -> None:
+        """Show some of the present frame's kept runs beside its result, at most `MOST_COMPARED`, the latest chosen."""
+        self._compare(self.session, list(runs)[-MOST_COMPARED:])
+
+    def _compare(self, session: Session, runs: list[KeptRun]) -> None:
+        if runs != session.compared:
+            session.compared = runs
+            if session is self._session:
+                self.compared_changed.emit()
+
+    def _note_kept_runs(self, session: Session) -> None:
+        if session is self._session:
+            self.kept_runs_changed.emit()
 
     # runs and results
 

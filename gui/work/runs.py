@@ -49,6 +49,32 @@ class RunState(Enum):
     """Some blocks, because they or their values have changed: they give way to a run."""
 
 
+class Ended(NamedTuple):
+    """How a run or a re-solve has ended.
+
+    Attributes
+    ----------
+    session : Session
+    run : Run
+        What it was made of.
+    done : frozenset of int
+        Blocks that have come to a result.
+    seconds : float
+        How long it took [s].
+    how : str
+        "finished", "cancelled" or "failed".
+    resolved : bool
+        Whether some blocks were solved anew, because they or their values had changed.
+    """
+
+    session: Session
+    run: Run
+    done: frozenset[int]
+    seconds: float
+    how: str
+    resolved: bool
+
+
 @dataclass(frozen=True)
 class _FollowUp:
     """What is to be done when a re-solve has ended, if its frame is still the present one: solve blocks anew, or
@@ -72,6 +98,8 @@ class RunController(QObject):
         The run is over; a sentence that says how.
     resolved(str)
         A block has been solved anew; a sentence that says how fast.
+    run_ended(object)
+        A run or a re-solve has ended, its results are there, and nothing of it runs any more; an `Ended`.
     finished(object)
         A run has gone to its end, the guess of the rest included if there is one; its session.
     failed(object)
@@ -82,6 +110,7 @@ class RunController(QObject):
     records = Signal(int, list)
     ended = Signal(str)
     resolved = Signal(str)
+    run_ended = Signal(object)
     finished = Signal(object)
     failed = Signal(object)
 
