@@ -174,9 +174,9 @@ def test_a_sweep_against_the_truth_finds_the_best_value(run):
     for point in result.points:
         completion = replace(run, parameters=QUICK.replace(**point.values)).complete()
         np.testing.assert_array_equal(point.depth, completion.depth)
-        assert point.judgement.rmse == judge_completion(run.frame, completion).rmse
+        assert point.whole.rmse == judge_completion(run.frame, completion).rmse
         assert point.run.parameters.shortest_wavelength == point.values["shortest_wavelength"]
-    assert result.best is min(result.points, key=lambda point: point.judgement.rmse)
+    assert result.best is min(result.points, key=lambda point: point.whole.rmse)
     assert [type(item) for item in items].count(SweepPoint) == 2
 
 
@@ -200,7 +200,7 @@ def test_a_value_that_refuses_to_fill_is_never_the_best(run):
     result = run_sweep(Sweep(run, {"min_known_share": [0.02, 1.0]}))
     assert result.best is result.points[0]
     assert result.points[1].coverage == 0
-    assert result.points[1].judgement == Judgement()
+    assert result.points[1].whole == Judgement()
     nothing = run_sweep(Sweep(run, {"min_known_share": [1.0]}))
     assert nothing.best is None
 
