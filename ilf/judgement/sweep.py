@@ -166,7 +166,9 @@ def sweep_steps(sweep: Sweep, *, threads: int | None = None) -> Generator[Step |
     points: list[SweepPoint] = []
     width = 1 / len(sweep.points)
     for number, values in enumerate(sweep.points):
-        point = yield from part_of(_one_point(sweep, values, threads), number * width, width, f"{in_words(values)}: ")
+        point = yield from part_of(
+            _one_point(sweep, values, threads), number * width, width, f"{point_in_words(values)}: "
+        )
         points.append(point)
         yield point
     shared = over_shared([point.judged for point in points])
@@ -211,7 +213,7 @@ def run_sweep(
     return run_out(sweep_steps(sweep, threads=threads), on_step)
 
 
-def in_words(values: Mapping[str, Value]) -> str:
+def point_in_words(values: Mapping[str, Value]) -> str:
     """The values of a point in words."""
     return ", ".join(
         f"{name} {value:g}" if type(value) is float else f"{name} {value}" for name, value in values.items()
