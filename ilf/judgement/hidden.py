@@ -15,7 +15,7 @@ from ..frame import RGBDFrame
 from ..run import Run
 from .comparing import compared_steps
 from .completing import completion_steps
-from .hiding import HIDDEN_PATTERNS, hidden_pixels, without
+from .hiding import HIDDEN_PATTERNS, frame_without, hidden_pixels
 from .judged import Judged, PixelErrors, RunJudged
 from .judging import Judgement
 from .step import Step, part_of, run_out
@@ -114,7 +114,7 @@ def hidden_steps(
     width = 1 / len(chosen.seeds)
     parts = []
     for number, seed in enumerate(chosen.seeds):
-        steps = _one_seed(run, chosen.hidden(run.frame, seed), only, threads)
+        steps = _one_seed(run, chosen.pattern, seed, only, threads)
         part = yield from part_of(steps, number * width, width, f"seed {seed}: ")
         parts.append(part)
     return HiddenResult(run, Judged(run.blocks, tuple(parts)), time.perf_counter() - started, chosen)
@@ -239,14 +239,14 @@ def compare_hidden(
 
 
 def _one_seed(
-    run: Run, hidden: NDArray[np.bool_], only: Collection[int] | None, threads: int | None
+    run: Run, pattern: str, seed: int, only: Collection[int] | None, threads: int | None
 ) -> Generator[Step, None, PixelErrors]:
-    judged = hidden & run.frame.known & (run.blocks > 0)
+    judged = hidden_pixels(run.frame, pattern, seed) & run.frame.known & (run.blocks > 0)
     wanted = run.only if only is None else only
     if wanted is not None:
         judged &= np.isin(run.blocks, list(wanted))
     labels = np.unique(run.blocks[judged]).tolist()
-    alone = replace(run, frame=without(run.frame, hidden), only=frozenset(labels), dense=False)
+    alone = replace(run, frame=frame_without(run.frame, pattern, seed), only=frozenset(labels), dense=False)
     completion = yield from completion_steps(alone, threads)
     error = expected_error(alone.frame, completion)
     return PixelErrors(np.flatnonzero(judged), completion.depth[judged], run.frame.depth[judged], error[judged])

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..declarations import Value
+from ..declarations import Value, in_words
 from ..errors import InputError, ParameterError
 from ..parameters import Parameters
 from ..run import Run
@@ -166,9 +166,8 @@ def sweep_steps(sweep: Sweep, *, threads: int | None = None) -> Generator[Step |
     points: list[SweepPoint] = []
     width = 1 / len(sweep.points)
     for number, values in enumerate(sweep.points):
-        point = yield from part_of(
-            _one_point(sweep, values, threads), number * width, width, f"{point_in_words(values)}: "
-        )
+        steps = _one_point(sweep, values, threads)
+        point = yield from part_of(steps, number * width, width, f"{point_in_words(values)}: ")
         points.append(point)
         yield point
     shared = over_shared([point.judged for point in points])
@@ -215,9 +214,8 @@ def run_sweep(
 
 def point_in_words(values: Mapping[str, Value]) -> str:
     """The values of a point in words."""
-    return ", ".join(
-        f"{name} {value:g}" if type(value) is float else f"{name} {value}" for name, value in values.items()
-    )
+    texts = (f"{value:g}" if type(value) is float else in_words(value) for value in values.values())
+    return ", ".join(f"{name} {text}" for name, text in zip(values, texts, strict=True))
 
 
 def _one_point(sweep: Sweep, values: dict[str, Value], threads: int | None) -> Generator[Step, None, SweepPoint]:
