@@ -31,7 +31,7 @@ def fixed(array: Array) -> Array:
 
 
 def checked_mask(mask: ArrayLike, shape: tuple[int, ...], what: str) -> NDArray[np.bool_]:
-    """A mask of `what` that nobody can write to, as `fixed` makes it; raises InputError if it does not fit a frame of this shape (H, W)."""
+    """A mask of `what` that nobody can write to; raises InputError if it does not fit a frame of this shape (H, W)."""
     array = np.asarray(mask)
     if array.dtype != np.bool_ or array.shape != shape:
         raise InputError(
