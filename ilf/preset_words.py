@@ -35,13 +35,24 @@ class Likeness:
         >>> likeness(preset(smoothness=0.6, trend=False)).text(most=1)
         'best, smoothness 0.6 x, and 1 more'
         """
-        declarations = Parameters.declarations()
-        words = [
-            f"{_in_a_sentence(declarations[name].label)} {declarations[name].in_words(value)}"
-            for name, value in self.differs.items()
-        ]
-        left = 0 if most is None else max(len(words) - most, 0)
-        return ", ".join([self.preset, *words[: len(words) - left], *([f"and {left} more"] if left else [])])
+        return ", ".join([self.preset, *in_words(self.differs, most)])
+
+
+def in_words(values: Mapping[str, Value], most: int | None = None) -> list[str]:
+    """Values of the filter as people write them, `most` of them at most and how many more there are.
+
+    Examples
+    --------
+    >>> in_words({"noise": 0.004, "trend": False})
+    ['noise 0.004 m', "follow the block's shape off"]
+    """
+    declarations = Parameters.declarations()
+    words = [
+        f"{_in_a_list(declarations[name].label)} {declarations[name].in_words(value)}" for name, value in values.items()
+    ]
+    if most is None or len(words) <= most:
+        return words
+    return [*words[:most], f"and {len(words) - most} more"]
 
 
 def likeness(parameters: Parameters, presets: Mapping[str, Parameters] = PRESETS) -> Likeness:
@@ -68,7 +79,7 @@ def _differing(parameters: Parameters, others: Parameters) -> dict[str, Value]:
     return {name: value for name, value in values.items() if value != usual[name] and parameters.matters(name)}
 
 
-def _in_a_sentence(label: str) -> str:
+def _in_a_list(label: str) -> str:
     """A label as it stands within a list; symbols, such as S_criteria, stay as they are."""
     label = label.replace(",", "")
     return label[:1].lower() + label[1:] if label[1:2].islower() else label

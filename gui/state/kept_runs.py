@@ -129,6 +129,12 @@ class KeptRun:
         """Keep the completion as long as the run is looked at, or leave it to be made anew."""
         self._held = self.completion if on else None
 
+    def take_guess(self, completion: Completion) -> None:
+        """The rest has been guessed, to this completion."""
+        self.guess, self._composed = Guess.of(completion), weakref.ref(completion)
+        if self._held is not None:
+            self.hold(True)
+
     def take(self, run: Run, results: Mapping[int, BlockResult]) -> None:
         """Be a later state of the same step."""
         self.run, self.results = run, results

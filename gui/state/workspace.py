@@ -348,7 +348,13 @@ class Workspace(QObject):
         """Set attributes of a kept run, as its name or note."""
         for name, value in changes.items():
             setattr(kept, name, value)
+        self.note_run_changed(session, kept)
+
+    def note_run_changed(self, session: Session, kept: KeptRun) -> None:
+        """Called after a kept run has changed."""
         self._note_kept_runs(session)
+        if kept in session.compared and session is self._session:
+            self.compared_changed.emit()
 
     def delete_runs(self, session: Session, runs: Collection[KeptRun]) -> None:
         """Keep some runs no longer, as one undoable step."""
