@@ -6,6 +6,7 @@ import datetime
 import weakref
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -140,8 +141,15 @@ class KeptRun:
         self.run, self.results = run, results
         self.guess = self.truth_error = self.hidden_error = self.expected_error = None
         self._composed = None
+        for name in ("block_count", "outdated"):
+            self.__dict__.pop(name, None)
         if self._held is not None:
             self.hold(True)
+
+    @cached_property
+    def block_count(self) -> int:
+        """Blocks of its label map."""
+        return int(np.count_nonzero(np.bincount(self.run.blocks.ravel())[1:]))
 
     @property
     def iterations(self) -> int:
@@ -153,7 +161,7 @@ class KeptRun:
         """Pixels that its blocks have filled."""
         return sum(result.outcome.recovered for result in self.results.values())
 
-    @property
+    @cached_property
     def outdated(self) -> tuple[int, ...]:
         """Blocks whose results are of other values than were set, since the run left them as they were."""
         wanted = self.run.parameters_of
