@@ -31,6 +31,13 @@ class InputFile:
 
 
 @dataclass(frozen=True)
+class TruthFile(InputFile):
+    """The file of a frame's truth, and its units per metre."""
+
+    units: float
+
+
+@dataclass(frozen=True)
 class FrameInputs:
     """The files of a frame and how they were read: file units per metre, and fx, fy, cx, cy [px] or None."""
 
@@ -38,6 +45,7 @@ class FrameInputs:
     depth: InputFile
     depth_units: float
     intrinsics: tuple[float, float, float, float] | None
+    truth: TruthFile | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,12 +129,13 @@ class RGBDFrame:
         """What `ilf.load_frame` takes to read the same files again, ready for JSON; empty if there are none."""
         if self.inputs is None:
             return {}
-        camera = self.inputs.intrinsics
+        camera, truth = self.inputs.intrinsics, self.inputs.truth
         return {
             "rgb": self.inputs.rgb.path,
             "depth": self.inputs.depth.path,
             "depth_units": self.inputs.depth_units,
             "intrinsics": None if camera is None else list(camera),
+            **({} if truth is None else {"truth": truth.path, "truth_units": truth.units}),
         }
 
     def distrusting(self, mask: ArrayLike | None) -> Self:
@@ -136,9 +145,10 @@ class RGBDFrame:
             return self
         return replace(self, depth=self.measured, distrusted=wanted)
 
-    def with_truth(self, truth: ArrayLike | None) -> Self:
-        """The same frame with another truth [m], shape (H, W), or with none."""
-        return replace(self, depth=self.measured, truth=None if truth is None else np.asarray(truth))
+    def with_truth(self, truth: ArrayLike | None, file: TruthFile | None = None) -> Self:
+        """The same frame with another truth [m], shape (H, W), and the file that it is from; or with none."""
+        inputs = None if self.inputs is None else replace(self.inputs, truth=file)
+        return replace(self, depth=self.measured, truth=None if truth is None else np.asarray(truth), inputs=inputs)
 
     @property
     def shape(self) -> tuple[int, int]:
