@@ -5,12 +5,12 @@ from __future__ import annotations
 from gui.command import Command
 
 COMMANDS = (
-    Command("show_runs", "&Kept runs", "ph.list-numbers", "Ctrl+R", "Open the list of this frame's runs"),
+    Command("show_runs", "&Kept runs", "ph.list-numbers", "Ctrl+Shift+R", "Open the list of this frame's runs"),
     Command(
         "compare_runs",
         "Co&mpare with present",
         "ph.columns",
-        "Ctrl+D",
+        "Ctrl+Shift+D",
         "Show the chosen runs, four at most, beside the present result, in views and curves; again to stop",
     ),
     Command(

@@ -11,7 +11,7 @@ from gui.state.kept_runs import Colour, KeptRun
 from gui.state.run_names import values_text
 from gui.state.session import Session
 
-COMPARABLE = 0.95
+COMPARABLE = 0.9
 """Share of the pixels that any run has filled which a run must have filled to be called the best."""
 
 ERRORS = ("truth_error", "hidden_error", "expected_error")

@@ -356,6 +356,10 @@ class Workspace(QObject):
         if kept in session.compared and session is self._session:
             self.compared_changed.emit()
 
+    def note_measured(self, session: Session) -> None:
+        """Called after it has been worked out how good a kept run is."""
+        self._note_kept_runs(session)
+
     def delete_runs(self, session: Session, runs: Collection[KeptRun]) -> None:
         """Keep some runs no longer, as one undoable step."""
         there = [kept for kept in session.kept_runs if kept in runs]
