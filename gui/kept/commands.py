@@ -23,7 +23,7 @@ COMMANDS = (
     Command(
         "accept_run",
         "&Accept as the result",
-        "ph.check-fat",
+        "ph.check-circle",
         "Ctrl+Shift+A",
         "Let the results of the chosen run be the present ones, with its parameters, where blocks are as they were",
     ),
@@ -31,9 +31,9 @@ COMMANDS = (
     Command("note_run", "Edit n&ote", "ph.note-pencil", "", "Say something of the chosen run"),
     Command("delete_runs", "&Delete runs", "ph.trash", "", "Keep the chosen runs no longer (Del in the list)"),
     Command(
-        "export_runs", "Export runs as CS&V…", "ph.file-csv", "", "Write the list of runs, with all parameters, as CSV"
+        "export_runs", "Export runs as CS&V…", "ph.export", "", "Write the list of runs, with all parameters, as CSV"
     ),
-    Command("clear_runs", "Clear ru&ns", "ph.broom", "", "Keep none of the frame's runs"),
+    Command("clear_runs", "Clear ru&ns", "ph.backspace", "", "Keep none of the frame's runs"),
 )
 """What the window has for them; `RUN_MENU` says in which order."""
 

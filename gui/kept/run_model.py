@@ -45,7 +45,7 @@ _BEST = "Bold with a star: the best of the runs that have filled about as many p
 HEADERS = {
     Column.COMPARED: ("", f"Compare: show the run beside the present result, {MOST_COMPARED} at most. Click the tick."),
     Column.COLOUR: ("", "Colour of the run in curves and profiles."),
-    Column.NAME: ("Run", "Name of the run; the one whose results are shown now is marked. Press F2 to rename."),
+    Column.NAME: ("Run", "Name of the run; “present” is whose results are shown now. Press F2 to rename."),
     Column.VALUES: ("Values", "The nearest preset, and what differs from it."),
     Column.SECONDS: ("Time [s]", "How long the run took, in seconds."),
     Column.ITERATIONS: ("Iter.", "Iterations of the low-pass filter, in all blocks that were run."),
@@ -92,7 +92,6 @@ class RunModel(RowModel[RunRow]):
     def set_palette(self, palette: QPalette) -> None:
         """Take the colours of a palette."""
         self._colours = theme.colours(palette)
-        self._present = theme.icon("ph.caret-right", palette)
         self.announce_all()
 
     def key(self, row: RunRow) -> object:
@@ -105,7 +104,7 @@ class RunModel(RowModel[RunRow]):
         looks: dict[int, object] = {
             Column.COMPARED: row.compared,
             Column.COLOUR: row.colour,
-            Column.NAME: (row.name, row.present, row.seconds),
+            Column.NAME: (row.name, row.title, row.present, row.seconds),
             Column.VALUES: row.values,
             Column.SECONDS: row.seconds,
             Column.ITERATIONS: row.iterations,
@@ -143,13 +142,11 @@ class RunModel(RowModel[RunRow]):
         if role == Qt.ItemDataRole.CheckStateRole and column == Column.COMPARED:
             return Qt.CheckState.Checked if row.compared else Qt.CheckState.Unchecked
         if role == Qt.ItemDataRole.DecorationRole:
-            if column == Column.COLOUR:
-                return QColor(*row.colour)
-            return self._present if column == Column.NAME and row.present else None
+            return QColor(*row.colour) if column == Column.COLOUR else None
         if role == Qt.ItemDataRole.FontRole:
             return self._bold if best or (column == Column.NAME and row.present) else None
         if role == Qt.ItemDataRole.ForegroundRole:
-            return self._colours.good if best else self._colours.muted if column == Column.VALUES else None
+            return self._colours.good if best else None
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return _alignment(column)
         if role == Qt.ItemDataRole.ToolTipRole:
@@ -178,7 +175,7 @@ def _text(row: RunRow, column: Column) -> str:
         place = ERROR_COLUMNS.index(column)
         return f"★ {_millimetres(row.errors[place])}" if row.best[place] else _millimetres(row.errors[place])
     texts = {
-        Column.NAME: row.name,
+        Column.NAME: f"{row.title} · present" if row.present else row.title,
         Column.VALUES: row.values,
         Column.SECONDS: f"{row.seconds:.2f}",
         Column.ITERATIONS: str(row.iterations),

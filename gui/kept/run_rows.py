@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from gui.state.kept_runs import Colour, KeptRun
-from gui.state.run_names import values_text
+from gui.state.run_names import title_of, values_text
 from gui.state.session import Session
 
 COMPARABLE = 0.9
@@ -26,6 +26,8 @@ class RunRow:
     ----------
     kept : KeptRun
     name, note : str
+    title : str
+        The name without the values, which have a place of their own.
     values : str
         What differs from the nearest preset, and what keeps it from being a whole run of all blocks.
     colour : tuple of int
@@ -42,6 +44,7 @@ class RunRow:
 
     kept: KeptRun
     name: str
+    title: str
     note: str
     values: str
     colour: Colour
@@ -62,6 +65,7 @@ def run_rows(session: Session) -> list[RunRow]:
         RunRow(
             kept=kept,
             name=kept.name,
+            title=title_of(kept.name, session, kept.run),
             note=kept.note,
             values=" · ".join(text for text in (values_text(session, kept.run), lacks_of(kept)) if text),
             colour=kept.colour,
@@ -81,9 +85,9 @@ def lacks_of(kept: KeptRun) -> str:
     """What keeps a run from being a whole one, whose results are all of its own values; "" if nothing does."""
     texts = [] if kept.how == "finished" else [kept.how]
     if missing := kept.block_count - len(kept.results):
-        texts.append(f"{missing} of {kept.block_count} blocks have no result")
+        texts.append(f"{missing} of {kept.block_count} blocks without result")
     if outdated := len(kept.outdated):
-        texts.append(f"{outdated} of {kept.block_count} blocks have results of other values")
+        texts.append(f"{outdated} of {kept.block_count} blocks of other values")
     return ", ".join(texts)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QEvent, QPoint, QSize, QSortFilterProxyModel, Qt, Signal
-from PySide6.QtGui import QAction, QKeyEvent, QPaintEvent, QShowEvent
+from PySide6.QtGui import QAction, QKeyEvent, QPaintEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QAbstractItemView, QHBoxLayout, QHeaderView, QTableView, QToolButton, QVBoxLayout, QWidget
 
 from gui.kept.run_model import EDITABLE, SORT_ROLE, Column, RunModel
@@ -17,14 +17,15 @@ from gui.widgets.soft_rows import ICON_SIZE, SoftRows
 _WIDTHS = {
     Column.COMPARED: 26,
     Column.COLOUR: 26,
-    Column.NAME: 250,
-    Column.VALUES: 210,
-    Column.SECONDS: 62,
-    Column.ITERATIONS: 52,
-    Column.TRUTH: 78,
-    Column.HIDDEN: 86,
-    Column.EXPECTED: 98,
+    Column.NAME: 136,
+    Column.SECONDS: 64,
+    Column.ITERATIONS: 54,
+    Column.TRUTH: 84,
+    Column.HIDDEN: 92,
+    Column.EXPECTED: 106,
+    Column.NOTE: 110,
 }
+_VALUES_WIDTH = 150  # at least; below, the table scrolls sideways
 
 
 class RunTable(QWidget):
@@ -166,13 +167,18 @@ class _RunView(QTableView):
         header.setMinimumSectionSize(26)
         header.setHighlightSections(False)
         header.setSortIndicatorClearable(True)
-        header.setStretchLastSection(True)
         for column, width in _WIDTHS.items():
             header.resizeSection(column, width)
         for column in (Column.COMPARED, Column.COLOUR):
             header.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
         header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
         self.setSortingEnabled(True)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        header = self.horizontalHeader()
+        others = header.length() - header.sectionSize(Column.VALUES)
+        header.resizeSection(Column.VALUES, max(_VALUES_WIDTH, self.viewport().width() - others))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         current = self.currentIndex()

@@ -31,6 +31,11 @@ def run_name(session: Session, number: int, run: Run, edit: str = "", live: bool
     return f"{'Live' if live else 'Run'} {number}: {what}"
 
 
+def title_of(name: str, session: Session, run: Run) -> str:
+    """A name without the values that it was given at first; as it is, if they are not in it."""
+    return name.removesuffix(values_text(session, run, _IN_NAMES)).rstrip(":; ") or name
+
+
 @lru_cache(maxsize=256)
 def _likeness_text(parameters: Parameters, most: int | None) -> str:
     """Asked for by every row whenever the list changes."""
