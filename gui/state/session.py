@@ -73,6 +73,7 @@ class Session:
         self._tally: BlockTally | None = None
         self._fitting: dict[int, list[BlockResult]] = {}
         self._valid: dict[int, BlockResult] | None = None
+        self._last_valid: Mapping[int, BlockResult] = {}
         self._completion: Completion | None = None
         self._edits = 0
         self.undo_stack.indexChanged.connect(self.note_edit)
@@ -302,7 +303,17 @@ class Session:
         if self._valid is None:
             found = {label: self._best(label) for label in sorted(self.results.kept)}
             self._valid = {label: result for label, result in found.items() if result is not None}
+            self._note_others(self._valid)
         return self._valid
+
+    def _note_others(self, valid: Mapping[int, BlockResult]) -> None:
+        """Have the present depth brought up to date where these results are not those of the last time."""
+        former, self._last_valid = self._last_valid, valid
+        for label in former.keys() | valid.keys():
+            one, other = former.get(label), valid.get(label)
+            for result in (one, other) if one is not other else ():
+                if result is not None:
+                    self._shown.note(result.block.box)
 
     def results_of(self, run: Run) -> dict[int, BlockResult]:
         """Results of the blocks that a run was made of, as they were then; of several, that of its parameters, else the
@@ -338,8 +349,6 @@ class Session:
     def _best(self, label: int) -> BlockResult | None:
         if label not in self._fitting:
             self._fitting[label] = [kept.result for kept in reversed(self.results.kept[label]) if self._fits(kept)]
-            if self._fitting[label]:
-                self._shown.note(self._fitting[label][0].block.box)
         fitting, wanted = self._fitting[label], self.parameters_of(label, self.common)
         return next((result for result in fitting if result.parameters.same_effect(wanted)), next(iter(fitting), None))
 

@@ -552,6 +552,7 @@ class Workspace(QObject):
     ) -> None:
         """Called by commands: other values of some of the common parameters, and other own values of blocks, None for
         none; with `passing`, no undo leads back to the present ones."""
+        before = session.valid_results()
         if not passing:
             session.settle_parameters()
         for label, values in own.items():
@@ -562,6 +563,8 @@ class Workspace(QObject):
         session.take_common(session.common.replace(**common))
         if session is self._session:
             self.parameters_changed.emit()
+        if session.valid_results() != before:  # those of the values that have come back
+            self.note_results_changed(session)
 
     def set_extraction_parameters(self, parameters: BlockParameters) -> None:
         """What blocks are extracted with the next time."""
