@@ -61,6 +61,11 @@ class RunKeeper(QObject):
         runs.run_ended.connect(self._take)
         runs.finished.connect(self._take_guess)
 
+    @property
+    def waits(self) -> bool:
+        """Whether blocks have been solved anew that are to be kept when values rest."""
+        return bool(self._waiting)
+
     def shutdown(self) -> bool:
         """Keep nothing any more. True, since no thread is left."""
         self._rest.stop()
