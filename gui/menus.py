@@ -31,7 +31,7 @@ BLOCK_MENU = (
 )
 _TOOLS = "tool_select tool_border tool_outline tool_split tool_paint tool_erase tool_give tool_distrust"
 _INSPECT = (
-    "tool_profile tool_rectangle tool_measure | save_profile save_profile_picture | copy_statistics | "
+    "tool_profile tool_rectangle tool_measure remove_marks | save_profile save_profile_picture | copy_statistics | "
     "copy_measurements save_measurements delete_measurements"
 )
 _MENUS = {

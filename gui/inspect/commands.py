@@ -5,6 +5,7 @@ from __future__ import annotations
 from gui.command import Command
 
 COMMANDS = (
+    Command("remove_marks", "Remo&ve line and rectangle", "ph.x", "", "Remove the profile line and the rectangle"),
     Command("save_profile", "Save profile as &table…", "ph.table", "", "Write the depth along the profile line as CSV"),
     Command("save_profile_picture", "Save profile as p&icture…", "ph.image", "", "Write the plot as PNG or SVG"),
     Command("copy_statistics", "Copy &statistics", "ph.copy", "", "Copy the statistics as a table for other programs"),

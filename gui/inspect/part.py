@@ -39,6 +39,7 @@ class InspectPart(Part):
         desk.panels.add("Measure", self.measure_panel, area.RightDockWidgetArea, "ph.ruler", 3.2)
         self._connect_refresh()
         for name, act in {
+            "remove_marks": self._remove_marks,
             "save_profile": self.profile.save_table,
             "save_profile_picture": self.profile.save_picture,
             "copy_statistics": self.measure.copy_statistics,
@@ -68,6 +69,7 @@ class InspectPart(Part):
         seen = self.profile_panel.shown, self.measure_panel.shown
         compared = workspace.error_changed, workspace.truth_changed, workspace.compared_changed
         add("profile", self.profile.show, (*depth, *compared, workspace.infos_changed, line, seen[0]), coming)
+        add("profile place", self.profile.follow, (self.desk.views.cursorMoved,))
         for signal in (line, seen[0]):
             signal.connect(lambda: self.desk.refresh.mark("error"))
         chosen = workspace.selection_changed, workspace.infos_changed, workspace.region_changed
@@ -102,6 +104,10 @@ class InspectPart(Part):
         """Show the page of statistics, or that of measurements."""
         self.desk.panels.reveal("Measure")
         self.measure_panel.pages.setCurrentIndex(page)
+
+    def _remove_marks(self) -> None:
+        self.inspection.set_line(None)
+        self.inspection.set_region(None)
 
     def _enable(self) -> None:
         self.desk.actions.enable(self.desk.workspace.has_session, *(command.name for command in COMMANDS))

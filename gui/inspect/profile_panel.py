@@ -101,7 +101,9 @@ class ProfilePanel(QWidget):
             self.axis.setEnabled(metres is not None)
             in_metres = metres is not None and self.axis.currentIndex() == 1
             self._x = metres if metres is not None and in_metres else data.profile.pixels
-            self.plot.show_data(data, self._x, "Along the surface [m]" if in_metres else "Along the line [px]")
+            self.plot.show_data(
+                data, self._x, "Along the surface from A to B [m]" if in_metres else "Along the line from A to B [px]"
+            )
             self._pages.setCurrentIndex(1)
         # what the mouse is at stays, as the depth there may change in a run
         self.point_at(self._sample if data is not None and (self._sample or 0) < len(data.profile) else None)

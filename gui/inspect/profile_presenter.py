@@ -34,7 +34,7 @@ class ProfilePresenter(QObject):
         self.place: Point | None = None
         """What the mouse is at, in the plot or on the line in a view; image coordinates."""
         panel.pointed.connect(self._point)
-        desk.views.cursorMoved.connect(self._follow)
+        desk.views.cursorMoved.connect(self._hover)
 
     @property
     def is_seen(self) -> bool:
@@ -53,10 +53,10 @@ class ProfilePresenter(QObject):
             data = profile_data(session, line)
             names = {label: session.info(label).name for label in set(data.labels.tolist()) if label}
             self._panel.show_data(data, names)
-        if self._pixel is not None:
-            self._follow(self._pixel)
-        else:
+        if self._pixel is None:
             self._point(self._panel.sample)
+        else:
+            self.follow()
 
     def save_table(self) -> None:
         """Write the samples to a CSV file that the user chooses."""
@@ -87,15 +87,17 @@ class ProfilePresenter(QObject):
         else:
             self._set_place((int(data.profile.columns[sample]) + 0.5, int(data.profile.rows[sample]) + 0.5))
 
-    def _follow(self, pixel: tuple[int, int] | None) -> None:
-        """Mark in the plot where the mouse is on the line in a view."""
+    def _hover(self, pixel: tuple[int, int] | None) -> None:
         self._pixel = pixel
+
+    def follow(self) -> None:
+        """Mark in the plot where the mouse is on the line in a view."""
         line, data = self._inspection.line, self._panel.data
         if line is None or data is None or not self.is_seen:
             return
         sample = None
-        if pixel is not None:
-            at = pixel[0] + 0.5, pixel[1] + 0.5
+        if self._pixel is not None:
+            at = self._pixel[0] + 0.5, self._pixel[1] + 0.5
             if off_line(at, *line) <= REACH * self._desk.views.pixel_size:
                 sample = min(max(round(share_along(at, *line) * (len(data.profile) - 1)), 0), len(data.profile) - 1)
         self._panel.point_at(sample)

@@ -65,9 +65,11 @@ def test_a_profile_from_drawing_to_file(
 
     # the mouse on the line marks the place in the plot, the mouse in the plot marks it in the views
     hover(window, (20.5, 16.5))
+    window.refresh.now()
     sample = 20 - int(data.profile.columns[0])
     assert part.profile_panel.sample == sample
     hover(window, (20.5, 40.5))
+    window.refresh.now()
     assert part.profile_panel.sample is None
     part.profile_panel.plot.hovered.emit(10.0)
     window.refresh.now()
