@@ -56,7 +56,7 @@ _SEEDS = 3
 
 @dataclass(frozen=True)
 class Line:
-    """What one preset or value came to, on a frame (block None) or one of its blocks. Metres.
+    """What one preset or value came to, on a frame (block None) or one of its blocks.
 
     Attributes
     ----------
@@ -65,8 +65,8 @@ class Line:
     block : int or None
     pixels : int
         That were compared.
-    rmse, mae, median, bias : float or None
-        None where no pixel was.
+    rmse_m, mae_m, median_m, bias_m : float or None
+        [m]; None where no pixel was.
     within, coverage, seconds : float or None
         Share within the expected error; share filled, and time, of the whole frame only.
     """
@@ -74,20 +74,20 @@ class Line:
     method: str
     block: int | None
     pixels: int
-    rmse: float | None
-    mae: float | None
-    median: float | None
-    bias: float | None
+    rmse_m: float | None
+    mae_m: float | None
+    median_m: float | None
+    bias_m: float | None
     within: float | None
     coverage: float | None = None
     seconds: float | None = None
 
 
 _COLUMNS = (
-    Column("RMSE [mm]", lambda line: _mm(line.rmse), ".2f"),
-    Column("MAE [mm]", lambda line: _mm(line.mae), ".2f"),
-    Column("median [mm]", lambda line: _mm(line.median), ".2f"),
-    Column("bias [mm]", lambda line: _mm(line.bias), "+.2f", None),
+    Column("RMSE [mm]", lambda line: _mm(line.rmse_m), ".2f"),
+    Column("MAE [mm]", lambda line: _mm(line.mae_m), ".2f"),
+    Column("median [mm]", lambda line: _mm(line.median_m), ".2f"),
+    Column("bias [mm]", lambda line: _mm(line.bias_m), "+.2f", None),
     Column("within", lambda line: line.within, ".1%", None),
     Column("coverage", lambda line: line.coverage, ".1%", max),
     Column("seconds", lambda line: line.seconds, ".2f"),

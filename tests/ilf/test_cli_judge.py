@@ -61,8 +61,8 @@ def test_info_tells_what_is_known_of_the_truth(files, capsys):
     assert "truth units:  5000 per metre" in text
     Path("in/meta.json").write_text(json.dumps({"depth_units_per_m": 1000, "gt": "exact"}))
     assert main(["info", "in"]) == 0
-    assert "5.03 times the measured depth. Give 5000" in capsys.readouterr().out
-    assert "Give 5000 as its units" in fails(capsys, "complete", "in", "--out", "out")
+    assert "5.03 times the measured depth: give 5000" in capsys.readouterr().out
+    assert "give 5000 as its units" in fails(capsys, "complete", "in", "--out", "out")
 
 
 def test_judge_against_the_truth_gives_the_librarys_figures(files, capsys):
@@ -88,8 +88,8 @@ def test_judge_on_hidden_depth_is_the_default_without_truth(files, capsys):
     with open("table.csv", newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert [row["block"] for row in rows] == ["", "1", "2"]
-    assert float(rows[0]["rmse"]) == result.whole.rmse
-    assert float(rows[2]["mae"]) == result.blocks[2].mae
+    assert float(rows[0]["rmse_m"]) == result.whole.rmse
+    assert float(rows[2]["mae_m"]) == result.blocks[2].mae
 
 
 def test_judge_takes_presets_from_files_each_with_its_extraction(files, capsys):
