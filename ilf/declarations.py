@@ -86,6 +86,21 @@ class Declaration:
         """Name on the command line."""
         return "--" + self.name.replace("_", "-")
 
+    def in_words(self, value: Value) -> str:
+        """A value as people write it, with its unit.
+
+        Examples
+        --------
+        >>> from ilf.parameters import Parameters
+        >>> noise = Parameters.declarations()["noise"]
+        >>> noise.in_words(0.0), noise.in_words(0.004)
+        ('auto', '0.004 m')
+        """
+        if self.special and value == self.minimum:
+            return self.special
+        number = f"{value:g}" if isinstance(value, float) else _words(value)
+        return f"{number} {self.unit}".strip()
+
     def checked(self, value: object) -> Value:
         """`value` in the parameter's own type; raises ParameterError if it is of another kind or out of range."""
         if self.choices:

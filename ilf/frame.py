@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .camera import CameraIntrinsics
 from .errors import InputError
-from .masks import checked_mask
+from .masks import checked_mask, fixed
 
 MEDIAN_DEPTH_RANGE = (0.1, 50.0)
 """Median depth [m] outside which a frame's depth scale is taken for a mistake."""
@@ -224,9 +224,7 @@ def _checked_rgb(rgb: ArrayLike) -> NDArray[np.uint8]:
     array = np.asarray(rgb)
     if array.ndim != 3 or array.shape[2] != 3 or array.dtype != np.uint8:
         raise InputError(f"Colour must be uint8 with shape (H, W, 3), not {array.dtype} with shape {array.shape}.")
-    # one that nobody can write to, as another frame's, is shared: what depends on it alone is then found once for both
-    fixed = not array.flags.writeable and array.base is None and array.flags.c_contiguous
-    return array if fixed else _frozen(array.copy())
+    return fixed(array)  # what depends on it alone is then found once for all frames that share it
 
 
 def _checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
