@@ -180,11 +180,21 @@ class ParameterSet:
         for name in names:
             if condition := self._unmet(name):
                 other, value = condition
-                present = in_words(getattr(self, other))
-                sentences.append(
-                    f"{name} has no effect with {other} {present}; it belongs to {other} {in_words(value)}."
-                )
+                present = _words(getattr(self, other))
+                sentences.append(f"{name} has no effect with {other} {present}; it belongs to {other} {_words(value)}.")
         return tuple(sentences)
+
+    def unlike(self, other: Self) -> dict[str, Value]:
+        """Name -> value of the parameters that have other values in another set.
+
+        Examples
+        --------
+        >>> from ilf.parameters import Parameters
+        >>> Parameters(smoothness=3).unlike(Parameters())
+        {'smoothness': 3.0}
+        """
+        others = other.to_dict()
+        return {name: value for name, value in self.to_dict().items() if value != others[name]}
 
     def same_effect(self, other: Self) -> bool:
         """Whether two sets differ at most in values that have no effect."""
@@ -243,6 +253,6 @@ class ParameterSet:
         return cls().replace(**values)
 
 
-def in_words(value: Value) -> str:
+def _words(value: Value) -> str:
     """A value as people write it."""
     return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)

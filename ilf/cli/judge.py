@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 
@@ -28,7 +28,6 @@ from ..judgement import (
     truth_steps,
 )
 from ..judgement.step import run_out
-from ..judgement.sweep import point_in_words
 from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..run import Run
 from .comparison import Column, comparison_table
@@ -160,7 +159,7 @@ def run(arguments: argparse.Namespace) -> None:
                 sweep_steps(Sweep(runs[0], swept, test)),
                 lambda item: progress.update(item) if isinstance(item, Step) else None,
             )
-            results, names = found.points, [point_in_words(point.values) for point in found.points]
+            results, names = found.points, [_point_text(point.values) for point in found.points]
         else:
             several = [truth_steps(run) if test is None else hidden_steps(run, test) for run in runs]
             results, names = run_out(compared_steps(several), progress.update), [preset.name for preset in presets]
@@ -216,6 +215,12 @@ def _swept(text: str) -> tuple[str, list[Value]]:
         return name, [value_from(known[name], value.strip()) for value in values.split(",") if value.strip()]
     except ParameterError as error:
         raise UsageError(f"--sweep {text:.60}: {error}") from error
+
+
+def _point_text(values: Mapping[str, Value]) -> str:
+    """The values of a point, by the names that the command line has for them."""
+    declared = Parameters.declarations()
+    return ", ".join(f"{name} {declared[name].in_words(value)}" for name, value in values.items())
 
 
 def _report(

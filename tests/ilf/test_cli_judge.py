@@ -119,7 +119,7 @@ def test_judge_sweeps_one_parameter_or_two(files, capsys):
     assert main(["judge", *files, *grid, *QUICK]) == 0
     lines = capsys.readouterr().out.splitlines()[2:]
     assert [line.split("  ")[0] for line in lines] == [
-        "smoothness 1, trend on", "smoothness 1, trend off", "smoothness 3, trend on", "smoothness 3, trend off",
+        "smoothness 1 x, trend on", "smoothness 1 x, trend off", "smoothness 3 x, trend on", "smoothness 3 x, trend off",
     ]  # fmt: skip
 
 
