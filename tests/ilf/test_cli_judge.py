@@ -118,9 +118,8 @@ def test_judge_sweeps_one_parameter_or_two(files, capsys):
     grid = ["--sweep", "smoothness=1,3", "--sweep", "trend=on,off", "--hidden", "random", "--seeds", "1"]
     assert main(["judge", *files, *grid, *QUICK]) == 0
     lines = capsys.readouterr().out.splitlines()[2:]
-    assert [line.split("  ")[0] for line in lines] == [
-        "smoothness 1 x, trend on", "smoothness 1 x, trend off", "smoothness 3 x, trend on", "smoothness 3 x, trend off",
-    ]  # fmt: skip
+    points = [f"smoothness {value} x, trend {switch}" for value in (1, 3) for switch in ("on", "off")]
+    assert [line.split("  ")[0] for line in lines] == points
 
 
 @pytest.mark.parametrize(
