@@ -98,7 +98,7 @@ class Declaration:
         """
         if self.special and value == self.minimum:
             return self.special
-        number = f"{value:g}" if isinstance(value, float) else _words(value)
+        number = f"{value:g}" if isinstance(value, float) else in_words(value)
         return f"{number} {self.unit}".strip()
 
     def checked(self, value: object) -> Value:
@@ -180,8 +180,10 @@ class ParameterSet:
         for name in names:
             if condition := self._unmet(name):
                 other, value = condition
-                present = _words(getattr(self, other))
-                sentences.append(f"{name} has no effect with {other} {present}; it belongs to {other} {_words(value)}.")
+                present = in_words(getattr(self, other))
+                sentences.append(
+                    f"{name} has no effect with {other} {present}; it belongs to {other} {in_words(value)}."
+                )
         return tuple(sentences)
 
     def unlike(self, other: Self) -> dict[str, Value]:
@@ -253,6 +255,6 @@ class ParameterSet:
         return cls().replace(**values)
 
 
-def _words(value: Value) -> str:
+def in_words(value: Value) -> str:
     """A value as people write it."""
     return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)
