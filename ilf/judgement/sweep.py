@@ -72,8 +72,8 @@ class Sweep:
             for name, values in self.values.items()
         }
         object.__setattr__(self, "values", checked)
-        if self.only is not None and not np.isin(list(self.only), self.run.blocks).all():
-            raise InputError(f"There are no blocks {', '.join(map(str, sorted(self.only)))} to vary the values of.")
+        if self.only is not None and not (self.only and np.isin(list(self.only), self.run.blocks).all()):
+            raise InputError(f"There are no such blocks to vary the values of: {sorted(self.only)}.")
         bases = [self.run.parameters] if self.only is None else [self.run.parameters_of(label) for label in self.only]
         variants = [base.replace(**values) for base in bases for values in self.points]
         for name in checked:

@@ -63,6 +63,9 @@ def test_info_tells_what_is_known_of_the_truth(files, capsys):
     assert main(["info", "in"]) == 0
     assert "5.03 times the measured depth: give 5000" in capsys.readouterr().out
     assert "give 5000 as its units" in fails(capsys, "complete", "in", "--out", "out")
+    Path("in/meta.json").write_text(json.dumps({"depth_units_per_m": 1000, "gt": "filled by hand"}))
+    assert main(["info", "in"]) == 0
+    assert "none: meta.json says of gt.png" in capsys.readouterr().out
 
 
 def test_judge_against_the_truth_gives_the_librarys_figures(files, capsys):
