@@ -94,19 +94,6 @@ class PresetList:
     problems: tuple[str, ...]
 
 
-def nearest_preset(parameters: Parameters, presets: Mapping[str, Parameters] = PRESETS) -> tuple[str, dict[str, Value]]:
-    """The preset from which the fewest parameters differ, the first of several, and those that do.
-
-    Examples
-    --------
-    >>> from ilf import preset
-    >>> nearest_preset(preset("paper", max_iterations=300))
-    ('paper', {'max_iterations': 300})
-    """
-    found = ((name, parameters.unlike(values)) for name, values in presets.items())
-    return min(found, key=lambda item: len(item[1]))
-
-
 def read_preset(path: str | os.PathLike[str]) -> OwnPreset:
     """Read a preset's file.
 
