@@ -73,7 +73,8 @@ class InspectPart(Part):
         for signal in (line, seen[0]):
             signal.connect(lambda: self.desk.refresh.mark("error"))
         chosen = workspace.selection_changed, workspace.infos_changed, workspace.region_changed
-        add("statistics", self.measure.ask, (*depth, *chosen, seen[1]), coming)
+        # not of previews: a run needs the processor more
+        add("statistics", self.measure.ask, (*depth, *chosen, seen[1]), (workspace.results_added,))
         add("measurements", self.measure.show, (*depth, measured, seen[1], self.measure.found), coming)
         tool = self.desk.editor.tool_changed
         drawn = line, measured, workspace.region_changed, self.profile.place_changed, self.measure.found, tool
