@@ -20,6 +20,9 @@ from .threads import available_cores, one_by_one, side_by_side
 
 ParameterChoice = Parameters | Mapping[int, Parameters]
 
+Watch = Callable[[Block, IterationRecord, Stepper], None]
+"""Is called after every iteration, in the thread that made it, with the block, the record and what iterates on it."""
+
 
 class CompletionRun(Iterator[Progress]):
     """All blocks of a frame, one iteration per `next()`, several blocks at a time.
@@ -45,6 +48,8 @@ class CompletionRun(Iterator[Progress]):
         Canny and depth jumps. Those of the defaults if left out.
     drawn : array_like of bool, shape (H, W), optional
         Pixels of blocks whose border, to another block or to none, was drawn by hand; see `complete`.
+    watch : callable, optional
+        A `Watch`, for those who want to look at the surface of every single iteration. The run waits for it.
 
     Raises
     ------
@@ -61,6 +66,7 @@ class CompletionRun(Iterator[Progress]):
         threads: int | None = None,
         extraction: BlockParameters | None = None,
         drawn: ArrayLike | None = None,
+        watch: Watch | None = None,
     ) -> None:
         self._frame = frame
         borders = checked_drawn(drawn, frame.shape)
@@ -69,7 +75,9 @@ class CompletionRun(Iterator[Progress]):
         self._parameters = {label: _parameters_for(parameters, label) for label in self.blocks}
         self._live: dict[int, Stepper] = {}
         tasks = {
-            label: _block_steps(frame, block, self._parameters[label], extraction, drawn_of(block, borders), self._live)
+            label: _block_steps(
+                frame, block, self._parameters[label], extraction, drawn_of(block, borders), self._live, watch
+            )
             for label, block in self.blocks.items()
         }
         width = min(available_cores() if threads is None else threads, len(tasks))
@@ -106,7 +114,7 @@ class CompletionRun(Iterator[Progress]):
         return [
             (
                 self.blocks[label],
-                _block_depth(self._frame, self.blocks[label], iteration.surface, self._parameters[label].mode),
+                block_depth(self._frame, self.blocks[label], iteration.surface, self._parameters[label].mode),
             )
             for label, iteration in list(self._live.items())
         ]
@@ -241,6 +249,7 @@ def _block_steps(
     extraction: BlockParameters | None,
     drawn: NDArray[np.bool_] | None,
     live: dict[int, Stepper],
+    watch: Watch | None,
 ) -> Generator[Progress, None, None]:
     """All steps of one block; while they go on, its stepper stands in `live`."""
     refusal = _refusal(frame, block, parameters)
@@ -257,9 +266,11 @@ def _block_steps(
         if truth is not None:
             record = _with_error(record, stepper, *truth)
         history.append(record)
+        if watch is not None:
+            watch(block, record, stepper)
         yield Progress(block.label, record=record)
     del live[block.label]
-    depth = _block_depth(frame, block, stepper.surface, parameters.mode)
+    depth = block_depth(frame, block, stepper.surface, parameters.mode)
     outcome = _outcome(block, raw, depth, history, stepper)
     result = BlockResult(
         block, depth, outcome, tuple(history), parameters, stepper.network, stepper.notes, edges, drawn
@@ -314,8 +325,23 @@ def known_needed(pixels: ArrayLike, parameters: Parameters) -> NDArray[np.floati
     return np.minimum(np.maximum(parameters.min_known_pixels, share), pixels)
 
 
-def _block_depth(frame: RGBDFrame, block: Block, surface: NDArray[np.float64], mode: str) -> NDArray[np.float32]:
-    """Raw depth with P_i put in where it is depth at all (> 0): in the defective area, or all over the block."""
+def block_depth(frame: RGBDFrame, block: Block, surface: NDArray[np.float64], mode: str) -> NDArray[np.float32]:
+    """Raw depth with P_i put in where it is depth at all (> 0): in the defective area, or all over the block.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    block : Block
+    surface : ndarray of float64
+        P_i [m] at the block's pixels, in the order of `block.mask`'s True values.
+    mode : str
+        "fill" or "fill+denoise".
+
+    Returns
+    -------
+    ndarray of float32
+        Depth [m] at the same pixels, NaN = missing.
+    """
     raw = frame.depth[block.box][block.mask]
     replace = surface > 0
     if mode == "fill":

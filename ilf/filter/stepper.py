@@ -15,6 +15,7 @@ from ..parameters import BlockParameters, Parameters
 from .convergence import IterationRecord
 from .edge_aware.iteration import EdgeAwareIteration
 from .pass_band.iteration import PassBandIteration
+from .snapshot import Snapshot
 
 
 class Stepper(Iterator[IterationRecord], Protocol):
@@ -33,6 +34,10 @@ class Stepper(Iterator[IterationRecord], Protocol):
     def surface(self) -> NDArray[np.float64]:
         """P_i at the block's pixels [m], in the order of `block.mask`'s True values; before i = 1 what there is to
         start from. Finite everywhere, but not always depth: it may be 0 or below. The caller's own."""
+        ...
+
+    def snapshot(self) -> Snapshot:
+        """The surface as it stands, to be worked out later; for whoever may call `next()`, or any other thread."""
         ...
 
     @property

@@ -12,7 +12,9 @@ import math
 import time
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -24,6 +26,7 @@ from ...frame import RGBDFrame
 from ...parameters import Parameters
 from ..convergence import held_out_of
 from ..pyramid import enlarged, largest_of_four, sums_of_four
+from ..snapshot import Snapshot
 from ..sums import inner
 from .flying import flying_pixels
 from .parting import Parting
@@ -119,7 +122,8 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self._held_out_squares = inner(finest.held_out[1], finest.held_out[1]) if finest.held_out else 0.0
         while len(self._grids) <= _HALVINGS or self._grids[-1].counts.size > _DIRECT_CELLS:
             self._grids.append(self._grids[-1].halved())
-        self._current = self._grids[0], np.zeros(self._grids[0].counts.shape, np.float32)
+        self._raised = self._view.raised(tuple(grid.level for grid in self._grids), finest.trend)
+        self._current = finest, np.zeros(finest.counts.shape, np.float32)
         raw = frame.depth[block.box][block.mask]
         # all of it is known: the window is around the gaps
         self._outside = float(raw[~self._view.seen].sum(dtype=np.float64))
@@ -136,10 +140,12 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
     @property
     def surface(self) -> NDArray[np.float64]:
         """P_i at the block's pixels [m], in the order of `block.mask`'s True values; the trend before i = 1."""
+        return self.snapshot().surface
+
+    def snapshot(self) -> Snapshot:
+        """The surface as it stands: as it is on the grid of its iteration, which later ones leave as it is."""
         grid, u = self._current
-        for finer in reversed(self._grids[: self._grids.index(grid)]):
-            u, grid = grid.enlarged(u, finer), finer
-        return self._view.on_block(u + self._grids[0].trend)
+        return Snapshot(partial(self._raised.on_block, self._grids.index(grid), u), u.nbytes, self._raised.nbytes)
 
     @property
     def remark(self) -> str:
@@ -182,7 +188,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         yield coarsest, coarsest.samples(), u
         for coarser, grid in pairwise((coarsest, *others)):
             limit = _STEPS if grid is not self._grids[0] else _FINEST_STEPS
-            u = yield from self._descend(grid, self._energy(grid), coarser.enlarged(u, grid), limit)
+            u = yield from self._descend(grid, self._energy(grid), coarser.level.enlarged(u, grid.level), limit)
         finest = self._grids[0]
         if math.isfinite(self._jump):
             scale = np.full(u.shape, self._jump, np.float32)
@@ -208,6 +214,19 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
     def _weights(self, grid: _Grid) -> Weights:
         # of a surface on cells of c pixels, slopes add up to the same, bending to c^2 times as much
         return make_weights(*grid.smooth(self._parameters.edge_scale), self._slope, self._bending / grid.cell**2)
+
+
+class _Level(NamedTuple):
+    """What surfaces need to know of a grid to get from it to the next finer one."""
+
+    shape: tuple[int, ...]
+    parting: Parting | None
+
+    def enlarged(self, u: Array, finer: _Level) -> Array:
+        """A surface on this grid on the next finer one."""
+        if self.parting is None or finer.parting is None:
+            return enlarged(u, finer.shape)
+        return self.parting.enlarged(u, finer.parting)
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,11 +257,10 @@ class _Grid:
         smooth = np.minimum(left[:, 1:], left[:, :-1]), np.minimum(left[1:], left[:-1])
         return smooth if self.parting is None else self.parting.cut(*smooth)
 
-    def enlarged(self, u: Array, finer: _Grid) -> Array:
-        """A surface on this grid on the next finer one."""
-        if self.parting is None or finer.parting is None:
-            return enlarged(u, finer.counts.shape)
-        return self.parting.enlarged(u, finer.parting)
+    @property
+    def level(self) -> _Level:
+        """What surfaces need to know of it."""
+        return _Level(self.counts.shape, self.parting)
 
     def halved(self) -> _Grid:
         """The next level: cells of twice the size."""
@@ -338,10 +356,32 @@ class _View:
             parting=None if self._drawn is None else Parting.around(self._mask, self._drawn),
         )
 
-    def on_block(self, surface: Array) -> NDArray[np.float64]:
-        """Depth [m] at the block's pixels: a surface on the window, raw depth outside."""
-        result = self._frame.depth[self._block.box][self._block.mask].astype(np.float64)
-        result[self.seen] = surface[self._mask]
+    def raised(self, levels: tuple[_Level, ...], trend: Array) -> _Raised:
+        """What brings surfaces on grids of these levels, the finest first, to the block's pixels."""
+        nbytes = trend.nbytes + self._mask.nbytes + self.seen.nbytes
+        return _Raised(levels, trend, self._mask, self.seen, self._frame, self._block, nbytes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Raised:
+    """What brings surfaces from any grid to the block's pixels: no more, since it lives as long as snapshots do."""
+
+    levels: tuple[_Level, ...]
+    trend: Array
+    mask: NDArray[np.bool_]
+    seen: NDArray[np.bool_]
+    frame: RGBDFrame
+    block: Block
+    nbytes: int
+    """Memory of what is not the frame's or the block's."""
+
+    def on_block(self, depth: int, u: Array) -> NDArray[np.float64]:
+        """Depth [m] at the block's pixels: a surface less the trend, `depth` grids above the finest, and raw depth
+        outside the window."""
+        for coarser, finer in pairwise(reversed(self.levels[: depth + 1])):
+            u = coarser.enlarged(u, finer)
+        result = self.frame.depth[self.block.box][self.block.mask].astype(np.float64)
+        result[self.seen] = (u + self.trend)[self.mask]
         return result
 
 

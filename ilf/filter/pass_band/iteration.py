@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,8 +27,9 @@ from ...blocks import Block
 from ...frame import RGBDFrame
 from ...parameters import Parameters
 from ..convergence import held_out_of, l1_norm
+from ..snapshot import Snapshot
 from ..sums import inner
-from .band import Band, fast_reach
+from .band import Band, Grid, fast_reach, synthesise
 from .lengths import principal_lengths
 from .lowpass import inside_ellipse
 from .record import PassBandRecord
@@ -62,6 +64,7 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self._mask = block.mask
         height, width = block.mask.shape
         grid = math.ceil(parameters.padding * height), math.ceil(parameters.padding * width)
+        self._grid = grid
         self._pixels = int(np.count_nonzero(block.mask))
 
         raw = frame.depth[block.box].astype(np.float64)
@@ -87,8 +90,6 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self._coefficients = np.zeros_like(self._known.coefficients)  # of P_(i-1)
         self._missed = self._known.coefficients  # e_(i-1), what P_(i-1) misses at known pixels
         self._samples = self._band.samples(self._coefficients)  # kept up to date for held-out pixels alone
-        # one assignment, so that another thread may look at the surface while an iteration is under way
-        self._current = self._band, self._coefficients
         self._least = -math.inf  # no value of P_i in the block, with the mean, is below this
         self._iterations = 0
         self.settled = False
@@ -101,10 +102,13 @@ class PassBandIteration(Iterator[PassBandRecord]):
     @property
     def surface(self) -> NDArray[np.float64]:
         """P_i at the block's pixels [m], in the order of `block.mask`'s True values; the mean depth before i = 1."""
-        band, coefficients = self._current
-        values = band.synthesise(coefficients, *self._mask.shape)[self._mask].astype(np.float64, copy=False)
-        values += self._mean
-        return values
+        return self.snapshot().surface
+
+    def snapshot(self) -> Snapshot:
+        """The surface as it stands: its coefficients, which later iterations leave as they are."""
+        coefficients = self._coefficients
+        work_out = partial(_on_block, coefficients, self._grid, self._mask, self._mean)
+        return Snapshot(work_out, coefficients.nbytes, self._mask.nbytes)
 
     def __next__(self) -> PassBandRecord:
         if self._ended:
@@ -123,8 +127,8 @@ class PassBandIteration(Iterator[PassBandRecord]):
         sigma = self._compare(coefficients, change, part)
         np.multiply(self._known.mask, change, out=part)
         self._missed = self._missed - band.coefficients_of(part)
+        # one assignment, so that another thread may look at the surface while an iteration is under way
         self._coefficients = coefficients
-        self._current = band, coefficients
         residual = self._residual()
         held_out = self._held_out_error(change)
         l1 = self._l1_norm()
@@ -217,6 +221,15 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self.settled = self._schedule.advance(sigma < self._parameters.s_criteria)
         stop = self.settled and self._parameters.stop_when_steady
         self._ended = stop or self._iterations >= self._parameters.max_iterations
+
+
+def _on_block(
+    coefficients: NDArray[np.complexfloating], grid: Grid, mask: NDArray[np.bool_], mean: float
+) -> NDArray[np.float64]:
+    """The field with such coefficients at the block's pixels, with the mean [m]."""
+    values = synthesise(grid, coefficients, *mask.shape)[mask].astype(np.float64, copy=False)
+    values += mean
+    return values
 
 
 class _Values:
