@@ -24,7 +24,7 @@ from ilf.filter.stepper import edge_parameters
 from ilf.frame import RGBDFrame
 from ilf.outcomes import BlockResult, Completion, compose
 from ilf.parameters import Parameters
-from ilf.run import Replay, Run
+from ilf.run import KeyFrames, Replay, Run
 
 LARGEST_LABEL = 65535
 """Label maps are exported as 16-bit images."""
@@ -56,6 +56,7 @@ class Session:
         self.selected: list[int] = []
         self.undo_stack = QUndoStack()
         self.results = Results()
+        self.key_frames = KeyFrames()
         self.kept_runs: list[KeptRun] = []
         self.compared: list[KeptRun] = []
         """Those of the kept runs that are shown beside the present result."""

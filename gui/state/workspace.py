@@ -19,6 +19,7 @@ from gui.state.results import Preview, same_mask
 from gui.state.session import Session
 from gui.state.stroke import StrokeUnderWay
 from ilf.blocks import Box
+from ilf.completion import Watch
 from ilf.drawing.block_pictures import block_colour
 from ilf.ebs import Extraction
 from ilf.ebs.edit import LabelPatch, patch_between
@@ -28,6 +29,10 @@ from ilf.frame import RGBDFrame
 from ilf.outcomes import BlockResult, Completion
 from ilf.parameters import DEFAULT_PRESET, BlockParameters, Parameters, preset
 from ilf.run import Run
+
+
+_MOST_WATCHED = 4
+"""Frames that have key frames at a time."""
 
 
 class Kept(NamedTuple):
@@ -97,6 +102,8 @@ class Workspace(QObject):
         self._session: Session | None = None
         self._nothing = QUndoStack(self)
         self._stroke: StrokeUnderWay | None = None
+        self._watched: list[Session] = []
+        """Frames with key frames, the one that was run last at the end."""
 
     # frames
 
@@ -170,6 +177,7 @@ class Workspace(QObject):
         """Close a frame; the one before it in the list becomes the present one."""
         position = self.sessions.index(session)
         self.sessions.remove(session)
+        self._watched = [one for one in self._watched if one is not session]
         if session is self._session:
             self.show_session(self.sessions[max(position - 1, 0)] if self.sessions else None)
         self.undo_group.removeStack(session.undo_stack)
@@ -370,6 +378,13 @@ class Workspace(QObject):
             self.kept_runs_changed.emit()
 
     # runs and results
+
+    def watch(self, session: Session, run: Run) -> Watch:
+        """What takes key frames of a run of a frame; those of frames that were run long before go."""
+        self._watched = [*(one for one in self._watched if one is not session), session]
+        while len(self._watched) > _MOST_WATCHED:
+            self._watched.pop(0).key_frames.clear()
+        return session.key_frames.watch(run)
 
     def add_records(self, session: Session, label: int, records: Sequence[IterationRecord]) -> None:
         """A block that runs has gone on."""

@@ -145,6 +145,13 @@ class KeyFrames:
 
         return take
 
+    def clear(self) -> None:
+        """Drop all."""
+        with self._lock:
+            for track in list(self._tracks):
+                self._drop(track)
+            self.nbytes = 0
+
     def _take(self, track: Track, record: IterationRecord, snapshot: Snapshot) -> None:
         with self._lock:
             before = track.nbytes

@@ -122,7 +122,9 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self._held_out_squares = inner(finest.held_out[1], finest.held_out[1]) if finest.held_out else 0.0
         while len(self._grids) <= _HALVINGS or self._grids[-1].counts.size > _DIRECT_CELLS:
             self._grids.append(self._grids[-1].halved())
-        self._raised = self._view.raised(tuple(grid.level for grid in self._grids), finest.trend)
+        levels = tuple(grid.level for grid in self._grids)
+        self._all = self._view.pixels(levels, finest.trend)
+        self._changing = self._view.pixels(levels, finest.trend, changing=True)
         self._current = finest, np.zeros(finest.counts.shape, np.float32)
         raw = frame.depth[block.box][block.mask]
         # all of it is known: the window is around the gaps
@@ -140,12 +142,20 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
     @property
     def surface(self) -> NDArray[np.float64]:
         """P_i at the block's pixels [m], in the order of `block.mask`'s True values; the trend before i = 1."""
-        return self.snapshot().surface
+        return self._held(self._all).surface
 
     def snapshot(self) -> Snapshot:
-        """The surface as it stands: as it is on the grid of its iteration, which later ones leave as it is."""
+        """The surface as it stands, where it may become depth; at other pixels, raw depth.
+
+        It is held on the grid of its iteration, of the finest just what is needed: it costs time, too, to fill memory.
+        """
+        return self._held(self._changing)
+
+    def _held(self, pixels: _Pixels) -> Snapshot:
         grid, u = self._current
-        return Snapshot(partial(self._raised.on_block, self._grids.index(grid), u), u.nbytes, self._raised.nbytes)
+        coarseness = self._grids.index(grid)
+        held = u if coarseness else pixels.of(u)  # which later iterations leave as it is
+        return Snapshot(partial(pixels.on_block, coarseness, held), held.nbytes, pixels.nbytes)
 
     @property
     def remark(self) -> str:
@@ -290,6 +300,7 @@ class _View:
     def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters, drawn: NDArray[np.bool_] | None) -> None:
         self._frame = frame
         self._block = block
+        self._fills = parameters.mode == "fill"
         self._window = _window(frame, block, parameters.mode)
         around = union(block.box, self._window)
         self._place = within(self._window, around)
@@ -356,32 +367,45 @@ class _View:
             parting=None if self._drawn is None else Parting.around(self._mask, self._drawn),
         )
 
-    def raised(self, levels: tuple[_Level, ...], trend: Array) -> _Raised:
-        """What brings surfaces on grids of these levels, the finest first, to the block's pixels."""
-        nbytes = trend.nbytes + self._mask.nbytes + self.seen.nbytes
-        return _Raised(levels, trend, self._mask, self.seen, self._frame, self._block, nbytes)
+    def pixels(self, levels: tuple[_Level, ...], trend: Array, changing: bool = False) -> _Pixels:
+        """The block's pixels in the window, all or those that may change, for surfaces on grids of these levels."""
+        among = self._mask & ~self._frame.known[self._window] if changing and self._fills else self._mask
+        places = np.flatnonzero(among)
+        seen = np.flatnonzero(self.seen)[among[self._mask]]
+        return _Pixels(levels, places, seen, trend.ravel()[places], self._frame, self._block)
 
 
 @dataclass(frozen=True, eq=False)
-class _Raised:
-    """What brings surfaces from any grid to the block's pixels: no more, since it lives as long as snapshots do."""
+class _Pixels:
+    """Brings surfaces from any grid to pixels of the block: holds no more for it, since it lives as long as snapshots.
+
+    `places` are those of the pixels in the window, `seen` those among the block's pixels.
+    """
 
     levels: tuple[_Level, ...]
+    places: NDArray[np.intp]
+    seen: NDArray[np.intp]
     trend: Array
-    mask: NDArray[np.bool_]
-    seen: NDArray[np.bool_]
     frame: RGBDFrame
     block: Block
-    nbytes: int
-    """Memory of what is not the frame's or the block's."""
 
-    def on_block(self, depth: int, u: Array) -> NDArray[np.float64]:
-        """Depth [m] at the block's pixels: a surface less the trend, `depth` grids above the finest, and raw depth
-        outside the window."""
-        for coarser, finer in pairwise(reversed(self.levels[: depth + 1])):
+    @property
+    def nbytes(self) -> int:
+        """Memory of what is not the frame's or the block's."""
+        return self.places.nbytes + self.seen.nbytes + self.trend.nbytes
+
+    def of(self, surface: Array) -> Array:
+        """A surface on the window, at the pixels."""
+        return surface.ravel()[self.places]
+
+    def on_block(self, coarseness: int, held: Array) -> NDArray[np.float64]:
+        """Depth [m] at all of the block's pixels, raw where a surface is not held: it is less the trend, and on a grid
+        so many above the finest, or at the pixels."""
+        u = held
+        for coarser, finer in pairwise(reversed(self.levels[: coarseness + 1])):
             u = coarser.enlarged(u, finer)
         result = self.frame.depth[self.block.box][self.block.mask].astype(np.float64)
-        result[self.seen] = (u + self.trend)[self.mask]
+        result[self.seen] = (self.of(u) if coarseness else u) + self.trend
         return result
 
 
