@@ -15,6 +15,7 @@ from gui.state.block_notes import BlockInfo, BlockNotes
 from gui.state.commands import Change, ClearResults, Distrust, EditInfo, EditLabels, EditParameters
 from gui.state.kept_runs import MOST_COMPARED, KeptRun
 from gui.state.own_values import OwnValues, differing, own_values, parameter_labels
+from gui.state.past import Past
 from gui.state.results import Preview, same_mask
 from gui.state.session import Session
 from gui.state.stroke import StrokeUnderWay
@@ -29,7 +30,6 @@ from ilf.frame import RGBDFrame
 from ilf.outcomes import BlockResult, Completion
 from ilf.parameters import DEFAULT_PRESET, BlockParameters, Parameters, preset
 from ilf.run import Run
-
 
 _MOST_WATCHED = 4
 """Frames that have key frames at a time."""
@@ -82,6 +82,8 @@ class Workspace(QObject):
     """Another rectangle of the present frame is chosen, or none."""
     kept_runs_changed = Signal()
     """Runs of the present frame have been kept, changed or deleted."""
+    past_changed = Signal()
+    """The views look back to another iteration, or no longer."""
     compared_changed = Signal()
     """Others of the kept runs are compared."""
     selection_changed = Signal()
@@ -102,6 +104,8 @@ class Workspace(QObject):
         self._session: Session | None = None
         self._nothing = QUndoStack(self)
         self._stroke: StrokeUnderWay | None = None
+        self.past: Past | None = None
+        """What the views show in place of the present depth."""
         self._watched: list[Session] = []
         """Frames with key frames, the one that was run last at the end."""
 
@@ -385,6 +389,12 @@ class Workspace(QObject):
         while len(self._watched) > _MOST_WATCHED:
             self._watched.pop(0).key_frames.clear()
         return session.key_frames.watch(run)
+
+    def look_back(self, past: Past | None) -> None:
+        """Show what the present frame's depth was like in the course of its last run; None: what it is."""
+        if past is not self.past:
+            self.past = past
+            self.past_changed.emit()
 
     def add_records(self, session: Session, label: int, records: Sequence[IterationRecord]) -> None:
         """A block that runs has gone on."""

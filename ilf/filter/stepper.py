@@ -37,7 +37,7 @@ class Stepper(Iterator[IterationRecord], Protocol):
         ...
 
     def snapshot(self) -> Snapshot:
-        """The surface as it stands, to be worked out later: P_i where it may become depth, P_i or raw depth elsewhere."""
+        """The surface as it stands, to be worked out later: P_i where it may become depth, elsewhere P_i or raw."""
         ...
 
     @property

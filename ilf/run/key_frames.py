@@ -63,7 +63,7 @@ class Track:
 
     def is_of(self, records: Sequence[IterationRecord]) -> bool:
         """Whether these are the records of the iterations that it is of."""
-        return bool(records) and bool(self._frames) and self._frames[0].record is records[0]
+        return bool(self._frames) and self._frames[0].record is records[0]
 
     def add(self, record: IterationRecord, snapshot: Snapshot) -> None:
         """Keep an iteration; of more than `MOST`, every second."""
@@ -127,6 +127,8 @@ class KeyFrames:
         self.nbytes = 0
         """Memory that they take."""
         self._tracks: list[Track] = []
+        self._by_first: dict[int, Track] = {}
+        """By the identity of their first record."""
         self._lock = threading.Lock()
 
     def watch(self, run: Run) -> Watch:
@@ -139,6 +141,7 @@ class KeyFrames:
                 track = tracks[block.label] = Track(run.frame, block, run.parameters_of(block.label).mode)
                 with self._lock:
                     self._tracks.append(track)
+                    self._by_first[id(record)] = track
             elif track.dropped or (record.i - 1) % track.stride:
                 return
             self._take(track, record, stepper.snapshot())
@@ -162,8 +165,12 @@ class KeyFrames:
 
     def track(self, records: Sequence[IterationRecord]) -> Track | None:
         """The key frames of the iterations with these very records; None if there are none."""
+        if not records:
+            return None
         with self._lock:
-            return next((track for track in reversed(self._tracks) if track.is_of(records)), None)
+            track = self._by_first.get(id(records[0]))
+        # an identity may have been another record's before
+        return track if track is not None and track.is_of(records) else None
 
     def _make_room(self) -> None:
         while self.nbytes > self.budget and (self._drop_older() or self._thin() or self._drop_first()):
@@ -190,6 +197,7 @@ class KeyFrames:
     def _drop(self, track: Track) -> bool:
         track.dropped = True
         self._tracks.remove(track)
+        self._by_first = {first: one for first, one in self._by_first.items() if one is not track}
         return True
 
 
