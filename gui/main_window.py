@@ -33,6 +33,7 @@ from gui.frames.loader import FrameLoader
 from gui.frames.presenter import FramesPresenter
 from gui.frames.replays import ReplayPresenter
 from gui.history.history_view import HistoryView
+from gui.kept.part import KeptRunsPart
 from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar, show_about
 from gui.review.distrust import DistrustPresenter
 from gui.review.presenter import ReviewPresenter
@@ -61,7 +62,7 @@ from gui.work.refresh import Refresh
 from gui.work.runs import RunController, RunState
 from ilf.drawing.stages import STAGES
 
-_PARTS: tuple[type[Part], ...] = ()
+_PARTS: tuple[type[Part], ...] = (KeptRunsPart,)
 
 
 class MainWindow(QMainWindow):
