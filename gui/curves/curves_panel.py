@@ -206,8 +206,8 @@ class CurvesPanel(QWidget):
         if asked == self._arranged:
             return
         self._arranged = asked
-        wide = self.width() > _SIDE_BY_SIDE * self.height()
-        beside = wide and len(self._curves) > 1
+        wide = self.width() > max(_SIDE_BY_SIDE * self.height(), 2 * _LEAST_WIDTH)
+        beside = wide and len(self._curves) > 1 and self.width() > _BESIDE + 2 * _LEAST_WIDTH
         across, down = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
         self._plots_layout.setDirection(across if wide else down)
         self._body_layout.setDirection(QBoxLayout.Direction.RightToLeft if beside else down)
