@@ -231,8 +231,9 @@ class MainWindow(QMainWindow):
             (coming, workspace.records_added),
         )
         add("filter", self.filter_presenter.show, (turned, infos, selected, values, self.filter_panel.scope_changed))
-        drawn = turned, blocks, infos, selected, values, results, workspace.compared_changed, self.curves.shown
-        add("curves", self.curve_presenter.show, drawn, (coming, workspace.records_added))
+        shown_records = turned, blocks, infos, selected, values, results, workspace.records_added
+        shown_also = workspace.compared_changed, self.curves.shown
+        add("curves", self.curve_presenter.show, (*shown_records, *shown_also), (coming,))
         add("scrubbing", self.scrubbing.show, (turned, blocks, results, values), (coming, workspace.records_added))
         add("stages", self.stages.show, (turned, workspace.extraction_changed, self.stages.changed, *looked_at))
         add("extraction", self.stages.describe, (blocks, infos, self.stages.described))

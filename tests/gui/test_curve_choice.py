@@ -97,4 +97,4 @@ def test_the_criterion_is_that_of_the_filter_panel_for_the_block(
     assert panel._criteria.texts == ["S_criteria 2 mm (own)"]
     workspace.select([1, 2])
     presenter.show()
-    assert panel._criteria.texts == ["S_criteria 0.5 mm (was run with 2 mm)", "S_criteria 2 mm (own)"]
+    assert panel._criteria.texts == ["S_criteria 0.5 mm", "S_criteria 2 mm (own)"]
