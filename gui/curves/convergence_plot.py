@@ -34,27 +34,35 @@ class Line(NamedTuple):
     dashed: bool
 
 
-class IterationView(pg.ViewBox):
-    """View with little padding along the iterations, and room for a line of text above and below the curve."""
-
-    def suggestPadding(self, axis: int) -> float:
-        return 0.02 if axis == self.XAxis else 0.12
-
-
 class ConvergencePlot(pg.PlotWidget):
     """Lines over iterations or time with stage marks, the colour-weighted span and a cursor.
+
+    Its ranges grow in steps: as long as they stay, new values are drawn quickly.
+
+    Parameters
+    ----------
+    axis : pyqtgraph.AxisItem
+        The vertical one.
+    label : str
+        What it is of.
+    least_span : float
+        Least span of values in view.
 
     Signals
     -------
     hovered(float)
         Place on the horizontal axis under the mouse, NaN when it leaves.
+    moved(bool)
+        The user has zoomed or moved along the iterations; True: wants to follow all of them again.
     """
 
     hovered = Signal(float)
+    moved = Signal(bool)
 
-    def __init__(self, axis: pg.AxisItem, label: str) -> None:
-        super().__init__(viewBox=IterationView(enableMenu=False), axisItems={"left": axis}, enableMenu=False)
+    def __init__(self, axis: pg.AxisItem, label: str, least_span: float = 0.0) -> None:
+        super().__init__(viewBox=pg.ViewBox(enableMenu=False), axisItems={"left": axis}, enableMenu=False)
         self._label = label
+        self._least_span = least_span
         self._span_name: pg.InfLineLabel | None = None
         self.lines: list[_Curve] = []
         self._points = pg.ScatterPlotItem(size=_POINT, pen=pg.mkPen(None))
@@ -70,7 +78,15 @@ class ConvergencePlot(pg.PlotWidget):
         self.addItem(self._points)
         self.plotItem.setContentsMargins(4, 7, 4, 2)
         self.hideButtons()
-        self.getViewBox().setMouseEnabled(x=True, y=False)
+        view = self.getViewBox()
+        view.setMouseEnabled(x=True, y=False)
+        view.disableAutoRange()
+        view.sigRangeChangedManually.connect(lambda *_: self.moved.emit(False))
+        self.follows = True
+        """Whether all iterations are in view."""
+        self.marked: list[float] = []
+        """Values that are in view whatever the lines are."""
+        self._ranges: dict[int, tuple[float, float]] = {}
         self.getAxis("bottom").enableAutoSIPrefix(False)
         self.getAxis("bottom").setStyle(maxTickLevel=0)
         self.show_places(True)
@@ -82,7 +98,8 @@ class ConvergencePlot(pg.PlotWidget):
     def set_by_time(self, on: bool) -> None:
         """Let the horizontal axis be the seconds of a block's iterations, or their number."""
         self._places = "Time [s]" if on else "Iteration i"
-        self.getViewBox().setLimits(xMin=0, minXRange=0.001 if on else 10)
+        self._least_end = 0.01 if on else 10.0
+        self.getViewBox().setLimits(xMin=0, minXRange=0.1 * self._least_end)
         self.getAxis("bottom").setLabel(self._places)
 
     def set_label(self, text: str) -> None:
@@ -92,7 +109,7 @@ class ConvergencePlot(pg.PlotWidget):
             self.getAxis("left").setLabel(text)
 
     def show_lines(self, lines: Sequence[Line]) -> None:
-        """Draw these lines; one with a single value is a point."""
+        """Draw these lines, and bring them into view; one with a single value is a point."""
         while len(self.lines) < len(lines):
             self.lines.append(_Curve())
             self.addItem(self.lines[-1])
@@ -109,6 +126,31 @@ class ConvergencePlot(pg.PlotWidget):
                 [line.values[one] for line, one in zip(alone, at, strict=True)],
                 brush=[line.colour for line in alone],
             )
+
+        if lines:
+            self._follow(lines)
+
+    def _follow(self, lines: Sequence[Line]) -> None:
+        """Bring lines into view: all iterations if they are followed, and all values."""
+        if self.follows:
+            begin = min(float(line.along[0]) for line in lines)
+            end = max(float(line.along[-1]) for line in lines)
+            self._show_range(0, *_widened(0.0 if begin <= end / 4 else begin, max(end, self._least_end)))
+        finite = [line.values[np.isfinite(line.values)] for line in lines]
+        extremes = [value for values in finite if values.size for value in (values.min(), values.max())]
+        if extremes:
+            self.show_values(float(min(*extremes, *self.marked)), float(max(*extremes, *self.marked)))
+
+    def show_values(self, low: float, high: float) -> None:
+        """Bring values into view, with room for a line of text above and below."""
+        missing = max(self._least_span - (high - low), 0.0) / 2
+        room = 0.12 * (high - low) + missing or 0.5
+        self._show_range(1, *_widened(low - room, high + room))
+
+    def _show_range(self, axis: int, low: float, high: float) -> None:
+        if self._ranges.get(axis) != (low, high):
+            self._ranges[axis] = low, high
+            (self.setYRange if axis else self.setXRange)(low, high, padding=0)
 
     def show_stages(self, stages: Sequence[Sequence[float]], colours: Sequence[QColor]) -> None:
         """Mark where stages begin: of one curve all over the plot, of several in a row for each at the bottom."""
@@ -146,9 +188,10 @@ class ConvergencePlot(pg.PlotWidget):
         if place is not None:
             self._cursor.setValue(place)
 
-    def fit(self) -> None:
-        """Follow all iterations again."""
-        self.enableAutoRange(x=True, y=True)
+    def forget_ranges(self) -> None:
+        """What is drawn next is brought into view anew."""
+        self.follows = True
+        self._ranges.clear()
 
     def show_places(self, shown: bool) -> None:
         """Label the horizontal axis, or leave only its line."""
@@ -178,7 +221,7 @@ class ConvergencePlot(pg.PlotWidget):
             axis.setLabel(text, color=colours.muted.name(), **{"font-size": f"{font.pointSizeF():.1f}pt"})
 
     def mouseDoubleClickEvent(self, event: QEvent) -> None:
-        self.fit()
+        self.moved.emit(True)
 
     def leaveEvent(self, event: QEvent) -> None:
         super().leaveEvent(event)
@@ -234,10 +277,10 @@ class HeldOutPlot(ConvergencePlot):
             self._least.setValue(lines[0].along[place])
             self._least.label.setFormat(f"least at i = {int(iterations[place])}")
             bottom = min(least, float(np.nanmin(residual.values)))
-        self.getViewBox().setYRange(bottom, least + _ERROR_RANGE, padding=0.1)
+        self.show_values(bottom, least + _ERROR_RANGE)
 
-    def fit(self) -> None:
-        self.enableAutoRange(x=True)
+    def _follow(self, lines: Sequence[Line]) -> None:
+        """Of the values, those about the least are brought into view."""
 
     def set_error_colours(self, colours: theme.Colours, held_out: QColor, residual: QColor, font: QFont) -> None:
         """Take the theme's colours. The axis says which curve is which."""
@@ -248,6 +291,12 @@ class HeldOutPlot(ConvergencePlot):
         self._least.label.setColor(held_out)
         self._least.label.setFont(font)
         self._least.label.fill = veil(colours)
+
+
+def _widened(low: float, high: float) -> tuple[float, float]:
+    """A range around another one with round ends, so that it need not change for every value that comes."""
+    step = 2.0 ** (math.floor(math.log2(max(high - low, 1e-9))) - 3)
+    return math.floor(low / step) * step, math.ceil(high / step) * step
 
 
 class _Curve(pg.PlotCurveItem):

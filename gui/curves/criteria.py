@@ -38,13 +38,14 @@ class CriterionLines:
         if different == self._shown:
             return
         self._shown = different
+        self._plot.marked = [math.log10(max(metres, FLOOR)) for metres, _ in different]
         while len(self._lines) < len(different):
             line = pg.InfiniteLine(angle=0, label="", labelOpts=_LABEL)
             self._lines.append(line)
-            self._plot.addItem(line)
+            self._plot.addItem(line, ignoreBounds=True)
             self._paint(line)
-        for line, (metres, remark) in zip(self._lines, different, strict=False):
-            line.setValue(math.log10(max(metres, FLOOR)))
+        for line, place, (metres, remark) in zip(self._lines, self._plot.marked, different, strict=False):
+            line.setValue(place)
             line.label.setFormat(f"S_criteria {length_text(metres)}{f' ({remark})' if remark else ''}")
             line.setVisible(True)
         for line in self._lines[len(different) :]:

@@ -25,6 +25,7 @@ _SIDE_BY_SIDE = 1.7  # width over height from which the plots stand next to each
 _LEAST_HEIGHT, _LEAST_WIDTH = 72, 180  # of a plot [px]; where there is less room, the last ones are left out
 _LEAST_ROWS = 4  # of the readout over the plots
 _BESIDE = 330  # width of the readout beside the plots [px]
+_DECADES = 1.2  # in view, at least
 _BY_TIME = "curves/by_time"
 
 
@@ -50,17 +51,16 @@ class CurvesPanel(QWidget):
         self._looked_at: int | None = None
         self._by_time = bool(QSettings().value(_BY_TIME, False, type=bool))
 
-        self.sigma_plot = ConvergencePlot(LengthAxis(), "Deviation σ<sub>i</sub>")
-        self.error_plot = ConvergencePlot(LengthAxis(), "Error")
+        self.sigma_plot = ConvergencePlot(LengthAxis(), "Deviation σ<sub>i</sub>", _DECADES)
+        self.error_plot = ConvergencePlot(LengthAxis(), "Error", _DECADES)
         self.held_out_plot = HeldOutPlot(LengthAxis())
         self.l1_plot = ConvergencePlot(SumAxis(), "L1 [m]")
         self._plots = (self.sigma_plot, self.error_plot, self.held_out_plot, self.l1_plot)
         for plot in self._plots:
             plot.hovered.connect(self._hover)
+            plot.moved.connect(self._follow)
             if plot is not self.sigma_plot:
                 plot.setXLink(self.sigma_plot)
-        for plot in (self.sigma_plot, self.error_plot):
-            plot.getViewBox().setLimits(minYRange=1.2)
         self._criteria = CriterionLines(self.sigma_plot)
         self.l1_plot.name_span("colour-weighted")
         self.readout = Readout()
@@ -131,7 +131,7 @@ class CurvesPanel(QWidget):
             self._columns = [Columns() for _ in curves]
             self._hovered = None
             for plot in self._plots:
-                plot.fit()
+                plot.forget_ranges()
         self._curves = list(curves)
         for curve, columns in zip(curves, self._columns, strict=True):
             columns.take(curve.records)
@@ -154,8 +154,17 @@ class CurvesPanel(QWidget):
         self._time_button.setChecked(self._by_time)
         for plot in self._plots:
             plot.set_by_time(self._by_time)
-            plot.fit()
+            plot.forget_ranges()
         self._refresh_theme()
+
+    def _follow(self, on: bool) -> None:
+        """Keep all iterations in view, or where the user has zoomed to."""
+        for plot in self._plots:
+            if on:
+                plot.forget_ranges()
+            else:
+                plot.follows = False
+        self._draw()
 
     def _draw(self) -> None:
         pairs = [pair for pair in zip(self._curves, self._columns, strict=True) if pair[1].count]
@@ -168,6 +177,7 @@ class CurvesPanel(QWidget):
             plot.show_span(span)
         series = theme.colours(self.palette())
         sigma, l1, residual, held_out = series.series
+        self._criteria.show([(curve.s_criteria, curve.remark) for curve, _ in pairs if curve.s_criteria is not None])
         self.sigma_plot.show_lines(self._lines("sigma_i", sigma))
         self.l1_plot.set_label("L1 [m]" if len(pairs) == 1 else "L1 − last [%]")
         self.l1_plot.show_lines(self._lines("l1" if len(pairs) == 1 else "l1_left", l1))
@@ -177,7 +187,6 @@ class CurvesPanel(QWidget):
             alone = self._lines("residual", residual)[0] if len(pairs) == 1 else None
             iterations = pairs[0][1].along(by_time=False)
             self.held_out_plot.show_errors(self._lines("held_out", held_out), alone, iterations)
-        self._criteria.show([(curve.s_criteria, curve.remark) for curve, _ in pairs if curve.s_criteria is not None])
         self._arrange()
         self._update_readout()
 
