@@ -14,7 +14,9 @@ from PySide6.QtGui import QBrush, QColor, QFont
 from gui import theme
 from gui.curves.curve import Values
 
-_AXIS_HEIGHT = 34
+_NAMED_AXIS, _AXIS, _LINE = 34, 20, 6
+"""Heights of the horizontal axis [px]: with its name, with numbers alone, and bare."""
+
 _ERROR_RANGE = 0.4
 """The plot of hold-out errors shows decades from the least of them up to so many above it."""
 
@@ -134,8 +136,8 @@ class ConvergencePlot(pg.PlotWidget):
         """Bring lines into view: all iterations if they are followed, and all values."""
         if self.follows:
             begin = min(float(line.along[0]) for line in lines)
-            end = max(float(line.along[-1]) for line in lines)
-            self._show_range(0, *_widened(0.0 if begin <= end / 4 else begin, max(end, self._least_end)))
+            end = max(self._least_end, *(float(line.along[-1]) for line in lines))
+            self._show_range(0, *_widened(0.0 if begin <= end / 4 else begin, end))
         finite = [line.values[np.isfinite(line.values)] for line in lines]
         extremes = [value for values in finite if values.size for value in (values.min(), values.max())]
         if extremes:
@@ -193,12 +195,12 @@ class ConvergencePlot(pg.PlotWidget):
         self.follows = True
         self._ranges.clear()
 
-    def show_places(self, shown: bool) -> None:
-        """Label the horizontal axis, or leave only its line."""
+    def show_places(self, shown: bool, named: bool = True) -> None:
+        """Write numbers along the horizontal axis and what it is of, or leave only its line."""
         axis = self.getAxis("bottom")
         axis.setStyle(showValues=shown)
-        axis.showLabel(shown)
-        axis.setHeight(_AXIS_HEIGHT if shown else 6)
+        axis.showLabel(shown and named)
+        axis.setHeight((_NAMED_AXIS if named else _AXIS) if shown else _LINE)
 
     def set_colours(self, colours: theme.Colours, font: QFont) -> None:
         """Take the theme's colours."""
@@ -312,8 +314,8 @@ class _Curve(pg.PlotCurveItem):
         if looks != self._looks:
             self._looks = looks
             style = Qt.PenStyle.DashLine if line.dashed else Qt.PenStyle.SolidLine
-            # a long path takes many times as long, but in pieces dashes would begin anew
-            self.setSegmentedLineMode("off" if line.dashed else "on")
+            # a long path takes many times as long, but in pieces dashes would begin anew, and thick lines have knots
+            self.setSegmentedLineMode("off" if line.dashed or alone else "on")
             self.setPen(pg.mkPen(line.colour, width=1.8 if alone else 1, style=style))
         self.setData(line.along, line.values)
         self.setVisible(True)

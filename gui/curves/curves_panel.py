@@ -22,7 +22,8 @@ from ilf.filter.convergence import IterationRecord
 EMPTY_TEXT = "Run the filter to see how each block converges"
 
 _SIDE_BY_SIDE = 1.7  # width over height from which the plots stand next to each other
-_LEAST_HEIGHT, _LEAST_WIDTH = 72, 180  # of a plot [px]; where there is less room, the last ones are left out
+_LEAST_HEIGHT, _LEAST_WIDTH = 64, 180  # of a plot [px]; where there is less room, the last ones are left out
+_LOW = 250  # height of the panel [px] up to which axes have no name
 _LEAST_ROWS = 4  # of the readout over the plots
 _BESIDE = 330  # width of the readout beside the plots [px]
 _DECADES = 1.2  # in view, at least
@@ -232,7 +233,7 @@ class CurvesPanel(QWidget):
         for plot in self._plots:
             plot.setVisible(plot in wanted)
             # stacked plots share the lowest one's places
-            plot.show_places(wide or plot is wanted[-1])
+            plot.show_places(wide or plot is wanted[-1], self.height() > _LOW)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
