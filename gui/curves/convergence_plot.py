@@ -54,12 +54,15 @@ class ConvergencePlot(pg.PlotWidget):
     -------
     hovered(float)
         Place on the horizontal axis under the mouse, NaN when it leaves.
-    moved(bool)
-        The user has zoomed or moved along the iterations; True: wants to follow all of them again.
+    moved(float, float)
+        The user has zoomed or moved along the horizontal axis: what of it is in view.
+    fit_wished()
+        The user wants to follow all iterations again.
     """
 
     hovered = Signal(float)
-    moved = Signal(bool)
+    moved = Signal(float, float)
+    fit_wished = Signal()
 
     def __init__(self, axis: pg.AxisItem, label: str, least_span: float = 0.0) -> None:
         super().__init__(viewBox=pg.ViewBox(enableMenu=False), axisItems={"left": axis}, enableMenu=False)
@@ -83,7 +86,7 @@ class ConvergencePlot(pg.PlotWidget):
         view = self.getViewBox()
         view.setMouseEnabled(x=True, y=False)
         view.disableAutoRange()
-        view.sigRangeChangedManually.connect(lambda *_: self.moved.emit(False))
+        view.sigRangeChangedManually.connect(lambda *_: self.moved.emit(*view.viewRange()[0]))
         self.follows = True
         """Whether all iterations are in view."""
         self.marked: list[float] = []
@@ -223,7 +226,7 @@ class ConvergencePlot(pg.PlotWidget):
             axis.setLabel(text, color=colours.muted.name(), **{"font-size": f"{font.pointSizeF():.1f}pt"})
 
     def mouseDoubleClickEvent(self, event: QEvent) -> None:
-        self.moved.emit(True)
+        self.fit_wished.emit()
 
     def leaveEvent(self, event: QEvent) -> None:
         super().leaveEvent(event)

@@ -57,11 +57,12 @@ class CurvesPanel(QWidget):
         self.held_out_plot = HeldOutPlot(LengthAxis())
         self.l1_plot = ConvergencePlot(SumAxis(), "L1 [m]")
         self._plots = (self.sigma_plot, self.error_plot, self.held_out_plot, self.l1_plot)
-        for plot in self._plots:
+        names = "Deviation sigma_i", "Error against the truth", "Error at pixels that are held out", "L1 norm"
+        for plot, name in zip(self._plots, names, strict=True):
+            plot.setAccessibleName(name)
             plot.hovered.connect(self._hover)
-            plot.moved.connect(self._follow)
-            if plot is not self.sigma_plot:
-                plot.setXLink(self.sigma_plot)
+            plot.moved.connect(self._move_all)
+            plot.fit_wished.connect(self._follow)
         self._criteria = CriterionLines(self.sigma_plot)
         self.l1_plot.name_span("colour-weighted")
         self.readout = Readout()
@@ -158,14 +159,17 @@ class CurvesPanel(QWidget):
             plot.forget_ranges()
         self._refresh_theme()
 
-    def _follow(self, on: bool) -> None:
-        """Keep all iterations in view, or where the user has zoomed to."""
+    def _follow(self) -> None:
+        """Keep all iterations in view again."""
         for plot in self._plots:
-            if on:
-                plot.forget_ranges()
-            else:
-                plot.follows = False
+            plot.forget_ranges()
         self._draw()
+
+    def _move_all(self, low: float, high: float) -> None:
+        """Show this part of the horizontal axis in all plots."""
+        for plot in self._plots:
+            plot.follows = False
+            plot.setXRange(low, high, padding=0)
 
     def _draw(self) -> None:
         pairs = [pair for pair in zip(self._curves, self._columns, strict=True) if pair[1].count]
@@ -180,7 +184,7 @@ class CurvesPanel(QWidget):
         sigma, l1, residual, held_out = series.series
         self._criteria.show([(curve.s_criteria, curve.remark) for curve, _ in pairs if curve.s_criteria is not None])
         self.sigma_plot.show_lines(self._lines("sigma_i", sigma))
-        self.l1_plot.set_label("L1 [m]" if len(pairs) == 1 else "L1 − last [%]")
+        self.l1_plot.set_label("L1 [m]" if len(pairs) == 1 else "ΔL1 [%]")
         self.l1_plot.show_lines(self._lines("l1" if len(pairs) == 1 else "l1_left", l1))
         if self._has("error"):
             self.error_plot.show_lines(self._lines("error", series.error))

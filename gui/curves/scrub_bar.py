@@ -64,6 +64,7 @@ class ScrubBar(QWidget):
             self._slider.setRange(1, max(last, 1))
             if was_at_end or last <= 1:
                 self._slider.setValue(self._slider.maximum())
+        self._slider.setPageStep(max(last // 10, 1))
         self._slider.setEnabled(last > 1)
         widest = f"i {last or 1} of {last or 1}"
         self._text.setMinimumWidth(self._text.fontMetrics().horizontalAdvance(widest))
@@ -100,7 +101,6 @@ class _Slider(QSlider):
 
     def __init__(self, orientation: Qt.Orientation) -> None:
         super().__init__(orientation)
-        self.setPageStep(10)
         self.setMinimumWidth(60)
 
     def event(self, event: QEvent) -> bool:

@@ -295,3 +295,19 @@ def test_a_block_without_curves_says_why(panel: CurvesPanel) -> None:
     workspace.show_session(None)
     presenter.show()
     assert panel.hint == EMPTY_TEXT
+
+
+def test_zooming_one_plot_zooms_all_until_a_double_click(panel: CurvesPanel) -> None:
+    growing = staged(20)
+    panel.show_curves([curve(growing)])
+    view = panel.l1_plot.getViewBox()
+    view.setXRange(5, 15, padding=0)
+    view.sigRangeChangedManually.emit(view.state["mouseEnabled"])
+    growing.extend(linear(40)[20:])
+    panel.show_curves([curve(growing)])
+    assert panel.sigma_plot.getViewBox().viewRange()[0] == pytest.approx([5, 15])
+    panel.sigma_plot.fit_wished.emit()
+    for plot in (panel.sigma_plot, panel.l1_plot):
+        low, high = plot.getViewBox().viewRange()[0]
+        assert low <= 1
+        assert 40 <= high <= 46
