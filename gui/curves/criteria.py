@@ -41,6 +41,7 @@ class CriterionLines:
         self._plot.marked = [math.log10(max(metres, FLOOR)) for metres, _ in different]
         while len(self._lines) < len(different):
             line = pg.InfiniteLine(angle=0, label="", labelOpts=_LABEL)
+            line.setZValue(5)  # what it says is to be read over the curves
             self._lines.append(line)
             self._plot.addItem(line, ignoreBounds=True)
             self._paint(line)

@@ -19,6 +19,9 @@ FLOOR = 1e-6
 QUANTITIES = ("sigma_i", "error", "held_out", "residual", "l1")
 """Of an `IterationRecord`, what is drawn."""
 
+_LEAST_LIGHT, _MOST_LIGHT = 0.4, 0.5
+"""Luminances of lines on a dark ground and on a light one."""
+
 _LENGTHS = ("sigma_i", "error", "held_out", "residual")
 
 
@@ -52,6 +55,25 @@ class Curve:
     def looks_like(self, other: Curve) -> bool:
         """Whether the other has the same looks, whatever its records."""
         return (self.name, self.colour, self.dashed) == (other.name, other.colour, other.dashed)
+
+
+def legible(colour: tuple[int, int, int], is_dark: bool) -> tuple[int, int, int]:
+    """The same colour as dark, or as light, as a thin line has to be on a light ground, or a dark one.
+
+    Examples
+    --------
+    >>> legible((255, 255, 0), is_dark=False), legible((255, 255, 0), is_dark=True)
+    ((143, 143, 0), (255, 255, 0))
+    """
+    red, green, blue = (part / 255 for part in colour)
+    luminance = 0.3 * red + 0.59 * green + 0.11 * blue
+    if is_dark:
+        share = max(_LEAST_LIGHT - luminance, 0) / (1 - luminance) if luminance < 1 else 0.0
+        parts = [part + share * (1 - part) for part in (red, green, blue)]
+    else:
+        share = min(_MOST_LIGHT / luminance, 1) if luminance else 1.0
+        parts = [share * part for part in (red, green, blue)]
+    return round(255 * parts[0]), round(255 * parts[1]), round(255 * parts[2])
 
 
 class Columns:

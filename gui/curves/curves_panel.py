@@ -13,7 +13,7 @@ from gui import theme
 from gui.curves.axes import LengthAxis, SumAxis
 from gui.curves.convergence_plot import ConvergencePlot, HeldOutPlot, Line
 from gui.curves.criteria import CriterionLines
-from gui.curves.curve import Columns, Curve
+from gui.curves.curve import Columns, Curve, legible
 from gui.curves.numbers import readout_columns, readout_texts
 from gui.curves.readout import Readout, Row
 from gui.curves.scrub_bar import ScrubBar
@@ -175,7 +175,7 @@ class CurvesPanel(QWidget):
         pairs = [pair for pair in zip(self._curves, self._columns, strict=True) if pair[1].count]
         self._pages.setCurrentIndex(1 if pairs else 0)
         stages = [[columns.between(place, self._by_time) for place in columns.stages] for _, columns in pairs]
-        colours = [QColor(*curve.colour) for curve, _ in pairs]
+        colours = [QColor(*self._tone(curve)) for curve, _ in pairs]
         span = pairs[0][1].weighted(self._by_time) if len(pairs) == 1 else None
         for plot in self._plots:
             plot.show_stages(stages, colours)
@@ -205,11 +205,14 @@ class CurvesPanel(QWidget):
             Line(
                 columns.along(self._by_time),
                 columns.values(quantity),
-                colour if len(pairs) == 1 else QColor(*curve.colour),
+                colour if len(pairs) == 1 else QColor(*self._tone(curve)),
                 curve.dashed,
             )
             for curve, columns in pairs
         ]
+
+    def _tone(self, curve: Curve) -> tuple[int, int, int]:
+        return legible(curve.colour, theme.is_dark(self.palette()))
 
     # room
 
@@ -276,7 +279,10 @@ class CurvesPanel(QWidget):
         texts = readout_texts(records, has, self._by_time)
         self.readout.show_rows(
             table,
-            [Row(curve.name, curve.colour, curve.dashed, row) for (curve, _), row in zip(pairs, texts, strict=True)],
+            [
+                Row(curve.name, self._tone(curve), curve.dashed, row)
+                for (curve, _), row in zip(pairs, texts, strict=True)
+            ],
         )
 
     # looks

@@ -7,6 +7,7 @@ import pytest
 
 import ilf
 from ilf.completion import block_depth
+from ilf.ebs.drawn import border_pixels
 from ilf.filter.convergence import IterationRecord
 from ilf.frame import RGBDFrame
 from ilf.run import KeyFrames, Run
@@ -25,14 +26,16 @@ def recorded(run: Run, key_frames: KeyFrames, threads: int = 1) -> dict[int, lis
 
 @pytest.mark.parametrize("name", ["best", "paper", "released-code"])
 @pytest.mark.parametrize("mode", ["fill", "fill+denoise"])
+@pytest.mark.parametrize("by_hand", [False, True])
 def test_a_key_frame_is_the_depth_as_it_was_then(
-    small_frame: RGBDFrame, small_labels: np.ndarray, name: str, mode: str
+    small_frame: RGBDFrame, small_labels: np.ndarray, name: str, mode: str, by_hand: bool
 ) -> None:
+    drawn = border_pixels(small_labels) if by_hand else None
     parameters = ilf.preset(name, max_iterations=30, mode=mode)
     key_frames = KeyFrames()
-    records = recorded(Run(small_frame, small_labels, parameters), key_frames)
+    records = recorded(Run(small_frame, small_labels, parameters, drawn=drawn), key_frames)
     tracks = [track for track in map(key_frames.track, records.values()) if track is not None]
-    steppers = [ilf.iterate(small_frame, small_labels, track.block.label, parameters) for track in tracks]
+    steppers = [ilf.iterate(small_frame, small_labels, track.block.label, parameters, drawn=drawn) for track in tracks]
     for i in range(1, 20):
         expected = small_frame.depth.copy()
         for track, stepper in zip(tracks, steppers, strict=True):
