@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping
-from dataclasses import replace
 from typing import Self
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .blocks import Block, checked_drawn, checked_labels, drawn_of, find_blocks
 from .errors import InputError
-from .filter.convergence import IterationRecord, deviation
+from .filter.convergence import IterationRecord
 from .filter.stepper import Stepper, edge_parameters, edges_for, make_stepper
 from .frame import RGBDFrame
 from .outcomes import BlockOutcome, BlockResult, Completion, Progress, Status, compose, notes_of
@@ -262,9 +261,9 @@ def _block_steps(
     live[block.label] = stepper
     history: list[IterationRecord] = []
     truth = _hidden_truth(frame, block)
+    if truth is not None:
+        stepper.judge(*truth)
     for record in stepper:
-        if truth is not None:
-            record = _with_error(record, stepper, *truth)
         history.append(record)
         if watch is not None:
             watch(block, record, stepper)
@@ -285,13 +284,6 @@ def _hidden_truth(frame: RGBDFrame, block: Block) -> tuple[NDArray[np.bool_], ND
     truth = frame.truth[block.box][block.mask]
     judged = np.isnan(frame.depth[block.box][block.mask]) & np.isfinite(truth)
     return (judged, truth[judged].astype(np.float64)) if judged.any() else None
-
-
-def _with_error(
-    record: IterationRecord, stepper: Stepper, judged: NDArray[np.bool_], truth: NDArray[np.float64]
-) -> IterationRecord:
-    """The record with the error of the surface as it stands."""
-    return replace(record, error=deviation(stepper.surface[judged], truth))
 
 
 def _parameters_for(parameters: ParameterChoice, label: int) -> Parameters:

@@ -40,6 +40,18 @@ class Stepper(Iterator[IterationRecord], Protocol):
         """The surface as it stands, to be worked out later: P_i where it may become depth, elsewhere P_i or raw."""
         ...
 
+    def judge(self, pixels: NDArray[np.bool_], truth: NDArray[np.float64]) -> None:
+        """Let the records of all iterations to come tell their error against a truth, which changes nothing else.
+
+        Parameters
+        ----------
+        pixels : ndarray of bool
+            Some of the block's pixels, in the order of `block.mask`'s True values.
+        truth : ndarray of float64
+            Their true depth [m].
+        """
+        ...
+
     @property
     def settled(self) -> bool:
         """Whether the last stage has come to its end, rather than the iteration to `max_iterations`."""

@@ -24,7 +24,7 @@ from ...blocks import Block, Box, union, within
 from ...edges.frame_edges import FrameEdges
 from ...frame import RGBDFrame
 from ...parameters import Parameters
-from ..convergence import held_out_of
+from ..convergence import deviation, held_out_of
 from ..pyramid import enlarged, largest_of_four, sums_of_four
 from ..snapshot import Snapshot
 from ..sums import inner
@@ -133,6 +133,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self._iterations = 0
         self._stage = self._round = 0
         self._sigma = math.inf
+        self._truth: tuple[NDArray[np.bool_], NDArray[np.float64]] | None = None
         self._steps = self._run()
         self.settled = False
         """Whether the last stage has come to its end."""
@@ -186,9 +187,20 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
             residual=_misfit(u, grid.counts, grid.totals, self._known_squares),
             held_out=_misfit(u, *grid.held_out, self._held_out_squares) if grid.held_out else math.nan,
             seconds=time.perf_counter() - self._start,
+            error=self._error(),
             cell=grid.cell,
             round=self._round,
         )
+
+    def judge(self, pixels: NDArray[np.bool_], truth: NDArray[np.float64]) -> None:
+        """Let records tell the error against a truth from now on, see `Stepper`."""
+        self._truth = pixels, truth
+
+    def _error(self) -> float:
+        if self._truth is None:
+            return math.nan
+        pixels, truth = self._truth
+        return deviation(self.surface[pixels], truth)
 
     def _run(self) -> Iterator[_Step]:
         """All stages: the grid that an iteration worked on, P_(i-1) there and P_i, both less the trend."""
