@@ -18,6 +18,7 @@ from gui.cloud.cloud_view import CloudView
 from gui.cloud.presenter import CloudPresenter
 from gui.curves.curves_panel import CurvesPanel
 from gui.curves.presenter import CurvesPresenter
+from gui.curves.scrubbing import Scrubbing
 from gui.desk import Desk, Part
 from gui.dialogs.documents import Documents
 from gui.docks import Docks
@@ -142,6 +143,7 @@ class MainWindow(QMainWindow):
         self.review = ReviewPresenter(workspace, self.views, self.review_strip, actions["leave_suspect"])
         self.distrust = DistrustPresenter(workspace, self.views, self.distrust_strip)
         self.curve_presenter = CurvesPresenter(workspace, self.curves)
+        self.scrubbing = Scrubbing(workspace, runs, self.curves)
         self.cloud_presenter = CloudPresenter(workspace, self.cloud)
         tools = {name: actions[f"tool_{name}"] for name in self.editor.tools}
         self.tool_presenter = ToolsPresenter(self.editor, tools, self.tool_bar.options)
@@ -225,7 +227,8 @@ class MainWindow(QMainWindow):
             self.view_presenter.show_blocks,
             (turned, blocks, workspace.stroke_changed, infos, selected, named),
         )
-        add("depth", self.view_presenter.show_depth, (turned, blocks, results), (coming, depth))
+        past = workspace.past_changed
+        add("depth", self.view_presenter.show_depth, (turned, blocks, results, past), (coming, depth))
         add("error", self.errors.show, (turned, blocks, results, workspace.error_changed, running, *looked_at))
         add("cloud", self.cloud_presenter.show, (turned, blocks, results, *looked_at), (coming,))
         add(
@@ -236,7 +239,9 @@ class MainWindow(QMainWindow):
         )
         add("filter", self.filter_presenter.show, (turned, infos, selected, values, self.filter_panel.scope_changed))
         shown_records = turned, blocks, infos, selected, values, results, workspace.records_added
-        add("curves", self.curve_presenter.show, (*shown_records, self.curves.shown), (coming,))
+        shown_also = workspace.compared_changed, self.curves.shown
+        add("curves", self.curve_presenter.show, (*shown_records, *shown_also), (coming,))
+        add("scrubbing", self.scrubbing.show, (turned, blocks, results, values), (coming, workspace.records_added))
         add("stages", self.stages.show, (turned, workspace.extraction_changed, self.stages.changed, *looked_at))
         add("extraction", self.stages.describe, (blocks, infos, self.stages.described))
         # not a part: what is done next may come before the next turn, and must be allowed or not by then
@@ -249,7 +254,12 @@ class MainWindow(QMainWindow):
             (turned, self.editor.tool_changed, self.editor.hint_changed, loading),
         )
         add("progress", self.status_presenter.show_progress, (turned, running, loading), (coming,))
-        add("readout", self.readout.show, (turned, blocks, infos, results, workspace.error_changed), (coming, depth))
+        add(
+            "readout",
+            self.readout.show,
+            (turned, blocks, infos, results, workspace.error_changed, past),
+            (coming, depth),
+        )
 
     def _connect_commands(self) -> None:
         runs, editor, blocks, documents = self.runs, self.editor, self.block_commands, self.documents
@@ -419,7 +429,10 @@ class MainWindow(QMainWindow):
         if not (self.documents.may_close() and self._may_stop_experiments()):
             event.ignore()
             return
-        reviews, views = (self.review, self.distrust), (self.errors, self.effect, self.stages, self.editor)
+        reviews, views = (
+            (self.review, self.distrust),
+            (self.errors, self.effect, self.stages, self.editor, self.scrubbing),
+        )
         for worker in (self.runs, *reviews, *views, self.loader, self.documents, self.experiments):
             worker.shutdown()
         for part in self.parts:
