@@ -180,8 +180,10 @@ class ParameterSet:
         for name in names:
             if condition := self._unmet(name):
                 other, value = condition
-                present = _words(getattr(self, other))
-                sentences.append(f"{name} has no effect with {other} {present}; it belongs to {other} {_words(value)}.")
+                present = in_words(getattr(self, other))
+                sentences.append(
+                    f"{name} has no effect with {other} {present}; it belongs to {other} {in_words(value)}."
+                )
         return tuple(sentences)
 
     def same_effect(self, other: Self) -> bool:
@@ -241,6 +243,6 @@ class ParameterSet:
         return cls().replace(**values)
 
 
-def _words(value: Value) -> str:
+def in_words(value: Value) -> str:
     """A value as people write it."""
     return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)

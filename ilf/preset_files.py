@@ -315,7 +315,7 @@ def _parsed(data: Mapping[str, Any], stem: str) -> OwnPreset:
     name, base = data.get("name", stem), data.get("base", DEFAULT_PRESET)
     if not isinstance(name, str) or not name:
         raise FormatError(f"Its name must be text, not {name!r:.40}.")
-    if base not in PRESETS:
+    if not isinstance(base, str) or base not in PRESETS:
         raise FormatError(f"It builds on a preset {base!r:.40}, which there is not. Known: {', '.join(PRESETS)}.")
     parts = {key: data.get(key, {}) for key in ("parameters", "extraction")}
     for key, values in parts.items():

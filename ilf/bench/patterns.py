@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..frame import RGBDFrame
 from ..judgement import HIDDEN_PATTERNS, hidden_pixels
-from ..judgement.hiding import without
+from ..judgement.hiding import frame_without
 from .frames import BenchFrame
 
 PATTERNS = HIDDEN_PATTERNS | {
@@ -62,7 +62,7 @@ def make_task(source: BenchFrame, pattern: str, seed: int = 0) -> Task:
     if pattern not in PATTERNS:
         raise InputError(f"There is no pattern {pattern!r}. Known: {', '.join(PATTERNS)}.")
     hidden = hidden_pixels(frame, pattern, seed)
-    return _checked(Task(without(frame, hidden), frame.depth, hidden & frame.known))
+    return _checked(Task(frame_without(frame, pattern, seed), frame.depth, hidden & frame.known))
 
 
 def _checked(task: Task) -> Task:

@@ -26,6 +26,8 @@ def record_facts(record: RunRecord) -> list[tuple[str, str]]:
             ("depth units", f"{record.inputs.depth_units:g} per metre"),
             ("intrinsics", camera_text(intrinsics_from(record.inputs.intrinsics))),
         ]
+        if record.inputs.truth is not None:
+            facts.append(("truth", f"{record.inputs.truth.path}, {record.inputs.truth.units:g} units per metre"))
     origin = "given as a label map" if record.extraction is None else "edited" if record.edited else "extracted"
     facts.append(("blocks", f"{len(record.outcomes)} run, {record.shape[1]} x {record.shape[0]}, {origin}"))
     if record.extraction is not None:

@@ -49,7 +49,7 @@ def load_truth(path: str | os.PathLike[str], shape: tuple[int, int], units: floa
     >>> truth.dtype, bool(np.isfinite(truth).all())
     (dtype('float32'), True)
     """
-    return _read(path, shape, units, None)[0]
+    return read_truth(path, shape, units)[0]
 
 
 def with_truth_file(frame: RGBDFrame, path: str | os.PathLike[str], units: float | None = None) -> RGBDFrame:
@@ -84,7 +84,7 @@ def with_truth_file(frame: RGBDFrame, path: str | os.PathLike[str], units: float
     1000.0
     """
     usual = None if frame.inputs is None else frame.inputs.depth_units
-    truth, file = _read(path, frame.shape, units, usual)
+    truth, file = read_truth(path, frame.shape, units, usual)
     problem = scale_misfit(truth, frame.measured, file.units)
     if problem:
         raise InputError(f"{file.path}: {problem}")
@@ -104,9 +104,10 @@ def scale_misfit(truth: NDArray[np.floating], depth: NDArray[np.floating], units
     return f"With {units:g} units per metre, this truth would be {ratio:.3g} times the measured depth. {hint}"
 
 
-def _read(
-    path: FileSource, shape: tuple[int, int], units: float | None, usual: float | None
+def read_truth(
+    path: FileSource, shape: tuple[int, int], units: float | None = None, usual: float | None = None
 ) -> tuple[NDArray[np.float32], TruthFile]:
+    """`load_truth`, and what was read; integers are in `usual` file units per metre, if that is known."""
     content = read_file(path)
     values = read_depth_values(content)
     if values.shape != shape:

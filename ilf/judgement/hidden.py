@@ -13,9 +13,10 @@ from ..confidence import expected_error
 from ..errors import ParameterError
 from ..frame import RGBDFrame
 from ..run import Run
+from .comparing import compared_steps
 from .completing import completion_steps
-from .hiding import HIDDEN_PATTERNS, hidden_pixels, without
-from .judged import Judged, PixelErrors, over_shared
+from .hiding import HIDDEN_PATTERNS, frame_without, hidden_pixels
+from .judged import Judged, PixelErrors, RunJudged
 from .judging import Judgement
 from .step import Step, part_of, run_out
 
@@ -55,28 +56,15 @@ class HiddenTest:
 
 
 @dataclass(frozen=True, eq=False)
-class HiddenResult:
-    """How well a run did on depth that was hidden from it.
+class HiddenResult(RunJudged):
+    """How well a run did on depth that was hidden from it; errors have a part for every seed.
 
     Attributes
     ----------
-    run : Run
     test : HiddenTest
-    judged : Judged
-        Error by error, a part for every seed.
-    seconds : float
-        That it took.
     """
 
-    run: Run
     test: HiddenTest
-    judged: Judged
-    seconds: float
-
-    @property
-    def whole(self) -> Judgement:
-        """Over all blocks and seeds."""
-        return self.judged.whole
 
     @property
     def by_seed(self) -> tuple[Judgement, ...]:
@@ -84,24 +72,9 @@ class HiddenResult:
         return self.judged.by_part
 
     @property
-    def blocks(self) -> dict[int, Judgement]:
-        """Label -> Judgement over all seeds, of every block in which depth was hidden."""
-        return self.judged.blocks
-
-    @property
-    def errors(self) -> tuple[PixelErrors, ...]:
-        """Error by error, for every seed."""
-        return self.judged.parts
-
-    @property
     def hidden(self) -> int:
         """Pixels that were hidden in the blocks, over all seeds."""
         return self.judged.pixels
-
-    @property
-    def coverage(self) -> float:
-        """Share of them that came back, 0-1."""
-        return self.judged.coverage
 
 
 def hidden_steps(
@@ -141,10 +114,10 @@ def hidden_steps(
     width = 1 / len(chosen.seeds)
     parts = []
     for number, seed in enumerate(chosen.seeds):
-        steps = _one_seed(run, chosen.hidden(run.frame, seed), only, threads)
+        steps = _one_seed(run, chosen.pattern, seed, only, threads)
         part = yield from part_of(steps, number * width, width, f"seed {seed}: ")
         parts.append(part)
-    return HiddenResult(run, chosen, Judged(run.blocks, tuple(parts)), time.perf_counter() - started)
+    return HiddenResult(run, Judged(run.blocks, tuple(parts)), time.perf_counter() - started, chosen)
 
 
 def judge_hidden(
@@ -219,14 +192,8 @@ def comparison_steps(
     InputError
         If too little depth is known.
     """
-    width = 1 / max(len(runs), 1)
-    results = []
-    for number, run in enumerate(runs):
-        steps = hidden_steps(run, test, only, threads=threads)
-        result = yield from part_of(steps, number * width, width, f"run {number + 1} of {len(runs)}, ")
-        results.append(result)
-    shared = over_shared([result.judged for result in results])
-    return [replace(result, judged=judged) for result, judged in zip(results, shared, strict=True)]
+    chosen = test or HiddenTest()
+    return compared_steps([hidden_steps(run, chosen, only, threads=threads) for run in runs])
 
 
 def compare_hidden(
@@ -272,14 +239,14 @@ def compare_hidden(
 
 
 def _one_seed(
-    run: Run, hidden: NDArray[np.bool_], only: Collection[int] | None, threads: int | None
+    run: Run, pattern: str, seed: int, only: Collection[int] | None, threads: int | None
 ) -> Generator[Step, None, PixelErrors]:
-    judged = hidden & run.frame.known & (run.blocks > 0)
+    judged = hidden_pixels(run.frame, pattern, seed) & run.frame.known & (run.blocks > 0)
     wanted = run.only if only is None else only
     if wanted is not None:
         judged &= np.isin(run.blocks, list(wanted))
     labels = np.unique(run.blocks[judged]).tolist()
-    alone = replace(run, frame=without(run.frame, hidden), only=frozenset(labels), dense=False)
+    alone = replace(run, frame=frame_without(run.frame, pattern, seed), only=frozenset(labels), dense=False)
     completion = yield from completion_steps(alone, threads)
     error = expected_error(alone.frame, completion)
     return PixelErrors(np.flatnonzero(judged), completion.depth[judged], run.frame.depth[judged], error[judged])

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..frame import RGBDFrame
+from ..per_frame import once_per_frame
 
 RANDOM_KEPT = 0.4277
 """Share of the known depth that the pattern "random" keeps; that of the paper's Table 1."""
@@ -57,25 +58,42 @@ def hidden_pixels(frame: RGBDFrame, pattern: str, seed: int = 0) -> NDArray[np.b
     """
     if pattern not in HIDDEN_PATTERNS:
         raise InputError(f"There is no pattern {pattern!r}. Known: {', '.join(HIDDEN_PATTERNS)}.")
+    return _hidden_pixels(frame, pattern, seed)
+
+
+def frame_without(frame: RGBDFrame, pattern: str, seed: int = 0) -> RGBDFrame:
+    """A frame of the same colour that has never had what a pattern hides, nor what is distrusted, nor a truth.
+
+    Parameters
+    ----------
+    frame, pattern, seed
+        As for `hidden_pixels`.
+
+    Raises
+    ------
+    InputError
+        If nothing would be left, or for another pattern.
+
+    Examples
+    --------
+    >>> frame = RGBDFrame(np.zeros((40, 50, 3), np.uint8), np.full((40, 50), 2.0))
+    >>> frame_without(frame, "areas").missing_share
+    0.25
+    """
+    return _frame_without(frame, pattern, seed)
+
+
+@once_per_frame
+def _hidden_pixels(frame: RGBDFrame, pattern: str, seed: int) -> NDArray[np.bool_]:
     measured = np.isfinite(frame.measured)
     rng = _generator(frame.name, pattern, seed)
     return _random(measured, rng) if pattern == "random" else _areas(measured, rng)
 
 
-def without(frame: RGBDFrame, hidden: NDArray[np.bool_]) -> RGBDFrame:
-    """A frame of the same colour that has never had the hidden depth, nor depth that is distrusted, nor a truth.
-
-    Parameters
-    ----------
-    frame : RGBDFrame
-    hidden : ndarray of bool, shape (H, W)
-
-    Raises
-    ------
-    InputError
-        If nothing would be left.
-    """
-    depth = np.where(hidden, np.float32(np.nan), frame.depth)
+@once_per_frame
+def _frame_without(frame: RGBDFrame, pattern: str, seed: int) -> RGBDFrame:
+    """Once, so that its edges are found once for all that is run on it."""
+    depth = np.where(hidden_pixels(frame, pattern, seed), np.float32(np.nan), frame.depth)
     if not np.isfinite(depth).any():
         raise InputError("Too little depth is known: all of it would be hidden.")
     return RGBDFrame(frame.rgb, depth, frame.intrinsics, frame.name)

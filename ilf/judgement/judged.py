@@ -9,6 +9,7 @@ from functools import cached_property, reduce
 import numpy as np
 from numpy.typing import NDArray
 
+from ..run import Run
 from .judging import Judgement, by_label, judge
 
 _ENOUGH = 0.9
@@ -105,6 +106,44 @@ class Judged:
     @property
     def _judged(self) -> tuple[PixelErrors, ...]:
         return self.parts if self.shared is None else self.shared
+
+
+@dataclass(frozen=True, eq=False)
+class RunJudged:
+    """What a run was judged to be.
+
+    Attributes
+    ----------
+    run : Run
+    judged : Judged
+        Error by error.
+    seconds : float
+        That it took.
+    """
+
+    run: Run
+    judged: Judged
+    seconds: float
+
+    @property
+    def whole(self) -> Judgement:
+        """Over all blocks."""
+        return self.judged.whole
+
+    @property
+    def blocks(self) -> dict[int, Judgement]:
+        """Label -> Judgement of every block with pixels to be filled."""
+        return self.judged.blocks
+
+    @property
+    def errors(self) -> tuple[PixelErrors, ...]:
+        """Error by error, a part for every completion."""
+        return self.judged.parts
+
+    @property
+    def coverage(self) -> float:
+        """Share of the pixels to be filled that were, 0-1."""
+        return self.judged.coverage
 
 
 def over_shared(several: Sequence[Judged]) -> list[Judged]:

@@ -10,16 +10,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..confidence import expected_error
-from ..declarations import Value
+from ..declarations import Value, in_words
 from ..errors import InputError, ParameterError
-from ..outcomes import Completion
 from ..parameters import Parameters
 from ..run import Run
+from .against_truth import pixels_with_truth, truth_steps
 from .completing import completion_steps
 from .hidden import HiddenTest, hidden_steps
-from .judged import Judged, PixelErrors, fills_enough, over_shared
-from .judging import Judgement
+from .judged import RunJudged, fills_enough, over_shared
 from .step import Step, part_of, run_out
 
 
@@ -80,11 +78,8 @@ class Sweep:
         for name in checked:
             if not any(variant.matters(name) for variant in variants):
                 raise ParameterError(variants[0].without_effect([name])[0])
-        if self.criterion is None and not self._wanted().any():
-            raise InputError(
-                f"{self.run.frame.name} has no truth where depth is missing in the blocks that are run. Load one, or "
-                "judge by hidden depth."
-            )
+        if self.criterion is None:
+            pixels_with_truth(self.run_with(self.points[0]))
 
     @property
     def points(self) -> tuple[dict[str, Value], ...]:
@@ -100,54 +95,21 @@ class Sweep:
         own = {label: self.run.parameters_of(label).replace(**values) for label in self.only}
         return replace(self.run, own={**self.run.own, **own}, only=tuple(self.only), dense=False)
 
-    def errors(self, completion: Completion) -> PixelErrors:
-        """A completion's errors against the frame's truth, where depth is missing in the blocks that are run."""
-        wanted, truth = self._wanted(), self.run.frame.truth
-        assert truth is not None
-        error = expected_error(self.run.frame, completion)
-        return PixelErrors(np.flatnonzero(wanted), completion.depth[wanted], truth[wanted], error[wanted])
-
-    def _wanted(self) -> NDArray[np.bool_]:
-        frame, run_alone = self.run.frame, self.run.only if self.only is None else self.only
-        if frame.truth is None:
-            return np.zeros(frame.shape, bool)
-        there = self.run.blocks > 0 if run_alone is None else np.isin(self.run.blocks, list(run_alone))
-        return there & ~frame.known & np.isfinite(frame.truth)
-
 
 @dataclass(frozen=True, eq=False)
-class SweepPoint:
-    """What came of some values.
+class SweepPoint(RunJudged):
+    """What came of some values; its run has them.
 
     Attributes
     ----------
     values : dict
         Name of parameter -> value.
-    run : Run
-        With these values.
-    judged : Judged
-        Error by error.
     depth : ndarray of float32, shape (H, W)
         Completed depth [m], nothing being hidden; that of blocks that were not run is as it was measured.
-    seconds : float
-        That it took, judging included.
     """
 
     values: dict[str, Value]
-    run: Run
-    judged: Judged
     depth: NDArray[np.float32]
-    seconds: float
-
-    @property
-    def judgement(self) -> Judgement:
-        """Over all blocks that were run."""
-        return self.judged.whole
-
-    @property
-    def coverage(self) -> float:
-        """Share of the pixels to be filled that were, 0-1."""
-        return self.judged.coverage
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,8 +136,8 @@ class SweepResult:
     def best_by(self, measure: str) -> SweepPoint | None:
         """The point with the smallest "rmse", "mae" or "median", of those that fill enough; None if there is none."""
         everyone = [point.judged for point in self.points]
-        able = [point for point in self.points if point.judgement.pixels and fills_enough(point.judged, everyone)]
-        return min(able, key=lambda point: float(getattr(point.judgement, measure)), default=None)
+        able = [point for point in self.points if point.whole.pixels and fills_enough(point.judged, everyone)]
+        return min(able, key=lambda point: float(getattr(point.whole, measure)), default=None)
 
 
 def sweep_steps(sweep: Sweep, *, threads: int | None = None) -> Generator[Step | SweepPoint, None, SweepResult]:
@@ -204,7 +166,8 @@ def sweep_steps(sweep: Sweep, *, threads: int | None = None) -> Generator[Step |
     points: list[SweepPoint] = []
     width = 1 / len(sweep.points)
     for number, values in enumerate(sweep.points):
-        point = yield from part_of(_one_point(sweep, values, threads), number * width, width, f"{in_words(values)}: ")
+        steps = _one_point(sweep, values, threads)
+        point = yield from part_of(steps, number * width, width, f"{point_in_words(values)}: ")
         points.append(point)
         yield point
     shared = over_shared([point.judged for point in points])
@@ -243,26 +206,26 @@ def run_sweep(
     >>> depth[10:30, 30:] = np.nan
     >>> frame = ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), depth, truth=truth)
     >>> result = run_sweep(Sweep(ilf.Run(frame, np.ones((40, 50), np.int32)), {"filter": ["ideal", "edge-aware"]}))
-    >>> [point.judgement.pixels for point in result.points], result.best.values
+    >>> [point.whole.pixels for point in result.points], result.best.values
     ([400, 400], {'filter': 'edge-aware'})
     """
     return run_out(sweep_steps(sweep, threads=threads), on_step)
 
 
-def in_words(values: Mapping[str, Value]) -> str:
+def point_in_words(values: Mapping[str, Value]) -> str:
     """The values of a point in words."""
-    return ", ".join(
-        f"{name} {value:g}" if type(value) is float else f"{name} {value}" for name, value in values.items()
-    )
+    texts = (f"{value:g}" if type(value) is float else in_words(value) for value in values.values())
+    return ", ".join(f"{name} {text}" for name, text in zip(values, texts, strict=True))
 
 
 def _one_point(sweep: Sweep, values: dict[str, Value], threads: int | None) -> Generator[Step, None, SweepPoint]:
     started, run = time.perf_counter(), sweep.run_with(values)
-    width = 1 / (1 + (0 if sweep.criterion is None else len(sweep.criterion.seeds)))
-    completion = yield from part_of(completion_steps(run, threads), 0, width)
     if sweep.criterion is None:
-        judged = Judged(run.blocks, (sweep.errors(completion),))
+        found = yield from truth_steps(run, threads=threads)
+        judged, depth = found.judged, found.completion.depth
     else:
+        width = 1 / (1 + len(sweep.criterion.seeds))
+        completion = yield from part_of(completion_steps(run, threads), 0, width)
         hidden = yield from part_of(hidden_steps(run, sweep.criterion, threads=threads), width, 1 - width)
-        judged = hidden.judged
-    return SweepPoint(values, run, judged, completion.depth, time.perf_counter() - started)
+        judged, depth = hidden.judged, completion.depth
+    return SweepPoint(run, judged, time.perf_counter() - started, values, depth)
