@@ -35,14 +35,16 @@ def _cell(part: KeptRunsPart, row: int, column: Column, role: Qt.ItemDataRole = 
 
 
 def _type(part: KeptRunsPart, row: int, column: Column, text: str) -> None:
-    """Into a cell, after F2 or a double-click."""
+    """Into a cell, after F2."""
     view = part.table.view
     index = view.model().index(row, column)
     view.setCurrentIndex(index)
     QTest.keyClick(view, Qt.Key.Key_F2)
-    editor = view.findChild(QLineEdit)
+    editor = view.indexWidget(index)
+    assert isinstance(editor, QLineEdit)
     editor.setText(text)
     QTest.keyClick(editor, Qt.Key.Key_Return)
+    QApplication.processEvents()  # what was typed is taken at the next turn
 
 
 def test_runs_are_kept_compared_and_come_back_to(
@@ -94,7 +96,6 @@ def test_runs_are_kept_compared_and_come_back_to(
     assert session.common.padding == 3.0
 
     _type(part, 1, Column.NAME, "as printed")
-    part.table.view.setCurrentIndex(part.table.view.model().index(0, Column.NOTE))
     _type(part, 0, Column.NOTE, "sharper")
     assert (first.name, live.note) == ("as printed", "sharper")
     part.table.select(live)
