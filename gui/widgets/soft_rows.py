@@ -7,9 +7,11 @@ from functools import lru_cache
 
 from PySide6.QtCore import QModelIndex, QObject, QPersistentModelIndex, QRect, Qt
 from PySide6.QtGui import QColor, QIcon, QPainter, QPalette
-from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
+from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
 
 ICON_SIZE = 16
+_FILLED = "ilf_filled"
+"""Property of editors that have the cell's text."""
 
 Index = QModelIndex | QPersistentModelIndex
 
@@ -26,6 +28,12 @@ class SoftRows(QStyledItemDelegate):
     def __init__(self, icon_columns: Collection[int], parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._icon_columns = icon_columns
+
+    def setEditorData(self, editor: QWidget, index: Index) -> None:
+        """What is being typed stays, whatever becomes of the cell meanwhile."""
+        if not editor.property(_FILLED):
+            editor.setProperty(_FILLED, True)
+            super().setEditorData(editor, index)
 
     def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
         super().initStyleOption(option, index)
