@@ -141,7 +141,7 @@ class KeptRun:
         self.run, self.results = run, results
         self.guess = self.truth_error = self.hidden_error = self.expected_error = None
         self._composed = None
-        for name in ("block_count", "outdated"):
+        for name in ("block_count", "iterations", "recovered", "outdated"):
             self.__dict__.pop(name, None)
         if self._held is not None:
             self.hold(True)
@@ -151,12 +151,12 @@ class KeptRun:
         """Blocks of its label map."""
         return int(np.count_nonzero(np.bincount(self.run.blocks.ravel())[1:]))
 
-    @property
+    @cached_property
     def iterations(self) -> int:
         """Of all blocks that it has run."""
         return sum(self.results[label].outcome.iterations for label in self.done if label in self.results)
 
-    @property
+    @cached_property
     def recovered(self) -> int:
         """Pixels that its blocks have filled."""
         return sum(result.outcome.recovered for result in self.results.values())
