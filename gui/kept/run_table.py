@@ -17,12 +17,12 @@ from gui.widgets.soft_rows import ICON_SIZE, SoftRows
 _WIDTHS = {
     Column.COMPARED: 26,
     Column.COLOUR: 26,
-    Column.NAME: 136,
-    Column.SECONDS: 64,
+    Column.NAME: 150,
+    Column.SECONDS: 72,
     Column.ITERATIONS: 54,
-    Column.TRUTH: 84,
-    Column.HIDDEN: 92,
-    Column.EXPECTED: 106,
+    Column.TRUTH: 94,
+    Column.HIDDEN: 102,
+    Column.EXPECTED: 116,
     Column.NOTE: 110,
 }
 _VALUES_WIDTH = 150  # at least; below, the table scrolls sideways
@@ -159,6 +159,7 @@ class _RunView(QTableView):
         self.setIconSize(QSize(ICON_SIZE, ICON_SIZE))
         self.setShowGrid(False)
         self.setWordWrap(False)
+        self.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # the ends say more: what is present, what is lacking
         self.setTabKeyNavigation(False)
         self.setFrameShape(QTableView.Shape.NoFrame)
         self.verticalHeader().hide()
