@@ -269,6 +269,16 @@ def test_the_best_run_has_filled_about_as_much_as_any(session: Session) -> None:
     assert best_of(runs, "truth_error") == [], "there are no two to choose from"
 
 
+def test_errors_of_different_tests_are_not_compared(session: Session) -> None:
+    tests = (("areas", 0.01), ("random", 0.03), ("random", 0.02))
+    runs = [
+        kept_run(session, number, QUICK, hidden_error=error, hidden_test=test)
+        for number, (test, error) in enumerate(tests, 1)
+    ]
+    assert best_of(runs, "hidden_error") == [runs[2]]
+    assert best_of(runs[:2], "hidden_error") == []
+
+
 def test_the_list_as_a_table(session: Session, workspace: Workspace, tmp_path: Path) -> None:
     for number, parameters in ((1, preset()), (2, preset("paper", max_iterations=3))):
         workspace.keep_run(session, kept_run(session, number, parameters, note='a, "b"', truth_error=0.0123))
