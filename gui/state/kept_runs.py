@@ -12,6 +12,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ilf.judgement import HiddenTest
 from ilf.outcomes import BlockResult, Completion, compose
 from ilf.run import Run
 
@@ -92,8 +93,8 @@ class KeptRun:
     truth_error, hidden_error, expected_error : float or None
         Root mean squares [m] over the pixels that its blocks have filled: of the error against the frame's truth, on
         hidden depth, and of the expected error. NaN if there is none, None if it has not been worked out.
-    hidden_test : object
-        What hid the depth; errors of tests that are not equal cannot be compared.
+    hidden_test : HiddenTest or None
+        Which depth was hidden; errors of different tests cannot be compared.
     """
 
     number: int
@@ -110,7 +111,7 @@ class KeptRun:
     truth_error: float | None = None
     hidden_error: float | None = None
     expected_error: float | None = None
-    hidden_test: object = None
+    hidden_test: HiddenTest | None = None
     _composed: weakref.ref[Completion] | None = field(default=None, repr=False)
     _held: Completion | None = field(default=None, repr=False)
 
@@ -142,7 +143,8 @@ class KeptRun:
     def take(self, run: Run, results: Mapping[int, BlockResult]) -> None:
         """Be a later state of the same step."""
         self.run, self.results = run, results
-        self.guess = self.truth_error = self.hidden_error = self.expected_error = self.hidden_test = None
+        self.guess = self.hidden_test = None
+        self.truth_error = self.hidden_error = self.expected_error = None
         self._composed = None
         for name in ("block_count", "iterations", "recovered", "outdated"):
             self.__dict__.pop(name, None)

@@ -23,6 +23,7 @@ from gui.work.runs import RunState
 from ilf import RGBDFrame, expected_error, fill_rest, preset
 from ilf.completion import complete
 from ilf.errors import ExportError
+from ilf.judgement import HiddenTest
 from ilf.run import Run
 
 from .scripted_runs import Bench, Until
@@ -272,7 +273,7 @@ def test_the_best_run_has_filled_about_as_much_as_any(session: Session) -> None:
 def test_errors_of_different_tests_are_not_compared(session: Session) -> None:
     tests = (("areas", 0.01), ("random", 0.03), ("random", 0.02))
     runs = [
-        kept_run(session, number, QUICK, hidden_error=error, hidden_test=test)
+        kept_run(session, number, QUICK, hidden_error=error, hidden_test=HiddenTest(test))
         for number, (test, error) in enumerate(tests, 1)
     ]
     assert best_of(runs, "hidden_error") == [runs[2]]
