@@ -24,6 +24,12 @@ MOST_COMPARED = 4
 MOST_KEPT = 200
 """Runs of a frame that are kept at most; beyond, the oldest without a note goes."""
 
+MOST_MEMORY = 400 * 1024**2
+"""Memory [bytes] that they may take, or the oldest goes: label maps of frames that are edited again and again add up."""
+
+_RECORD = 82
+"""Memory [bytes] of an iteration's record, about."""
+
 COLOURS: tuple[Colour, ...] = (
     (230, 119, 34),
     (200, 66, 160),
@@ -192,6 +198,19 @@ def sharing(run: Run, kept: Iterable[KeptRun]) -> Run:
             same = drawn is not None and theirs is not None and np.array_equal(drawn, theirs)
             return replace(run, blocks=other.run.blocks, drawn=theirs if same else drawn)
     return run
+
+
+def memory_of(kept: Iterable[KeptRun]) -> int:
+    """Memory [bytes] that runs take together, beside their frames."""
+    sizes: dict[int, int] = {}
+    for one in kept:
+        arrays = [one.run.blocks, one.run.drawn, *(one.guess[:2] if one.guess is not None else ())]
+        sizes |= {id(array): array.nbytes for array in arrays if array is not None}
+        sizes |= {
+            id(result): result.depth.nbytes + result.block.mask.nbytes + _RECORD * len(result.history)
+            for result in one.results.values()
+        }
+    return sum(sizes.values())
 
 
 def next_colour(kept: Collection[KeptRun]) -> Colour:

@@ -15,7 +15,7 @@ from gui.kept.measuring import measure
 from gui.kept.run_files import write_runs
 from gui.kept.run_rows import best_of, run_rows
 from gui.state.commands import DRAG_S
-from gui.state.kept_runs import COLOURS, MOST_COMPARED, KeptRun, next_colour, sharing
+from gui.state.kept_runs import COLOURS, MOST_COMPARED, KeptRun, memory_of, next_colour, sharing
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.keeping import RunKeeper
@@ -246,6 +246,19 @@ def test_the_oldest_without_a_note_goes_when_there_are_too_many(
             bench.workspace.change_run(bench.session, bench.session.kept_runs[0], note="good")
     assert [kept.number for kept in bench.session.kept_runs] == [1, 4, 5]
     assert len(said) == 1
+
+
+def test_runs_go_when_they_take_too_much_memory(
+    bench: Bench, keeper: RunKeeper, until: Until, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    labels = bench.session.labels
+    of_one = labels.nbytes + labels.size * (4 + 1)
+    monkeypatch.setattr("gui.work.keeping.MOST_MEMORY", labels.nbytes + int(2.5 * (of_one - labels.nbytes)))
+    for count in range(1, 5):
+        bench.runs.start()
+        until(lambda count=count: bench.session.kept_runs[-1:] != [] and bench.session.kept_runs[-1].number == count)
+    assert [kept.number for kept in bench.session.kept_runs] == [3, 4]
+    assert memory_of(bench.session.kept_runs) < labels.nbytes + 2.5 * (of_one - labels.nbytes)
 
 
 def test_how_good_a_run_is(session: Session, small_frame: RGBDFrame) -> None:
