@@ -25,7 +25,7 @@ MOST_KEPT = 200
 """Runs of a frame that are kept at most; beyond, the oldest without a note goes."""
 
 MOST_MEMORY = 400 * 1024**2
-"""Memory [bytes] that they may take, or the oldest goes: label maps of frames that are edited again and again add up."""
+"""Memory [bytes] that they may take: label maps of a frame that is edited again and again add up."""
 
 _RECORD = 82
 """Memory [bytes] of an iteration's record, about."""

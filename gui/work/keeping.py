@@ -149,8 +149,8 @@ class RunKeeper(QObject):
         if dropped and session not in self._warned:
             self._warned.add(session)
             self.message.emit(
-                f"{session.name}: {len(session.kept_runs)} runs are kept, as many as there is room for. From now on the "
-                "oldest go for new ones; those with a note stay."
+                f"{session.name}: {len(session.kept_runs)} runs are kept, as many as there is room for. From now on "
+                "the oldest go for new ones; those with a note stay."
             )
 
     def _take_guess(self, session: Session) -> None:
