@@ -66,7 +66,7 @@ class Session:
         self.again: Replay | None = None
         """The record that the session was opened from."""
         self.common = Parameters()
-        """Parameters of all blocks that have no values of their own: the workspace's."""
+        """Parameters of all blocks that have no values of their own."""
         self._shown = ShownDepth(frame)
         self._tally: BlockTally | None = None
         self._fitting: dict[int, list[BlockResult]] = {}
