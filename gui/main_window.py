@@ -205,7 +205,7 @@ class MainWindow(QMainWindow):
         turned, blocks, selected = workspace.session_changed, workspace.labels_changed, workspace.selection_changed
         infos, values = workspace.infos_changed, workspace.parameters_changed
         results, coming, depth = workspace.results_changed, workspace.results_added, workspace.previews_changed
-        looked_at = views.layoutChanged, self.centre.currentChanged
+        looked_at = views.shownChanged, self.centre.currentChanged
         named = self.view_presenter.names_switched
         running, loading = runs.state_changed, self.loader.busy_changed
         saved = workspace.undo_group.cleanChanged, workspace.sessions_changed

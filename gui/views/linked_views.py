@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPoint, Qt, Signal
+from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
 from gui import theme
@@ -57,8 +58,8 @@ class LinkedViews(QWidget):
         Place on the screen and image coordinates x, y of a right click or the menu key.
     layoutChanged(str)
         The layout now shown, also when a double-click on a title changed it.
-    contentChanged()
-        A cell shows something else.
+    shownChanged()
+        Something else is to be seen: another layout, another content of a cell, or the views after they were hidden.
     rangeChanged()
         Colours have other ends, or another cell is the one that they are chosen for.
     """
@@ -66,7 +67,7 @@ class LinkedViews(QWidget):
     cursorMoved = Signal(object)
     contextMenuRequested = Signal(QPoint, float, float)
     layoutChanged = Signal(str)
-    contentChanged = Signal()
+    shownChanged = Signal()
     rangeChanged = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -88,6 +89,7 @@ class LinkedViews(QWidget):
         self._sheet = Sheet(self.cells)
         self._sheet.placed.connect(self._fit_to_room)
         self._sheet.layoutChanged.connect(self.layoutChanged)
+        self._sheet.layoutChanged.connect(self.shownChanged)
         self._pages = QStackedWidget()
         self._pages.addWidget(self._hint)
         self._pages.addWidget(self._sheet)
@@ -292,7 +294,7 @@ class LinkedViews(QWidget):
             self.cells[cell].set_content(content)
             self._layers.show([cell.view for cell in self._sheet.shown])
             self._show_marks()
-            self.contentChanged.emit()
+            self.shownChanged.emit()
             self.rangeChanged.emit()
 
     def reset_contents(self) -> None:
@@ -533,6 +535,10 @@ class LinkedViews(QWidget):
             cell.set_colours(colours, missing)
         # a style sheet, because the application's replaces palettes of single widgets
         self._sheet.setStyleSheet(f"#sheet {{ background: {colours.grid.name()}; }}")
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self.shownChanged.emit()
 
     def changeEvent(self, event: QEvent) -> None:
         if event.type() == QEvent.Type.PaletteChange:
