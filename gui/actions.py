@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence, QUndoGroup
 from PySide6.QtWidgets import QWidget
 
@@ -275,10 +277,24 @@ class Actions:
 
     def __init__(self, window: QWidget, history: QUndoGroup) -> None:
         self._window = window
+        self._commands: list[Command] = []
         self._actions: dict[str, QAction] = {}
-        groups: dict[str, QActionGroup] = {}
-        for command in COMMANDS:
-            action = QAction(command.text, window)
+        self._groups: dict[str, QActionGroup] = {}
+        undo, redo = history.createUndoAction(window, "Undo"), history.createRedoAction(window, "Redo")
+        undo.triggered.disconnect()  # what undoing means while a stroke is under way is not the history's to say
+        undo.setShortcut(QKeySequence("Ctrl+Z"))
+        redo.setShortcuts([QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")])
+        self._actions |= {"undo": undo, "redo": redo}
+        self.add(COMMANDS)
+
+    def __getitem__(self, name: str) -> QAction:
+        return self._actions[name]
+
+    def add(self, commands: Iterable[Command]) -> None:
+        """Add the commands of a part of the window, which carries them out itself."""
+        for command in commands:
+            self._commands.append(command)
+            action = QAction(command.text, self._window)
             action.setObjectName(command.name)
             action.setShortcut(QKeySequence(command.shortcut))
             plain = command.text.replace("&", "")
@@ -288,22 +304,14 @@ class Actions:
             action.setToolTip(f"{command.hint or plain}{keys}")
             action.setCheckable(command.checkable or bool(command.group))
             if command.group:
-                groups.setdefault(command.group, QActionGroup(window)).addAction(action)
-            window.addAction(action)
+                self._groups.setdefault(command.group, QActionGroup(self._window)).addAction(action)
+            self._window.addAction(action)
             self._actions[command.name] = action
-        undo, redo = history.createUndoAction(window, "Undo"), history.createRedoAction(window, "Redo")
-        undo.triggered.disconnect()  # what undoing means while a stroke is under way is not the history's to say
-        undo.setShortcut(QKeySequence("Ctrl+Z"))
-        redo.setShortcuts([QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")])
-        self._actions |= {"undo": undo, "redo": redo}
         self.draw_icons()
-
-    def __getitem__(self, name: str) -> QAction:
-        return self._actions[name]
 
     def draw_icons(self) -> None:
         """Take the icons in the colours of the window's palette."""
-        icons = {command.name: command.icon for command in COMMANDS} | _HISTORY_ICONS
+        icons = {command.name: command.icon for command in self._commands} | _HISTORY_ICONS
         for name, icon in icons.items():
             if icon:
                 self[name].setIcon(theme.icon(icon, self._window.palette()))

@@ -129,6 +129,11 @@ class Docks(QObject):
         if title not in self._declined and self.open and self._window.height() >= _ROOMY:
             self._show([*self.open, title])
 
+    def reveal(self, title: str) -> None:
+        """Open a panel, as the user has asked for it, in front of those that it shares its place with."""
+        self._show([*self.open, title])
+        self._decide(title, True)
+
     def toggle_all(self) -> None:
         """Fold all panels, or open those again that were folded so."""
         if self.open:

@@ -32,6 +32,8 @@ from gui.frames.loader import FrameLoader
 from gui.frames.presenter import FramesPresenter
 from gui.frames.replays import ReplayPresenter
 from gui.history.history_view import HistoryView
+from gui.levels.part import RangePart
+from gui.looking.part import LookingPart
 from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar, show_about
 from gui.review.distrust import DistrustPresenter
 from gui.review.presenter import ReviewPresenter
@@ -60,7 +62,7 @@ from gui.work.refresh import Refresh
 from gui.work.runs import RunController, RunState
 from ilf.drawing.stages import STAGES
 
-_PARTS: tuple[type[Part], ...] = ()
+_PARTS: tuple[type[Part], ...] = (LookingPart, RangePart)
 
 
 class MainWindow(QMainWindow):
@@ -123,7 +125,7 @@ class MainWindow(QMainWindow):
         workspace, runs, loader, actions = self.workspace, self.runs, self.loader, self.actions_
         self.editor = Editor(workspace, self.views, self)
         self.block_commands = BlockCommands(workspace, self.editor)
-        self.keys = ToolKeys(self, self.editor, self.views, actions["look_before"])
+        self.keys = ToolKeys(self, self.editor, self.views)
         self.documents = Documents(self, self.picture, workspace, loader, runs, self.notes)
         self.replays = ReplayPresenter(self.notes)
         self.frame_presenter = FramesPresenter(workspace, self.frames)
@@ -241,7 +243,13 @@ class MainWindow(QMainWindow):
             (turned, self.editor.tool_changed, self.editor.hint_changed, loading),
         )
         add("progress", self.status_presenter.show_progress, (turned, running, loading), (coming,))
-        add("readout", self.readout.show, (turned, blocks, infos, results, workspace.error_changed), (coming, depth))
+        compared = workspace.compared_changed, workspace.truth_changed
+        add(
+            "readout",
+            self.readout.show,
+            (turned, blocks, infos, results, workspace.error_changed, *compared),
+            (coming, depth),
+        )
 
     def _connect_commands(self) -> None:
         runs, editor, blocks, documents = self.runs, self.editor, self.block_commands, self.documents
@@ -299,6 +307,8 @@ class MainWindow(QMainWindow):
         }
         for name, handler in handlers.items():
             self.actions_[name].triggered.connect(lambda _=False, handler=handler: handler())
+        for key, name in ((Qt.Key.Key_B, "look_before"), (Qt.Key.Key_V, "blink")):
+            self.keys.hold(key, self.actions_[name])
         look = self.actions_["look_before"]
         look.toggled.connect(self.effect.look)
         workspace = self.workspace

@@ -37,7 +37,7 @@ class ColourBar(QWidget):
         font = self.font()
         font.setPointSizeF(font.pointSizeF() * 0.85)
         self.setFont(font)
-        width = self.fontMetrics().horizontalAdvance("\u2212000")
+        width = self.fontMetrics().horizontalAdvance("\u22120000")
         self.setFixedWidth(_PAD + _BAR + _TICK + 3 + width + 3)
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
 
@@ -73,6 +73,11 @@ class ColourBar(QWidget):
             if self._levels is not None:
                 self.update(before)
                 self.update(self._marked())
+
+    @property
+    def levels(self) -> tuple[float, float] | None:
+        """Values at the lower and upper end; None if nothing is drawn."""
+        return self._levels
 
     @property
     def value(self) -> float | None:

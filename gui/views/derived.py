@@ -20,7 +20,6 @@ from ilf.bench.peers.interpolation import linear
 from ilf.drawing.spectrum import depth_spectrum
 from ilf.edges.frame_edges import find_edges
 from ilf.filter.pass_band.record import PassBandRecord
-from ilf.frame import RGBDFrame
 from ilf.parameters import BlockParameters
 
 _BANDS_SHOWN = 3.0
@@ -153,7 +152,8 @@ class DerivedPresenter(QObject):
             self._spectrum.want(None, f"{session.info(label).name} has not been run")
         elif not isinstance(records[-1], PassBandRecord):
             self._spectrum.want(
-                None, f"{session.info(label).name} was run without a pass band: choose the preset paper or released-code"
+                None,
+                f"{session.info(label).name} has no pass band: it was run without the presets of the paper",
             )
         else:
             radii, name, padding = records[-1].radii, session.info(label).name, result.parameters.padding
@@ -164,12 +164,11 @@ class DerivedPresenter(QObject):
 
     def shutdown(self) -> bool:
         """Stop for good, before the window closes. True if all threads have ended."""
-        return all([one.shutdown() for one in self._all])
+        ended = [one.shutdown() for one in self._all]
+        return all(ended)
 
 
-def _spectrum(
-    depth: NDArray[np.float32], padding: float, radii: tuple[float, float], name: str
-) -> Spectrum:
+def _spectrum(depth: NDArray[np.float32], padding: float, radii: tuple[float, float], name: str) -> Spectrum:
     reach = tuple(max(math.ceil(_BANDS_SHOWN * radius), _LEAST_REACH) for radius in radii)
     text = f"{name}: band {radii[1]:.0f} across, {radii[0]:.0f} down [cycles/grid]"
     return Spectrum(depth_spectrum(depth, padding, (reach[0], reach[1])), radii, text)

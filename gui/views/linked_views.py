@@ -15,6 +15,7 @@ from gui import theme
 from gui.views.contents.cell import Cell
 from gui.views.contents.making import Studio
 from gui.views.contents.material import Layer, Material, ShownRun, Spectrum
+from gui.views.contents.names import short_title
 from gui.views.contents.painter import full_levels
 from gui.views.contents.stages import StageBoard
 from ilf.drawing.levels import robust_depth_levels
@@ -32,6 +33,7 @@ from .preview import Preview
 from .ranges import FIXED, KINDS, ROBUST, Range
 from .screen_layers import ScreenLayers
 from .sheet import Sheet
+from .swipe import Label, Swipe
 from .view_transform import ViewTransform
 
 _ALL = (
@@ -84,6 +86,9 @@ class LinkedViews(QWidget):
         self._views = [cell.view for cell in self.cells.values()]
         self._layers = ScreenLayers()
         self._active = next(iter(self.cells))
+        self._last_levels: tuple[float, float] | None = None
+        self.swipe = Swipe(self._views, self._is_swiped, self)
+        self.swipe.moved.connect(self._draw_swiped)
 
         self._hint = EmptyHint()
         self._sheet = Sheet(self.cells)
@@ -134,6 +139,7 @@ class LinkedViews(QWidget):
         self._navigation.set_frame((width, height))
         for view in self._views:
             view.set_frame_size(width, height)
+        self.swipe.set_frame(width, height)
         for one in self.material.ranges.values():
             one.turn_to_another_frame()
         self._find_depth_levels()
@@ -273,6 +279,12 @@ class LinkedViews(QWidget):
         for cell in self.cells.values():
             cell.follow()
             cell.redraw(set(parts))
+        if "runs" in parts:
+            self._label_sides()
+        levels = self.ranged.bar.levels
+        if levels != self._last_levels:
+            self._last_levels = levels
+            self.rangeChanged.emit()
 
     # contents
 
@@ -294,6 +306,7 @@ class LinkedViews(QWidget):
             self.cells[cell].set_content(content)
             self._layers.show([cell.view for cell in self._sheet.shown])
             self._show_marks()
+            self.swipe.show()
             self.shownChanged.emit()
             self.rangeChanged.emit()
 
@@ -322,10 +335,54 @@ class LinkedViews(QWidget):
         cell = self.cells[self._active]
         return cell if cell in self._sheet.shown else self._sheet.shown[0]
 
+    @property
+    def ranged(self) -> Cell:
+        """The cell whose range is chosen: the active one if it has one, else the first that has."""
+        return next((cell for cell in (self.active, *self._sheet.shown) if cell.painter.range_kind), self.active)
+
     def choose_content(self) -> None:
         """Open the menu of the cell under the pointer, or of the active one."""
         under = (cell for cell in self._sheet.shown if cell.underMouse())
         next(under, self.active).open_menu()
+
+    # two sides
+
+    @property
+    def sides(self) -> tuple[str, str]:
+        """Names of the two depths that are compared, A and B."""
+        return self.material.sides
+
+    def set_sides(self, first: str = "", second: str = "") -> None:
+        """Compare two depths, by names of `contents.names.COMPARABLE`; "" stands for what is best as things are."""
+        self.material.chosen_sides = first, second
+        self._changed("sides", "runs")
+        self._draw_swiped()
+
+    def set_swiping(self, on: bool) -> None:
+        """Part the result by a handle: side A left of it, side B right of it."""
+        self.swipe.set_on(on)
+
+    def look_at_a(self, on: bool) -> None:
+        """Let side A stand in for the result for a while."""
+        if on != self.material.looks_at_a:
+            self.material.looks_at_a = on
+            self._changed("result")
+
+    def _is_swiped(self, view: ImageView) -> bool:
+        return any(cell.view is view and cell.concrete == "result" for cell in self.cells.values())
+
+    def _draw_swiped(self) -> None:
+        self.material.swiped_at = round(self.swipe.x) if self.swipe.on else None
+        self._changed("swipe")
+
+    def _label_sides(self) -> None:
+        first, second = (self._label_of(depth) for depth in self.material.sides)
+        self.swipe.set_labels((first, second))
+
+    def _label_of(self, depth: str) -> Label:
+        run = self.material.run(depth)
+        name = short_title(depth, self.material.names)
+        return name[:1].upper() + name[1:], None if run is None else run.colour
 
     # blocks, selection, preview
 
@@ -451,6 +508,7 @@ class LinkedViews(QWidget):
         self.material.depth_table = depth_table(name)
         self.material.depth_map = name
         self._changed("levels")
+        self.rangeChanged.emit()
 
     # transform and layout
 
@@ -511,7 +569,7 @@ class LinkedViews(QWidget):
         """Events of all views."""
         if event.type() == QEvent.Type.MouseButtonPress:
             self._activate(view)
-        return self._navigation.handle(view, event)
+        return self.swipe.handle(view, event) or self._navigation.handle(view, event)
 
     def _activate(self, view: ImageView) -> None:
         name = next(name for name, cell in self.cells.items() if cell.view is view)

@@ -14,7 +14,7 @@ from gui.views.view_cell import ViewCell
 from ilf.drawing.levels import sample, to_indices
 
 from .material import Depth, Layer, Mask, Material
-from .names import RUNS, TITLES
+from .names import RUNS, TITLES, short_title
 from .painter import NO_RESULT, Painter, number_at
 
 _STRIPE = QColor(255, 255, 255, 190)
@@ -29,6 +29,8 @@ class DepthPainter(Painter):
 
     def __init__(self, content: str, cell: ViewCell, material: Material) -> None:
         self.uses = frozenset({_PART.get(content, "runs"), "levels"})
+        if content == "result":
+            self.uses |= {"swipe", "sides"}
         super().__init__(content, cell, material)
         # from below: the hatch of what is missing, guesses, stripes over them, and the rest of the depth
         self._guesses = cell.view.add_layer(-0.8)
@@ -48,6 +50,9 @@ class DepthPainter(Painter):
         looked_at = self.content
         if looked_at == "result" and self.material.looks_at_a:
             looked_at = self.material.sides[0]
+        if looked_at == "result" and self.material.swiped_at is not None:
+            first, second = (short_title(side, self.material.names) for side in self.material.sides)
+            return f"A: {first} | B: {second}"
         return self.material.names.get(looked_at) or TITLES.get(looked_at, looked_at)
 
     def draw(self) -> None:
@@ -69,6 +74,11 @@ class DepthPainter(Painter):
         measured = self.material.measured
         if self.content == "depth-in":
             return None if measured is None else Layer(measured)
+        column = self.material.swiped_at
+        if self.content == "result" and column is not None:
+            swiped = self.material.swiped(column)
+            if swiped is not None:
+                return swiped
         return self.material.layer(self.content)
 
     def _reason(self) -> str:

@@ -36,7 +36,8 @@ class DifferencePainter(Painter):
         self._drawn: tuple[_Operand, _Operand] | None = None
         self._level = 0.0
         self._marks = self._table = np.zeros((256, 4), np.uint8)
-        self._legend: list[tuple[QBrush, str]] = []
+        self._one_only_brushes = [QBrush(), QBrush()]
+        self._hatch = QBrush()
 
     @property
     def title(self) -> str:
@@ -115,20 +116,24 @@ class DifferencePainter(Painter):
         self.cell.view.set_picture(indices, self._table)
         self.cell.bar.set_table(self._table)
         self.cell.bar.set_levels((-level, level))
-        self.cell.set_legend(self._legend)
+        self._write_legend()
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
         first = mix(colours.background, colours.good, 0.55)
         second = mix(colours.background, colours.warning, 0.55)
         self._marks = mark_table(first, second)
         self._table = difference_table(colours.is_dark)
-        self._legend = [(QBrush(first), self._only(0)), (QBrush(second), self._only(1)), (hatch, "missing")]
-        if self._pair[1] in ("depth-in",):
-            self._legend = [(QBrush(first), "filled"), (hatch, "missing")]
+        self._one_only_brushes = [QBrush(first), QBrush(second)]
+        self._hatch = hatch
         self._drawn = None
 
-    def _only(self, index: int) -> str:
-        return f"only {short_title(self._pair[index], {})}"
+    def _write_legend(self) -> None:
+        names = self.material.names
+        texts = [f"only {short_title(depth, names)}" for depth in self._pair]
+        marks = list(zip(self._one_only_brushes, texts, strict=True))
+        if self._pair[1] == "depth-in":
+            marks = [(self._one_only_brushes[0], "filled")]
+        self.cell.set_legend([*marks, (self._hatch, "missing")])
 
     def value_at(self, x: int, y: int) -> float | None:
         if self._drawn is None:

@@ -58,6 +58,8 @@ class Material:
         Depths that are compared, as they were chosen; "" for the best choice.
     looks_at_a : bool
         Whether side A stands in for the result.
+    swiped_at : int or None
+        Column of the frame that parts side A from side B where the result is shown; None while it is not parted.
     ranges : dict
         Kind of `KINDS` -> Range.
     """
@@ -67,6 +69,7 @@ class Material:
         self.depth_map = "turbo"
         self.depth_table = depth_table(self.depth_map)
         self.chosen_sides = ("", "")
+        self.swiped_at: int | None = None
         self.forget()
 
     def forget(self) -> None:
@@ -102,6 +105,22 @@ class Material:
             return _plain(self.interpolated)
         run = self.run(depth)
         return None if run is None else Layer(run.depth, run.guessed)
+
+    def swiped(self, column: int) -> Layer | None:
+        """Side A left of a column, side B from there on; None if one of them is missing."""
+        first, second = (self.layer(side) for side in self.sides)
+        if first is None or second is None:
+            return None
+        depth = second.depth.copy()
+        depth[:, :column] = first.depth[:, :column]
+        marks: list[Mask | None] = []
+        for left, right in ((first.guessed, second.guessed), (first.stale, second.stale)):
+            both = None
+            if left is not None or right is not None:
+                both = np.zeros(depth.shape, bool) if right is None else right.copy()
+                both[:, :column] = False if left is None else left[:, :column]
+            marks.append(both)
+        return Layer(depth, *marks)
 
     def run(self, depth: str) -> ShownRun | None:
         """The run that a depth is of; None if it is of none."""
