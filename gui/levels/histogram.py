@@ -51,6 +51,7 @@ class Histogram(pg.PlotWidget):
         self._told = QTimer(self, singleShot=True, interval=0)
         self._told.timeout.connect(lambda: self.levelsDragged.emit(*self.levels))
         self._region.sigRegionChanged.connect(self._drag)
+        self._region.sigRegionChangeFinished.connect(self._drag)
 
     @property
     def levels(self) -> Levels:
@@ -65,7 +66,9 @@ class Histogram(pg.PlotWidget):
         axis.setLogMode(logarithmic)
 
     def show_values(self, values: NDArray[np.floating] | None, levels: Levels) -> None:
-        """Draw the histogram of values, NaN for none, and put the lines at two levels."""
+        """Draw the histogram of values, NaN for none, and put the lines at two levels; not while they are dragged."""
+        if self._told.isActive() or any(line.moving for line in self._region.lines):
+            return
         ends = self._on_axis(np.array(levels, float))
         known = np.zeros(0) if values is None else self._on_axis(values[np.isfinite(values)].astype(float))
         low, high = ends

@@ -54,10 +54,8 @@ class ReadoutPresenter(QObject):
                 parts.append(f"{1000 * (depth_out - depth_in):+.1f} mm")
         if error is not None and np.isfinite(error[y, x]):
             parts.append(f"\u00b1 {_error_text(float(error[y, x]))}")
-        parts.extend(
-            f"{html.escape(kept.name)} {_metres(float(kept.completion.depth[y, x]))}" for kept in session.compared
-        )
-        return [*parts, *_judged(session, x, y)]
+        runs = [f"{html.escape(kept.name)} {_metres(float(kept.completion.depth[y, x]))}" for kept in session.compared]
+        return [*parts, *_judged(session, x, y), *runs]
 
 
 def _judged(session: Session, x: int, y: int) -> list[str]:

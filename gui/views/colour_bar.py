@@ -112,10 +112,12 @@ class ColourBar(QWidget):
         most = max(bar.height() // (3 * line), 2)
         for text, share in (log_ticks if self._logarithmic else linear_ticks)(*self._levels, most):
             y = _height_at(bar, share)
+            where = QRect(bar.right() + _TICK + 3, y - line, self.width(), 2 * line)
+            if not where.intersects(event.rect()):
+                continue
             painter.setPen(self._colours.muted)
             painter.drawLine(bar.right() + 1, y, bar.right() + _TICK, y)
             painter.setPen(self._colours.text)
-            where = QRect(bar.right() + _TICK + 3, y - line, self.width(), 2 * line)
             painter.drawText(where, Qt.AlignmentFlag.AlignVCenter, text)
         self._paint_value(painter, self._colours, bar)
 

@@ -92,7 +92,7 @@ class LinkedViews(QWidget):
 
         self._hint = EmptyHint()
         self._sheet = Sheet(self.cells)
-        self._sheet.placed.connect(self._fit_to_room)
+        self._sheet.placed.connect(self._take_places)
         self._sheet.layoutChanged.connect(self.layoutChanged)
         self._sheet.layoutChanged.connect(self.shownChanged)
         self._pages = QStackedWidget()
@@ -540,6 +540,13 @@ class LinkedViews(QWidget):
         """Show a layout, or, if it is shown, the one of several views before it."""
         self._sheet.toggle_layout(name)
 
+    def _take_places(self) -> None:
+        """Cells have other places, or others are shown."""
+        for cell in self.cells.values():
+            if cell not in self._sheet.shown:
+                cell.show_cursor(None)
+        self._fit_to_room()
+
     def _fit_to_room(self) -> None:
         """Show what the transform says in views of the size that they have now."""
         views = [cell.view for cell in self._sheet.shown]
@@ -555,9 +562,8 @@ class LinkedViews(QWidget):
         self._layers.show([cell.view for cell in self._sheet.shown])
 
     def _move_cursor(self, pixel: tuple[int, int] | None) -> None:
-        for cell in self.cells.values():
-            cell.show_cursor(pixel)
         for cell in self._sheet.shown:
+            cell.show_cursor(pixel)
             cell.show_value(pixel)
         self.cursorMoved.emit(pixel)
 

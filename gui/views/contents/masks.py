@@ -34,7 +34,9 @@ class MaskPainter(Painter):
             colour = _COLOURS[self.content]
             share = np.count_nonzero(mask) / mask.size
             self.cell.view.set_picture(marked_picture(rgb, mask, colour))
-            self.cell.set_legend([(QBrush(QColor(*colour)), f"{self.content} {share:.1%}")])
+            self.cell.strip.set_text(f"{share:.1%} of the frame")
+            if self.content == "guessed":  # what is distrusted has its stripes, and is in the legend for them
+                self.cell.set_legend([(QBrush(QColor(*colour)), self.content)])
 
     def _mask(self) -> Mask | None:
         if self.content == "distrusted":
