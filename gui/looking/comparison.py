@@ -11,7 +11,7 @@ from gui.state.workspace import Workspace
 from gui.views.contents.material import ShownRun
 from gui.views.contents.names import EARLIER, RUNS
 from gui.views.linked_views import LinkedViews
-from gui.views.presenter import ViewsPresenter
+from gui.views.presenter import ViewsPresenter, colour_table
 
 
 class Comparison(QObject):
@@ -38,8 +38,8 @@ class Comparison(QObject):
             self._truth = session.frame.truth
             self._views.set_truth(session.frame.truth)
         earlier = earlier_run(session)
-        runs = [_shown(kept) for kept in session.compared]
-        before = None if earlier is None else _shown(earlier)
+        runs = [_shown(kept, session) for kept in session.compared]
+        before = None if earlier is None else _shown(earlier, session)
         if not _same((*runs, before), self._runs):
             self._runs = (*runs, before)
             self._views.set_runs(runs, before)
@@ -78,15 +78,21 @@ def _kept(session: Session, side: str) -> KeptRun | None:
     return session.compared[number] if number < len(session.compared) else None
 
 
-def _shown(kept: KeptRun) -> ShownRun:
-    completion = kept.completion
+def _shown(kept: KeptRun, session: Session) -> ShownRun:
+    completion, labels = kept.completion, kept.run.blocks
     guessed = completion.guessed if completion.guessed.any() else None
-    return ShownRun(kept.name, completion.depth, guessed, kept.colour)
+    others = None if np.array_equal(labels, session.labels) else (labels, colour_table(session, int(labels.max())))
+    return ShownRun(kept.name, completion.depth, guessed, kept.colour, others)
 
 
 def _same(some: tuple[ShownRun | None, ...], others: tuple[ShownRun | None, ...]) -> bool:
     """Whether these are the very same depths under the same names."""
     return len(some) == len(others) and all(
-        one is other or (one is not None and other is not None and one.depth is other.depth and one.name == other.name)
+        one is other or (one is not None and other is not None and _is_same(one, other))
         for one, other in zip(some, others, strict=True)
     )
+
+
+def _is_same(one: ShownRun, other: ShownRun) -> bool:
+    same_blocks = (one.blocks is None) == (other.blocks is None)  # a run's own never change
+    return one.depth is other.depth and (one.name, one.colour) == (other.name, other.colour) and same_blocks

@@ -369,7 +369,9 @@ class LinkedViews(QWidget):
             self._changed("result")
 
     def _is_swiped(self, view: ImageView) -> bool:
-        return any(cell.view is view and cell.concrete == "result" for cell in self.cells.values())
+        """The result, and blocks where the two sides have others."""
+        shown = {"result", "colour"} if any(self.material.side_blocks) else {"result"}
+        return any(cell.view is view and cell.concrete in shown for cell in self.cells.values())
 
     def _draw_swiped(self) -> None:
         self.material.swiped_at = round(self.swipe.x) if self.swipe.on else None
@@ -419,10 +421,12 @@ class LinkedViews(QWidget):
     def set_overlay_opacity(self, opacity: float) -> None:
         """Opacity of the blocks' fills, 0-1."""
         self._overlay.set_opacity(opacity)
+        self._changed("swipe")
 
     def set_contours_only(self, on: bool) -> None:
         """Whether blocks have lines in their colours and no fill."""
         self._overlay.set_filled(not on)
+        self._changed("swipe")
         self._layers.set_in_colours(on)
 
     def set_block_names(self, names: Mapping[int, str] | None) -> None:

@@ -39,6 +39,10 @@ class BlockOverlay:
         """Show nothing in an item any more."""
         self._items.remove(item)
 
+    def fills_of(self, labels: NDArray[np.int32], colour_table: NDArray[np.uint8]) -> Pixels:
+        """What other blocks would look like, with the same opacity: uint32 (H, W)."""
+        return self._find_fills(colour_table)[labels]
+
     def set_blocks(self, labels: NDArray[np.int32], colour_table: NDArray[np.uint8]) -> None:
         """Draw a label map, int32 (H, W), with colours uint8 (N + 1, 4) RGBA by label; alpha 0 hides a block.
 
@@ -57,7 +61,7 @@ class BlockOverlay:
     def add_colours(self, colour_table: NDArray[np.uint8]) -> None:
         """Take a table that begins as the present one and has colours for further labels, which no block has yet."""
         self.colours = np.array(colour_table, np.uint8)
-        self._fills = self._find_fills()
+        self._fills = self._find_fills(self.colours)
         if self.pixels is None:
             self._rebuild()
 
@@ -90,7 +94,7 @@ class BlockOverlay:
     def _rebuild(self) -> None:
         if self.labels is None:
             return
-        self._fills = self._find_fills()
+        self._fills = self._find_fills(self.colours)
         self._take(self._fills[self.labels] if self._fills.any() else None)
 
     def _take(self, pixels: Pixels | None) -> None:
@@ -104,8 +108,8 @@ class BlockOverlay:
         else:
             item.set_pixels(self.pixels)
 
-    def _find_fills(self) -> NDArray[np.uint32]:
-        fills = self.colours.astype(np.float32)
+    def _find_fills(self, colours: NDArray[np.uint8]) -> Pixels:
+        fills = colours.astype(np.float32)
         fills[0] = 0
         fills[:, 3] *= self._opacity if self._is_filled else 0.0
         return packed(fills.round().astype(np.uint8))

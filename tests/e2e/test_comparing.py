@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -34,7 +34,7 @@ def settle(window: MainWindow, qtbot: QtBot) -> None:
 
 
 @pytest.fixture
-def run_twice(opened: MainWindow, run_all: Run) -> Iterator[tuple[MainWindow, KeptRun]]:
+def run_twice(opened: MainWindow, run_all: Run) -> tuple[MainWindow, KeptRun]:
     """A run of `best` that is kept, and one of the paper's preset after it."""
     opened.actions_["live"].setChecked(False)
     run_all(opened)
@@ -43,7 +43,7 @@ def run_twice(opened: MainWindow, run_all: Run) -> Iterator[tuple[MainWindow, Ke
     opened.workspace.keep_run(session, kept)
     opened.workspace.set_parameters(preset("paper", max_iterations=3))
     run_all(opened)
-    yield opened, kept
+    return opened, kept
 
 
 def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(

@@ -163,6 +163,24 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     assert colour_at(cell, 60.5, 40.5) == run_2
 
 
+def test_blocks_of_the_two_sides_are_parted_where_they_differ(views):
+    table = np.array([[0, 0, 0, 0], [200, 0, 0, 255], [0, 0, 200, 255]], np.uint8)
+    ones = np.ones((HEIGHT, WIDTH), np.int32)
+    views.set_overlay_opacity(1.0)
+    views.set_blocks(ones, table)
+    views.set_result(flat(2.9))
+    cell = views.cells["colour"]
+    views.set_runs([ShownRun("Run 1", flat(1.1), blocks=(2 * ones, table))])
+    views.set_swiping(True)
+    assert [colour_at(cell, x, 40.5) for x in (10.5, 50.5)] == [(0, 0, 200), (200, 0, 0)]
+    drag(cell.view, (WIDTH / 2, 30), (20, 30))
+    assert [colour_at(cell, x, 40.5) for x in (10.5, 30.5)] == [(0, 0, 200), (200, 0, 0)]
+    views.set_sides("depth-in", "run-1")
+    assert colour_at(cell, 50.5, 40.5) == (0, 0, 200)
+    views.set_swiping(False)
+    assert colour_at(cell, 10.5, 40.5) == (200, 0, 0)
+
+
 def test_side_a_stands_in_for_the_result_for_a_while(views):
     views.set_layout("grid-difference")
     views.set_result(flat(2.0))

@@ -83,7 +83,7 @@ class DifferencePainter(Painter):
         if np.array_equal(np.isfinite(first), np.isfinite(second)):
             self._clear("No difference")
             return True
-        self.cell.strip.set_text("no difference where there are both" if both.any() else "nowhere are there both")
+        self.cell.strip.set_text("no difference" if both.any() else "nowhere are both known")
         return False
 
     def _clear(self, message: str) -> None:

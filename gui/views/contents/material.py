@@ -16,13 +16,19 @@ Depth = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
 
+Blocks = tuple[NDArray[np.int32], NDArray[np.uint8]]
+"""A label map (H, W), and RGBA by label (N + 1, 4)."""
+
+
 class ShownRun(NamedTuple):
-    """What the views need of a kept run: name, depth [m] with what of it is a guess, and its colour (R, G, B)."""
+    """What the views need of a kept run: name, depth [m] with what of it is a guess, its colour (R, G, B), and its
+    blocks if they are others than the present ones."""
 
     name: str
     depth: Depth
     guessed: Mask | None = None
     colour: tuple[int, int, int] | None = None
+    blocks: Blocks | None = None
 
 
 class Layer(NamedTuple):
@@ -121,6 +127,12 @@ class Material:
                 both[:, :column] = False if left is None else left[:, :column]
             marks.append(both)
         return Layer(depth, *marks)
+
+    @property
+    def side_blocks(self) -> tuple[Blocks | None, Blocks | None]:
+        """Blocks of the two sides, where they are others than the present ones."""
+        first, second = (None if (run := self.run(side)) is None else run.blocks for side in self.sides)
+        return first, second
 
     def run(self, depth: str) -> ShownRun | None:
         """The run that a depth is of; None if it is of none."""
