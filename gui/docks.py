@@ -19,7 +19,7 @@ _VERSION = 1
 _COLUMN = 0.26, 270, 380
 """Width of the column of panels: share of the window, and bounds [px]."""
 _BELOW = 110
-"""Height of panels below the pictures [px]."""
+"""Height of panels below the pictures [px], times their own."""
 _ROOMY = 760
 """Height of a window [px] in which panels may open by themselves."""
 
@@ -90,7 +90,7 @@ class Docks(QObject):
         icon : str
             Of the rail ("ph.stack").
         height : float
-            Its share of a column that it stands in with others, over theirs.
+            Its share of a column that it stands in with others, over theirs; below the pictures, over the usual one.
         is_open : bool
             Whether it is open at the first start.
         """
@@ -227,7 +227,8 @@ class Docks(QObject):
             self._window.resizeDocks(column, [width] * len(column), Qt.Orientation.Horizontal)
             self._window.resizeDocks(column, heights, Qt.Orientation.Vertical)
         below = [dock for dock in docks if self._window.dockWidgetArea(dock) == Qt.DockWidgetArea.BottomDockWidgetArea]
-        self._window.resizeDocks(below, [_BELOW] * len(below), Qt.Orientation.Vertical)
+        heights = [round(_BELOW * self._panels[dock.objectName()].height) for dock in below]
+        self._window.resizeDocks(below, heights, Qt.Orientation.Vertical)
 
 
 def _titles(value: object) -> list[str]:

@@ -10,6 +10,7 @@ from PySide6.QtCore import QEvent, QSignalBlocker, Qt
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QPixmap, QShowEvent
 from PySide6.QtWidgets import QMainWindow, QTabWidget, QVBoxLayout, QWidget
 
+from gui.accuracy.part import AccuracyPart
 from gui.actions import Actions
 from gui.blocks.block_table import BlockTable
 from gui.blocks.presenter import BlocksPresenter
@@ -32,9 +33,11 @@ from gui.frames.loader import FrameLoader
 from gui.frames.presenter import FramesPresenter
 from gui.frames.replays import ReplayPresenter
 from gui.history.history_view import HistoryView
+from gui.kept.part import KeptRunsPart
 from gui.levels.part import RangePart
 from gui.looking.part import LookingPart
 from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar, show_about
+from gui.presets.part import PresetsPart
 from gui.review.distrust import DistrustPresenter
 from gui.review.presenter import ReviewPresenter
 from gui.review.strip import ReviewStrip
@@ -43,6 +46,7 @@ from gui.status.bar import StatusBar
 from gui.status.commands import CommandsPresenter
 from gui.status.presenter import StatusPresenter
 from gui.status.readout import ReadoutPresenter
+from gui.sweep.part import SweepPart
 from gui.tools.block_commands import BlockCommands
 from gui.tools.context_menu import ContextMenu
 from gui.tools.editor import Editor
@@ -62,7 +66,7 @@ from gui.work.refresh import Refresh
 from gui.work.runs import RunController, RunState
 from ilf.drawing.stages import STAGES
 
-_PARTS: tuple[type[Part], ...] = (LookingPart, RangePart)
+_PARTS: tuple[type[Part], ...] = (KeptRunsPart, PresetsPart, SweepPart, AccuracyPart, LookingPart, RangePart)
 
 
 class MainWindow(QMainWindow):
@@ -195,6 +199,8 @@ class MainWindow(QMainWindow):
             self.panels,
             self.refresh,
             self.notes,
+            self.filter_panel,
+            self.filter_presenter,
         )
         self.parts: list[Part] = [make(desk) for make in _PARTS]
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.experiments)
@@ -225,7 +231,7 @@ class MainWindow(QMainWindow):
         add(
             "table",
             self.block_presenter.show,
-            (turned, blocks, infos, selected, values, results, running),
+            (turned, blocks, infos, selected, values, results, running, workspace.block_errors_changed),
             (coming, workspace.records_added),
         )
         add("filter", self.filter_presenter.show, (turned, infos, selected, values, self.filter_panel.scope_changed))

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QColor, QIcon, QPalette
 from PySide6.QtWidgets import QWidget
 
 from gui import theme
+from gui.widgets.row_model import Index, RowModel
+from gui.widgets.soft_rows import ICON_SIZE
 
-Index = QModelIndex | QPersistentModelIndex
 SORT_ROLE = Qt.ItemDataRole.UserRole
-ICON_SIZE = 16
 
 # state -> icon, and the name of its colour in theme.Colours
 _STATES = {
@@ -58,6 +57,8 @@ class BlockRow:
     visible, locked : bool
     own : str
         Which parameters of the filter have values of the block's own, in words; "" for none.
+    error : float
+        Root mean square error [m]; NaN where it is not known.
     """
 
     label: int
@@ -72,6 +73,7 @@ class BlockRow:
     visible: bool = True
     locked: bool = False
     own: str = ""
+    error: float = math.nan
 
 
 class Column(IntEnum):
@@ -80,15 +82,17 @@ class Column(IntEnum):
     COLOUR = 0
     NAME = 1
     MISSING = 2
-    STATE = 3
-    VISIBLE = 4
-    LOCKED = 5
-    ITERATIONS = 6
-    SIGMA = 7
-    PIXELS = 8
+    ERROR = 3
+    STATE = 4
+    VISIBLE = 5
+    LOCKED = 6
+    ITERATIONS = 7
+    SIGMA = 8
+    PIXELS = 9
 
 
 OPTIONAL = {
+    Column.ERROR: "Error",
     Column.VISIBLE: "Shown",
     Column.LOCKED: "Locked",
     Column.ITERATIONS: "Iterations",
@@ -105,17 +109,18 @@ _HEADERS = {
     Column.NAME: ("Name", "Name of the block. Press F2 to rename."),
     Column.PIXELS: ("Pixels", "Size of the block in pixels."),
     Column.MISSING: ("Missing", "Defect rate: the share of the block's pixels without depth."),
+    Column.ERROR: ("Error", "Root mean square error in millimetres"),
     Column.STATE: ("", "What became of the block in the last run. Point at an icon to read it."),
     Column.ITERATIONS: ("Iter.", "Iterations of the low-pass filter."),
     Column.SIGMA: ("σ [mm]", "Deviation sigma_i between the last two iterations, Eq. (2), in millimetres."),
 }
 TOOL_ICONS = {Column.VISIBLE: "ph.eye", Column.LOCKED: "ph.lock-simple", Column.COLOUR: "ph.palette"}
 ICON_COLUMNS = (*TOOL_ICONS, Column.STATE)
-_NUMBERS = (Column.PIXELS, Column.MISSING, Column.ITERATIONS, Column.SIGMA)
+_NUMBERS = (Column.PIXELS, Column.MISSING, Column.ERROR, Column.ITERATIONS, Column.SIGMA)
 
 
-class BlockModel(QAbstractTableModel):
-    """Rows in the order of their labels; the view sorts by a proxy.
+class BlockModel(RowModel[BlockRow]):
+    """Rows of blocks, in the order of their labels.
 
     Signals
     -------
@@ -126,8 +131,9 @@ class BlockModel(QAbstractTableModel):
     renamed = Signal(int, str)
 
     def __init__(self, parent: QWidget) -> None:
-        super().__init__(parent)
-        self.rows: list[BlockRow] = []
+        super().__init__(len(Column), parent)
+        self.error_source = ""
+        """What errors are against, in words; "" where none is known."""
         self.set_palette(parent.palette())
 
     def set_palette(self, palette: QPalette) -> None:
@@ -145,30 +151,15 @@ class BlockModel(QAbstractTableModel):
             state: _plain(theme.icon(name, _tinted(palette, getattr(self._colours, colour))))
             for state, (name, colour) in _STATES.items()
         }
-        if self.rows:
-            self._announce(0, len(self.rows) - 1)
+        self.announce_all()
 
-    def set_rows(self, rows: Iterable[BlockRow]) -> None:
-        wanted = {row.label: row for row in sorted(rows, key=lambda row: row.label)}
-        for number in reversed(range(len(self.rows))):
-            if self.rows[number].label not in wanted:
-                self.beginRemoveRows(QModelIndex(), number, number)
-                del self.rows[number]
-                self.endRemoveRows()
-        for number, row in enumerate(wanted.values()):
-            if number == len(self.rows) or self.rows[number].label != row.label:
-                self.beginInsertRows(QModelIndex(), number, number)
-                self.rows.insert(number, row)
-                self.endInsertRows()
-            # NaN in sigma_i is not equal to itself, its text is
-            elif self.rows[number] != row and repr(self.rows[number]) != repr(row):
-                self._change(number, row)
+    def key(self, row: BlockRow) -> int:
+        return row.label
 
-    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
-        return 0 if parent.isValid() else len(self.rows)
-
-    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
-        return 0 if parent.isValid() else len(Column)
+    def look(self, row: BlockRow, column: int) -> object:
+        cell = Column(column)
+        more = (row.state, row.detail) if cell == Column.STATE else row.colour if cell == Column.COLOUR else None
+        return _sort_key(row, cell), row.visible, row.own, more
 
     def flags(self, index: Index) -> Qt.ItemFlag:
         flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
@@ -181,7 +172,7 @@ class BlockModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.DisplayRole:
             return _HEADERS[column][0]
         if role == Qt.ItemDataRole.ToolTipRole:
-            return _HEADERS[column][1]
+            return self._hint(column)
         if role == Qt.ItemDataRole.DecorationRole:
             return self._header_icons.get(column)
         if role == Qt.ItemDataRole.TextAlignmentRole:
@@ -207,7 +198,7 @@ class BlockModel(QAbstractTableModel):
                 return f"{row.state}\n{row.detail}".strip()
             if column == Column.NAME and row.own:
                 return f"Has values of its own: {row.own}"
-            return _HEADERS[column][1]
+            return self._hint(column)
         return None
 
     def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
@@ -217,21 +208,12 @@ class BlockModel(QAbstractTableModel):
         self.renamed.emit(row.label, name)
         return True
 
-    def _change(self, number: int, row: BlockRow) -> None:
-        """Announce just the columns that change: a name that is being typed must not be reset by the others."""
-        before, self.rows[number] = self.rows[number], row
-        for column in Column:
-            if repr(_sort_key(before, column)) != repr(_sort_key(row, column)) or column in (
-                Column.STATE,
-                Column.COLOUR,
-            ):
-                index = self.index(number, column)
-                self.dataChanged.emit(index, index)
-        if (before.visible, before.own) != (row.visible, row.own):
-            self._announce(number, number)
-
-    def _announce(self, first: int, last: int) -> None:
-        self.dataChanged.emit(self.index(first, 0), self.index(last, len(Column) - 1))
+    def _hint(self, column: Column) -> str:
+        hint = _HEADERS[column][1]
+        if column != Column.ERROR:
+            return hint
+        known = f"{hint}, against {self.error_source}." if self.error_source else f"{hint}: not known."
+        return f"{known} The panel Accuracy loads a truth, or tests on hidden depth."
 
     def _decoration(self, row: BlockRow, column: Column) -> QIcon | QColor | None:
         if column == Column.VISIBLE:
@@ -259,6 +241,8 @@ def _text(row: BlockRow, column: Column) -> str:
         return str(row.iterations) if row.iterations else ""
     if column == Column.SIGMA:
         return "" if math.isnan(row.sigma_i) else f"{1000 * row.sigma_i:.3f}"
+    if column == Column.ERROR:
+        return "\u2013" if math.isnan(row.error) else f"{1000 * row.error:.{0 if row.error >= 0.09995 else 1}f}"
     return ""
 
 
@@ -274,6 +258,7 @@ def _sort_key(row: BlockRow, column: Column) -> str | float:
         Column.STATE: list(_STATES).index(row.state),
         Column.ITERATIONS: row.iterations,
         Column.SIGMA: math.inf if math.isnan(row.sigma_i) else row.sigma_i,
+        Column.ERROR: math.inf if math.isnan(row.error) else row.error,
     }
     return keys[column]
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from PySide6.QtCore import QEvent, QLocale, QObject, QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QLocale, QObject, QPoint, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QCheckBox,
@@ -50,9 +50,12 @@ class ParameterForm(QScrollArea):
     -------
     changed(ParameterSet)
         After every change by the user, with the new values.
+    menu_wished(str, QPoint)
+        The user wants to know what can be done with a parameter, by the right button at this place of the screen.
     """
 
     changed = Signal(object)
+    menu_wished = Signal(str, QPoint)
 
     def __init__(self, set_class: type[ParameterSet], parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -176,6 +179,8 @@ class ParameterForm(QScrollArea):
         reset.setSizePolicy(policy)
         grid.addWidget(reset, 0, 2)
         widget.setToolTip(_tooltip(declaration, getattr(self._base, name), self._source))
+        widget.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        widget.customContextMenuRequested.connect(lambda at: self.menu_wished.emit(name, widget.mapToGlobal(at)))
         return _Row(declaration, widget, caption, reset, slider, show)
 
     def _slider(self, declaration: Declaration) -> ValueSlider:
@@ -216,7 +221,7 @@ class ParameterForm(QScrollArea):
         if row.caption.styleSheet() != style:  # setting one is slow, even the same
             row.caption.setStyleSheet(style)
         row.reset.setVisible(value != base)
-        row.reset.setToolTip(f"Back to {_value_text(row.declaration, base)}")
+        row.reset.setToolTip(f"Back to {row.declaration.in_words(base)}")
 
     def _show_what_matters(self) -> None:
         shown = {name for name in self._rows if self._parameters.matters(name)}
@@ -355,18 +360,9 @@ def _decimals(value: float) -> int:
     return len(f"{value:.{_DECIMALS}f}".rstrip("0").partition(".")[2])
 
 
-def _value_text(declaration: Declaration, value: Value) -> str:
-    if declaration.special and value == declaration.minimum:
-        return declaration.special
-    if isinstance(value, bool):
-        return "on" if value else "off"
-    number = f"{value:g}" if isinstance(value, float) else str(value)
-    return f"{number} {declaration.unit}".strip()
-
-
 def _tooltip(declaration: Declaration, usual: Value, whose: str) -> str:
     """Help, the usual value and source as rich text, which wraps."""
-    facts = [f"In {whose}: {_value_text(declaration, usual)}"]
+    facts = [f"In {whose}: {declaration.in_words(usual)}"]
     if declaration.source:
         facts.append(f"Source: {declaration.source}")
     lines = [declaration.help, "<br>".join(facts), f"<code>{declaration.name}</code>"]
