@@ -35,12 +35,12 @@ def settle(window: MainWindow, qtbot: QtBot) -> None:
 
 @pytest.fixture
 def run_twice(opened: MainWindow, run_all: Run) -> tuple[MainWindow, KeptRun]:
-    """A run of `best` that is kept, and one of the paper's preset after it."""
+    """A run of `best`, and one of the paper's preset after it."""
     opened.actions_["live"].setChecked(False)
     run_all(opened)
     session = opened.workspace.session
-    kept = KeptRun(7, "Best", session.run(session.common), dict(session.valid_results()), 1.0, (200, 100, 50))
-    opened.workspace.keep_run(session, kept)
+    kept = session.kept_runs[0]
+    opened.workspace.change_run(session, kept, name="Best")
     opened.workspace.set_parameters(preset("paper", max_iterations=3))
     run_all(opened)
     return opened, kept
@@ -72,7 +72,8 @@ def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(
     assert out.painter.value_at(column, row) == kept.completion.depth[row, column]
     window.readout.point_at((int(column), int(row)))
     assert "Best" in window.status.readout.text()
-    window.workspace.delete_runs(window.workspace.session, [kept])
+    session = window.workspace.session
+    window.workspace.delete_runs(session, list(session.kept_runs))
     window.refresh.now()
     assert cell.concrete == "difference:result:interpolated"
 
