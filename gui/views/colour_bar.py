@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QRect, Qt
-from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
+from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPixmap
 from PySide6.QtWidgets import QWidget
 
 from gui.theme import Colours
@@ -34,6 +34,8 @@ class ColourBar(QWidget):
         self._colours: Colours | None = None
         self._faded = False
         self._value: float | None = None
+        self._drawn: QPixmap | None = None
+        """All but the marked value."""
         font = self.font()
         font.setPointSizeF(font.pointSizeF() * 0.85)
         self.setFont(font)
@@ -44,18 +46,18 @@ class ColourBar(QWidget):
     def set_colours(self, colours: Colours) -> None:
         """Take the colours of the theme."""
         self._colours = colours
-        self.update()
+        self._redraw()
 
     def set_unit(self, unit: str) -> None:
         """Unit of the values, over the bar."""
         self._unit = unit
-        self.update()
+        self._redraw()
 
     def set_table(self, table: NDArray[np.uint8]) -> None:
         """Lookup table (256, 4) whose entries 1-255 run from the low to the high level."""
         column = np.ascontiguousarray(table[:0:-1])
         self._gradient = QImage(column.data, 1, len(column), 4, QImage.Format.Format_RGBA8888).copy()
-        self.update()
+        self._redraw()
 
     def set_levels(self, levels: tuple[float, float] | None, logarithmic: bool = False) -> None:
         """Values at the lower and upper end, in the bar's unit; None draws nothing.
@@ -64,7 +66,7 @@ class ColourBar(QWidget):
         """
         if (levels, logarithmic) != (self._levels, self._logarithmic):
             self._levels, self._logarithmic = levels, logarithmic
-            self.update()
+            self._redraw()
 
     def set_value(self, value: float | None) -> None:
         """Mark a value, in the bar's unit; None marks none."""
@@ -93,9 +95,27 @@ class ColourBar(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         if self._colours is None or self._levels is None or self._faded:
             return
+        size, ratio = self.size(), self.devicePixelRatioF()
+        if self._drawn is None or self._drawn.size() != size * ratio:
+            self._drawn = QPixmap(size * ratio)
+            self._drawn.setDevicePixelRatio(ratio)
+            self._drawn.fill(Qt.GlobalColor.transparent)
+            self._paint_scale(QPainter(self._drawn), self._colours, self._levels)
         painter = QPainter(self)
+        painter.drawPixmap(0, 0, self._drawn)
+        if self._value is not None:
+            painter.setFont(self.font())
+            self._paint_value(painter, self._colours, self._value, self._levels)
+
+    def _redraw(self) -> None:
+        """The scale looks another way."""
+        self._drawn = None
+        self.update()
+
+    def _paint_scale(self, painter: QPainter, colours: Colours, levels: tuple[float, float]) -> None:
+        painter.setFont(self.font())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        plate = QColor(self._colours.background)
+        plate = QColor(colours.background)
         plate.setAlpha(_VEIL)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(plate)
@@ -105,21 +125,18 @@ class ColourBar(QWidget):
         line, bar = self.fontMetrics().height(), self._bar()
         if bar.height() < 2 * line:
             return
-        painter.setPen(self._colours.text)
+        painter.setPen(colours.text)
         painter.drawText(_PAD, _PAD + self.fontMetrics().ascent(), self._unit)
         painter.drawImage(bar, self._gradient)
         painter.drawRect(bar.adjusted(0, 0, -1, -1))
         most = max(bar.height() // (3 * line), 2)
-        for text, share in (log_ticks if self._logarithmic else linear_ticks)(*self._levels, most):
+        for text, share in (log_ticks if self._logarithmic else linear_ticks)(*levels, most):
             y = _height_at(bar, share)
-            where = QRect(bar.right() + _TICK + 3, y - line, self.width(), 2 * line)
-            if not where.intersects(event.rect()):
-                continue
-            painter.setPen(self._colours.muted)
+            painter.setPen(colours.muted)
             painter.drawLine(bar.right() + 1, y, bar.right() + _TICK, y)
-            painter.setPen(self._colours.text)
+            painter.setPen(colours.text)
+            where = QRect(bar.right() + _TICK + 3, y - line, self.width(), 2 * line)
             painter.drawText(where, Qt.AlignmentFlag.AlignVCenter, text)
-        self._paint_value(painter, self._colours, bar)
 
     def _bar(self) -> QRect:
         """Where the gradient is."""
@@ -141,18 +158,15 @@ class ColourBar(QWidget):
             value, low, high = math.log(max(value, low)), math.log(low), math.log(high)
         return min(max((value - low) / (high - low), 0.0), 1.0)
 
-    def _paint_value(self, painter: QPainter, colours: Colours, bar: QRect) -> None:
-        if self._value is None or self._levels is None:
-            return
-        place = self._marked()
+    def _paint_value(self, painter: QPainter, colours: Colours, value: float, levels: tuple[float, float]) -> None:
+        place, bar = self._marked(), self._bar()
         y = place.center().y()
         painter.fillRect(place.adjusted(bar.right() + 1, 1, -1, -1), colours.background)
         painter.setPen(colours.text)
         painter.drawRect(bar.left() - 2, y - 2, _BAR + 3, 4)
-        where = place.adjusted(bar.right() + _TICK + 3, 0, 0, 0)
         painter.setPen(colours.accent)
-        text = _significant(self._value) if self._logarithmic else _number(self._value, self._levels)
-        painter.drawText(where, Qt.AlignmentFlag.AlignVCenter, text)
+        text = _significant(value) if self._logarithmic else _number(value, levels)
+        painter.drawText(place.adjusted(bar.right() + _TICK + 3, 0, 0, 0), Qt.AlignmentFlag.AlignVCenter, text)
 
 
 def _height_at(bar: QRect, share: float) -> int:
