@@ -150,7 +150,7 @@ def _depth_map_menu(views: LinkedViews, parent: QMenu) -> QMenu:
     actions = _choices(menu, texts, next(iter(DEPTH_MAPS)))
     for name, action in actions.items():
         action.triggered.connect(lambda _=False, name=name: views.set_depth_map(name))
-    views.rangeChanged.connect(lambda: actions[views.material.depth_map].setChecked(True))
+    views.rangeChanged.connect(lambda: actions[views.ranges.depth_map].setChecked(True))
     return menu
 
 

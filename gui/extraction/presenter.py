@@ -135,6 +135,7 @@ class StagePresenter(QObject):
         """Bring the view of the extraction up if it is not to be seen."""
         self.view_wished.emit()
         if not self._views.shows_extraction:
+            self._views.set_content("extraction", "extraction")
             self._views.set_layout(LAYOUT)
 
     def _switch(self, on: bool) -> None:

@@ -38,26 +38,26 @@ class RangePart(Part):
         cell, kind = views.ranged, views.ranged.painter.range_kind
         there = self.desk.workspace.has_session and bool(kind) and cell.bar.levels is not None
         with QSignalBlocker(self._lock):
-            self._lock.setChecked(there and views.range_of(kind).locked)
+            self._lock.setChecked(there and views.ranges.of(kind).locked)
         self._lock.setEnabled(there)
         if not self.panel.isVisible():
             return
-        self.panel.show_map(views.material.depth_map)
+        self.panel.show_map(views.ranges.depth_map)
         if there and cell.bar.levels is not None:
             values = cell.painter.values()
-            self.panel.show_range(cell.strip.title, kind, values, cell.bar.levels, views.range_of(kind))
+            self.panel.show_range(cell.strip.title, kind, values, cell.bar.levels, views.ranges.of(kind))
         else:
             self.panel.show_nothing(cell.strip.title, "Click on a view of depth, a difference or an error")
 
     def _set_mode(self, mode: str) -> None:
         cell = self.desk.views.ranged
         kind, levels = cell.painter.range_kind, cell.bar.levels
-        self.desk.views.set_range(kind, mode, levels if mode == FIXED else None)
+        self.desk.views.ranges.set(kind, mode, levels if mode == FIXED else None)
 
     def _set_levels(self, low: float, high: float) -> None:
         views = self.desk.views
         if low < high:
-            views.set_range(views.ranged.painter.range_kind, FIXED, (low, high))
+            views.ranges.set(views.ranged.painter.range_kind, FIXED, (low, high))
         else:
             self.desk.notes.tell("The lower end of the colours must be below the upper one.")
             self.desk.refresh.mark("range")
@@ -67,4 +67,4 @@ class RangePart(Part):
         views = self.desk.views
         kind, levels = views.ranged.painter.range_kind, views.ranged.bar.levels
         if kind:
-            views.set_range(kind, views.range_of(kind).mode, levels if on else None, locked=on)
+            views.ranges.set(kind, views.ranges.of(kind).mode, levels if on else None, locked=on)

@@ -46,12 +46,12 @@ class Comparison(QObject):
 
     def look_at_a(self, on: bool) -> None:
         """Show side A in place of the result, with the blocks that it was run with; or go back."""
-        session, side = self._session, self._views.sides[0]
+        session, side = self._session, self._views.sides.names[0]
         kept = None if session is None else _kept(session, side)
         if on and session is not None and kept is not None and not np.array_equal(kept.run.blocks, session.labels):
             self._has_other_blocks = True
             self._presenter.show_other(kept.run.blocks, kept.completion.depth)
-        self._views.look_at_a(on)
+        self._views.sides.look_at_a(on)
         if not on and self._has_other_blocks:
             self._has_other_blocks = False
             self._presenter.show_present()

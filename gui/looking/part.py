@@ -36,7 +36,7 @@ class LookingPart(Part):
             "view_content": views.choose_content,
             "reset_contents": views.reset_contents,
             "compare_two": lambda: views.toggle_layout(LAYOUT),
-            "swap_sides": lambda: views.set_sides(*reversed(views.sides)),
+            "swap_sides": lambda: views.sides.choose(*reversed(views.sides.names)),
         }
         for name, handler in handlers.items():
             actions[name].triggered.connect(lambda _=False, handler=handler: handler())
@@ -57,7 +57,7 @@ class LookingPart(Part):
         views = self.desk.views
         if on and not any(cell.isVisible() and cell.concrete == "result" for cell in views.cells.values()):
             views.set_content(next(name for name, cell in views.cells.items() if cell is views.active), "result")
-        views.set_swiping(on)
+        views.sides.set_swiping(on)
 
     def shutdown(self) -> bool:
         """Stop for good, before the window closes. True if no thread is left."""

@@ -15,13 +15,10 @@ from gui import theme
 from gui.views.contents.cell import Cell
 from gui.views.contents.making import Studio
 from gui.views.contents.material import Layer, Material, ShownRun, Spectrum
-from gui.views.contents.names import short_title
-from gui.views.contents.painter import full_levels
 from gui.views.contents.stages import StageBoard
-from ilf.drawing.levels import robust_depth_levels
 
 from .block_names import InnerPoint, inner_points
-from .colour_maps import depth_table
+from .colour_ranges import ColourRanges
 from .empty_hint import EmptyHint
 from .image_view import ImageView
 from .items import missing_brush
@@ -30,10 +27,10 @@ from .navigation import Navigation
 from .overlay import BlockOverlay
 from .pointer import PointerHandler
 from .preview import Preview
-from .ranges import FIXED, KINDS, ROBUST, Range
+from .ranges import FIXED, ROBUST
 from .screen_layers import ScreenLayers
 from .sheet import Sheet
-from .swipe import Label, Swipe
+from .two_sides import TwoSides
 from .view_transform import ViewTransform
 
 _ALL = (
@@ -51,6 +48,16 @@ class LinkedViews(QWidget):
 
     The left button goes to the pointer handler first and pans if that does not want it; the middle button and
     space + left pan; the wheel zooms at the cursor; arrows, plus and minus do the same by keyboard.
+
+    Attributes
+    ----------
+    cells : dict
+        Name -> Cell.
+    material : Material
+        What there is to show.
+    ranges : ColourRanges
+    sides : TwoSides
+    extraction : StageBoard
 
     Signals
     -------
@@ -87,8 +94,10 @@ class LinkedViews(QWidget):
         self._layers = ScreenLayers()
         self._active = next(iter(self.cells))
         self._last_levels: tuple[float, float] | None = None
-        self.swipe = Swipe(self._views, self._is_swiped, self)
-        self.swipe.moved.connect(self._draw_swiped)
+        self.ranges = ColourRanges(self.material, self)
+        self.ranges.changed.connect(self._follow_ranges)
+        self.sides = TwoSides(self.material, self._views, self._content_of, self)
+        self.sides.changed.connect(lambda part: self._changed(part))
 
         self._hint = EmptyHint()
         self._sheet = Sheet(self.cells)
@@ -139,10 +148,8 @@ class LinkedViews(QWidget):
         self._navigation.set_frame((width, height))
         for view in self._views:
             view.set_frame_size(width, height)
-        self.swipe.set_frame(width, height)
-        for one in self.material.ranges.values():
-            one.turn_to_another_frame()
-        self._find_depth_levels()
+        self.sides.swipe.set_frame(width, height)
+        self.ranges.turn_to_another_frame()
         self._pages.setCurrentWidget(self._sheet)
         self._sheet.set_aspect(self._transform.aspect)
         self._changed(*_ALL)
@@ -184,6 +191,7 @@ class LinkedViews(QWidget):
         """
         self._check(depth_out, "a result")
         self.material.result = None if depth_out is None else Layer(depth_out, guessed, stale)
+        self.ranges.follow_result()
         self._changed("result")
 
     def set_distrusted(self, mask: NDArray[np.bool_] | None) -> None:
@@ -280,7 +288,7 @@ class LinkedViews(QWidget):
             cell.follow()
             cell.redraw(set(parts))
         if "runs" in parts:
-            self._label_sides()
+            self.sides.write_labels()
         levels = self.ranged.bar.levels
         if levels != self._last_levels:
             self._last_levels = levels
@@ -306,7 +314,7 @@ class LinkedViews(QWidget):
             self.cells[cell].set_content(content)
             self._layers.show([cell.view for cell in self._sheet.shown])
             self._show_marks()
-            self.swipe.show()
+            self.sides.swipe.show()
             self.shownChanged.emit()
             self.rangeChanged.emit()
 
@@ -344,47 +352,6 @@ class LinkedViews(QWidget):
         """Open the menu of the cell under the pointer, or of the active one."""
         under = (cell for cell in self._sheet.shown if cell.underMouse())
         next(under, self.active).open_menu()
-
-    # two sides
-
-    @property
-    def sides(self) -> tuple[str, str]:
-        """Names of the two depths that are compared, A and B."""
-        return self.material.sides
-
-    def set_sides(self, first: str = "", second: str = "") -> None:
-        """Compare two depths, by names of `contents.names.COMPARABLE`; "" stands for what is best as things are."""
-        self.material.chosen_sides = first, second
-        self._changed("sides", "runs")
-        self._draw_swiped()
-
-    def set_swiping(self, on: bool) -> None:
-        """Part the result by a handle: side A left of it, side B right of it."""
-        self.swipe.set_on(on)
-
-    def look_at_a(self, on: bool) -> None:
-        """Let side A stand in for the result for a while."""
-        if on != self.material.looks_at_a:
-            self.material.looks_at_a = on
-            self._changed("result")
-
-    def _is_swiped(self, view: ImageView) -> bool:
-        """The result, and blocks where the two sides have others."""
-        shown = {"result", "colour"} if any(self.material.side_blocks) else {"result"}
-        return any(cell.view is view and cell.concrete in shown for cell in self.cells.values())
-
-    def _draw_swiped(self) -> None:
-        self.material.swiped_at = round(self.swipe.x) if self.swipe.on else None
-        self._changed("swipe")
-
-    def _label_sides(self) -> None:
-        first, second = (self._label_of(depth) for depth in self.material.sides)
-        self.swipe.set_labels((first, second))
-
-    def _label_of(self, depth: str) -> Label:
-        run = self.material.run(depth)
-        name = short_title(depth, self.material.names)
-        return name[:1].upper() + name[1:], None if run is None else run.colour
 
     # blocks, selection, preview
 
@@ -456,61 +423,21 @@ class LinkedViews(QWidget):
     @property
     def levels(self) -> tuple[float, float]:
         """Depth [m] at the ends of the depth colours."""
-        return self.material.ranges["depth"].levels or (0.0, 1.0)
+        return self.ranges.depth
 
     def set_levels(self, low: float, high: float) -> None:
         """Depth [m] at the ends of the depth colours, for all depths."""
-        self.set_range("depth", FIXED, (low, high))
+        self.ranges.set("depth", FIXED, (low, high))
 
     def auto_levels(self) -> None:
         """Set the depth levels from the 1st and 99th percentile of the incoming depth."""
-        self.set_range("depth", ROBUST)
-
-    def range_of(self, kind: str) -> Range:
-        """How the ends of the colours of a kind (`ranges.KINDS`) are found."""
-        return self.material.ranges[kind]
-
-    def set_range(
-        self, kind: str, mode: str, levels: tuple[float, float] | None = None, locked: bool | None = None
-    ) -> None:
-        """Find the ends of the colours of a kind in another way (`ranges.MODES`), or set them, or lock them.
-
-        Raises
-        ------
-        ValueError
-            If the lower level is not below the upper one.
-        """
-        if levels is not None and not levels[0] < levels[1]:
-            unit = KINDS[kind]
-            raise ValueError(f"the lower level must be below the upper one, not {levels[0]:g} and {levels[1]:g} {unit}")
-        one = self.material.ranges[kind]
-        one.mode, one.locked = mode, one.locked if locked is None else locked
-        if levels is not None:
-            one.levels = float(levels[0]), float(levels[1])
-        elif mode != FIXED and not one.locked:
-            one.levels = None
-        self._find_depth_levels()
-        self._changed("levels")
-        self.rangeChanged.emit()
-
-    def _find_depth_levels(self) -> None:
-        """One range for all depths, of depth in; in full, of all that is to be seen."""
-        material = self.material
-        if material.depth_in is None:
-            return
-        depth_in, result = material.depth_in, material.result
-
-        def full() -> tuple[float, float]:
-            low, high = full_levels(depth_in)
-            other = (low, high) if result is None else full_levels(result.depth)
-            return min(low, other[0]), max(high, other[1])
-
-        material.ranges["depth"].find(lambda: robust_depth_levels(depth_in), full)
+        self.ranges.set("depth", ROBUST)
 
     def set_depth_map(self, name: str) -> None:
         """Choose the depth colours by a name of `colour_maps.DEPTH_MAPS`."""
-        self.material.depth_table = depth_table(name)
-        self.material.depth_map = name
+        self.ranges.set_depth_map(name)
+
+    def _follow_ranges(self) -> None:
         self._changed("levels")
         self.rangeChanged.emit()
 
@@ -579,10 +506,16 @@ class LinkedViews(QWidget):
         """Events of all views."""
         if event.type() == QEvent.Type.MouseButtonPress:
             self._activate(view)
-        return self.swipe.handle(view, event) or self._navigation.handle(view, event)
+        return self.sides.swipe.handle(view, event) or self._navigation.handle(view, event)
+
+    def _name_of(self, view: ImageView) -> str:
+        return next(name for name, cell in self.cells.items() if cell.view is view)
+
+    def _content_of(self, view: ImageView) -> str:
+        return self.cells[self._name_of(view)].concrete
 
     def _activate(self, view: ImageView) -> None:
-        name = next(name for name, cell in self.cells.items() if cell.view is view)
+        name = self._name_of(view)
         if name != self._active:
             self._active = name
             self.rangeChanged.emit()

@@ -36,4 +36,4 @@ class SidesMenu(QMenu):
     def _choose(self, depth: str) -> None:
         sides = list(self._views.material.chosen_sides)
         sides[self._side] = depth
-        self._views.set_sides(*sides)
+        self._views.sides.choose(*sides)

@@ -68,7 +68,7 @@ def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(
     qtbot.keyRelease(out.view, Qt.Key.Key_V)
     assert out.painter.value_at(column, row) == now
     window.actions_["swipe"].trigger()
-    window.views.swipe.move_to(window.workspace.session.frame.shape[1])
+    window.views.sides.swipe.move_to(window.workspace.session.frame.shape[1])
     assert out.painter.value_at(column, row) == kept.completion.depth[row, column]
     window.readout.point_at((int(column), int(row)))
     assert "Best" in window.status.readout.text()

@@ -145,21 +145,21 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     views.set_runs([ShownRun("Run 1", flat(1.1), colour=(1, 2, 3))])
     cell = views.cells["depth-out"]
     run_2 = colour_at(cell, 10.5, 30.5)
-    views.set_swiping(True)
+    views.sides.set_swiping(True)
     run_1 = colour_at(cell, 10.5, 30.5)
     assert run_1 != run_2 == colour_at(cell, 60.5, 30.5)
     drag(cell.view, (WIDTH / 2, 30), (50, 30))
-    assert views.swipe.x == 50
+    assert views.sides.swipe.x == 50
     assert colour_at(cell, 45.5, 30.5) == run_1
     assert colour_at(cell, 60.5, 40.5) == run_2
     assert not {"PRESS", "MOVE", "RELEASE"} & set(heard)
     assert cell.painter.value_at(45, 30) == pytest.approx(1.1)
     drag(views.cells["depth-in"].view, (50, 30), (20, 30))
-    assert views.swipe.x == 50, "where there is no handle there is nothing to drag"
+    assert views.sides.swipe.x == 50, "where there is no handle there is nothing to drag"
     assert "PRESS" in heard
-    views.set_sides("result", "run-1")
+    views.sides.choose("result", "run-1")
     assert colour_at(cell, 45.5, 40.5) == run_2
-    views.set_swiping(False)
+    views.sides.set_swiping(False)
     assert colour_at(cell, 60.5, 40.5) == run_2
 
 
@@ -171,13 +171,13 @@ def test_blocks_of_the_two_sides_are_parted_where_they_differ(views):
     views.set_result(flat(2.9))
     cell = views.cells["colour"]
     views.set_runs([ShownRun("Run 1", flat(1.1), blocks=(2 * ones, table))])
-    views.set_swiping(True)
+    views.sides.set_swiping(True)
     assert [colour_at(cell, x, 40.5) for x in (10.5, 50.5)] == [(0, 0, 200), (200, 0, 0)]
     drag(cell.view, (WIDTH / 2, 30), (20, 30))
     assert [colour_at(cell, x, 40.5) for x in (10.5, 30.5)] == [(0, 0, 200), (200, 0, 0)]
-    views.set_sides("depth-in", "run-1")
+    views.sides.choose("depth-in", "run-1")
     assert colour_at(cell, 50.5, 40.5) == (0, 0, 200)
-    views.set_swiping(False)
+    views.sides.set_swiping(False)
     assert colour_at(cell, 10.5, 40.5) == (200, 0, 0)
 
 
@@ -186,13 +186,13 @@ def test_side_a_stands_in_for_the_result_for_a_while(views):
     views.set_result(flat(2.0))
     views.set_runs([ShownRun("Run 1", flat(2.5))])
     cell, difference = views.cells["depth-out"], views.cells["difference"]
-    views.look_at_a(True)
+    views.sides.look_at_a(True)
     assert cell.painter.value_at(5, 5) == 2.5
     assert cell.strip.title == "Run 1"
     assert difference.painter.value_at(5, 5) == -500, "their difference stays to be seen"
     views.set_result(flat(2.1))
     assert cell.painter.value_at(5, 5) == 2.5
-    views.look_at_a(False)
+    views.sides.look_at_a(False)
     assert cell.painter.value_at(5, 5) == pytest.approx(2.1)
     assert cell.strip.title == "Depth out"
 
@@ -204,16 +204,16 @@ def test_ranges_are_robust_full_or_fixed_and_stay_when_they_are_locked(views):
     rgb = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
     views.set_frame(rgb, depth)
     assert views.levels == (2.0, 3.0)
-    views.set_range("depth", FULL)
+    views.ranges.set("depth", FULL)
     assert views.levels == (2.0, 9.0)
     views.set_levels(1.5, 2.5)
     assert views.cells["depth-in"].bar.levels == (1.5, 2.5)
     views.set_frame(rgb, depth)
     assert views.levels == (2.0, 3.0), "numbers were for the frame before"
-    views.set_range("depth", ROBUST, (1.0, 4.0), locked=True)
+    views.ranges.set("depth", ROBUST, (1.0, 4.0), locked=True)
     views.set_frame(rgb, depth)
     assert views.levels == (1.0, 4.0)
-    views.set_range("depth", ROBUST, locked=False)
+    views.ranges.set("depth", ROBUST, locked=False)
     assert views.levels == (2.0, 3.0)
 
 

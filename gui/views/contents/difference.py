@@ -62,7 +62,7 @@ class DifferencePainter(Painter):
         few = (sample(first) - sample(second)) * _MM
         if not np.nanmax(np.abs(few), initial=0.0) > 0 and self._are_equal(first, second):
             return
-        level = self._find_level(few)
+        level = self._find_level(few, first, second)
         if self._drawn is not None and self._level == level and self._drawn[0].depth.shape == first.shape:
             self._draw_changes(self._drawn, first, second)
         else:
@@ -92,14 +92,14 @@ class DifferencePainter(Painter):
         self.cell.set_legend([])
         self.show_nothing(message)
 
-    def _find_level(self, few: NDArray[np.float32]) -> float:
+    def _find_level(self, few: NDArray[np.float32], first: Depth, second: Depth) -> float:
         """What is equal, as measured depth mostly is, says nothing of how far the rest is apart."""
 
         def robust() -> tuple[float, float]:
             level = robust_difference_level(few[few != 0])
             return -level, level
 
-        low, high = levels_of(self.material, "signed", robust, lambda: few)
+        low, high = levels_of(self.material, "signed", robust, lambda: (first - second) * _MM)
         return max(abs(low), abs(high))
 
     def _draw_changes(self, drawn: tuple[_Operand, _Operand], first: Depth, second: Depth) -> None:

@@ -46,7 +46,7 @@ class ExpectedErrorPainter(Painter):
             self.show_nothing(NO_RESULT)
             return
         few = sample(error) * _MM
-        low, high = levels_of(self.material, "expected", lambda: robust_error_levels(few), lambda: few)
+        low, high = levels_of(self.material, "expected", lambda: robust_error_levels(few), lambda: error * _MM)
         levels = max(low, _LEAST_MM), max(high, 2 * max(low, _LEAST_MM))
         self._drawn = depth, error, levels
         if drawn is not None and drawn[0] is depth and drawn[2] == levels:
