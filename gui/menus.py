@@ -23,6 +23,7 @@ from gui.tools.options_row import OptionsRow
 from gui.views.colour_maps import DEPTH_MAPS
 from gui.views.layouts import CELLS, LAYOUT_TEXTS, LAYOUTS
 from gui.views.linked_views import LinkedViews
+from gui.views.sides_menu import SidesMenu
 from ilf.drawing.stages import STAGES
 
 BLOCK_MENU = (
@@ -30,12 +31,17 @@ BLOCK_MENU = (
     "grow_blocks shrink_blocks smooth_blocks clean_up | new_block fit"
 )
 _TOOLS = "tool_select tool_border tool_outline tool_split tool_paint tool_erase tool_give tool_distrust"
+_INSPECT = (
+    "tool_profile tool_rectangle tool_measure remove_marks | save_profile save_profile_picture | copy_statistics | "
+    "copy_measurements save_measurements delete_measurements"
+)
 _MENUS = {
     "&File": "open open_sample open_run | load_truth remove_truth | load_blocks save_blocks export save_picture | "
     "close_frame quit",
     "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | give_up",
     "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",
+    "I&nspect": _INSPECT,
     "Re&view": "next_suspect previous_suspect leave_suspect | suggest_distrust",
     "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | guess clear_results | "
     "test_hidden sweep | show_runs compare_runs accept_run restore_run export_runs clear_runs",
@@ -71,11 +77,15 @@ def fill_menu_bar(
     view.addAction(actions["fold_panels"])
     view.addActions(list(toggles))
     view.addSeparator()
+    _fill(view, entries(actions, "view_content reset_contents"))
+    view.addMenu(_compare_menu(actions, views, view))
+    view.addSeparator()
     _fill(view, entries(actions, "contours_only block_names show_missing shuffle_colours | layout_correct"))
     view.addMenu(_layout_menu(views, view))
     stages = view.addMenu("&Stage of the extraction")
     _fill(stages, entries(actions, " ".join(f"stage_{name}" for name in STAGES)))
     view.addMenu(_depth_map_menu(views, view))
+    _fill(view, entries(actions, "show_range lock_range"))
     view.addMenu(_theme_menu(view))
     bar.addMenu(experiments)
     _fill(bar.addMenu("&Help"), entries(actions, "about"))
@@ -121,6 +131,14 @@ def _choices(menu: QMenu, texts: Mapping[str, str], chosen: str) -> dict[str, QA
     return actions
 
 
+def _compare_menu(actions: Actions, views: LinkedViews, parent: QMenu) -> QMenu:
+    menu = QMenu("Co&mpare two depths", parent)
+    _fill(menu, entries(actions, "compare_two swipe blink | swap_sides"))
+    for side in (0, 1):
+        menu.addMenu(SidesMenu(views, side, menu))
+    return menu
+
+
 def _layout_menu(views: LinkedViews, parent: QMenu) -> QMenu:
     menu = QMenu("&Layout", parent)
     actions = _choices(menu, LAYOUT_TEXTS, LAYOUTS[0])
@@ -134,8 +152,10 @@ def _layout_menu(views: LinkedViews, parent: QMenu) -> QMenu:
 def _depth_map_menu(views: LinkedViews, parent: QMenu) -> QMenu:
     menu = QMenu("Depth &colours", parent)
     texts = {name: name.capitalize() for name in DEPTH_MAPS}
-    for name, action in _choices(menu, texts, next(iter(DEPTH_MAPS))).items():
+    actions = _choices(menu, texts, next(iter(DEPTH_MAPS)))
+    for name, action in actions.items():
         action.triggered.connect(lambda _=False, name=name: views.set_depth_map(name))
+    views.rangeChanged.connect(lambda: actions[views.ranges.depth_map].setChecked(True))
     return menu
 
 

@@ -72,10 +72,10 @@ def test_guesses_are_striped_named_and_counted(margin: MainWindow, qtbot: QtBot,
     completion = margin.workspace.session.completion()
     assert completion.guessed[:3].all()
     np.testing.assert_array_equal(completion.depth[~completion.guessed], before.depth[~completion.guessed])
-    assert cell._stripes.isVisible()
-    assert not margin.views.cells["depth-in"]._stripes.isVisible()
+    assert cell.painter._stripes.isVisible()
+    assert not margin.views.cells["depth-in"].painter._stripes.isVisible()
     assert (cell.view.image.image[completion.guessed] == 0).all()
-    assert (cell._guesses.image[completion.guessed] > 0).all()
+    assert (cell.painter._guesses.image[completion.guessed] > 0).all()
     assert "(guessed)" in margin.status.readout.text()
     margin.readout.point_at((30, 10))
     assert "guessed" not in margin.status.readout.text()
@@ -84,9 +84,10 @@ def test_guesses_are_striped_named_and_counted(margin: MainWindow, qtbot: QtBot,
     margin.centre.setCurrentWidget(margin.cloud)
     margin.refresh.now()
     assert f"of these {np.count_nonzero(completion.guessed)} guessed" in margin.cloud.canvas._caption
+    margin.centre.setCurrentWidget(margin.images)
     margin.actions_["clear_results"].trigger()
     margin.refresh.now()
-    assert not cell._stripes.isVisible()
+    assert not cell.painter._stripes.isVisible()
     assert cell.view.image.image is None
 
 
@@ -157,8 +158,8 @@ def test_a_run_that_does_not_come_out_as_recorded_says_by_how_much(
     _open_run(opened, qtbot, tmp_path / "out" / "run.json")
     from ilf import completion
 
-    honest = completion._block_depth
-    monkeypatch.setattr(completion, "_block_depth", lambda *all_of_it: honest(*all_of_it) + np.float32(0.25))
+    honest = completion.block_depth
+    monkeypatch.setattr(completion, "block_depth", lambda *all_of_it: honest(*all_of_it) + np.float32(0.25))
     run_all(opened)
     assert "differs from the recorded one by up to 2.5e-01 m" in reported[-1]
 
