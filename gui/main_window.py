@@ -34,6 +34,7 @@ from gui.frames.loader import FrameLoader
 from gui.frames.presenter import FramesPresenter
 from gui.frames.replays import ReplayPresenter
 from gui.history.history_view import HistoryView
+from gui.inspect.part import InspectPart
 from gui.kept.part import KeptRunsPart
 from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar, show_about
 from gui.presets.part import PresetsPart
@@ -65,7 +66,7 @@ from gui.work.refresh import Refresh
 from gui.work.runs import RunController, RunState
 from ilf.drawing.stages import STAGES
 
-_PARTS: tuple[type[Part], ...] = (KeptRunsPart, PresetsPart, SweepPart, AccuracyPart)
+_PARTS: tuple[type[Part], ...] = (KeptRunsPart, PresetsPart, SweepPart, AccuracyPart, InspectPart)
 
 
 class MainWindow(QMainWindow):
@@ -201,6 +202,7 @@ class MainWindow(QMainWindow):
             self.notes,
             self.filter_panel,
             self.filter_presenter,
+            self.errors,
         )
         self.parts: list[Part] = [make(desk) for make in _PARTS]
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.experiments)

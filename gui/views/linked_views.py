@@ -346,6 +346,11 @@ class LinkedViews(QWidget):
         """Which of `LAYOUTS` is shown."""
         return self._sheet.layout_name
 
+    @property
+    def pixel_size(self) -> float:
+        """Image pixels per pixel of the screen, in a view that is not a small one."""
+        return 1 / self._transform.scale
+
     def set_layout(self, name: str) -> None:
         """Arrange the views: by one of `LAYOUTS`, some of them or one alone."""
         self._sheet.set_layout(name)
