@@ -8,6 +8,7 @@ from PySide6.QtGui import QAction, QActionGroup, QKeySequence, QUndoGroup
 from PySide6.QtWidgets import QWidget
 
 from gui import theme
+from gui.cloud.commands import COMMANDS as _OF_CLOUD
 from gui.command import Command
 
 COMMANDS = (
@@ -292,6 +293,7 @@ COMMANDS = (
     Command("next_frame", "Next frame", "", "Ctrl+PgDown"),
     Command("previous_frame", "Previous frame", "", "Ctrl+PgUp"),
     Command("about", "&About ILF Studio", "ph.info"),
+    *_OF_CLOUD,
 )
 _HISTORY_ICONS = {"undo": "ph.arrow-counter-clockwise", "redo": "ph.arrow-clockwise"}
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtCore import QObject
 
 from gui.frames.loader import FrameLoader
@@ -12,10 +14,22 @@ from gui.work.runs import RunController, RunState
 
 
 class StatusPresenter(QObject):
-    """Hint and progress."""
+    """Hint and progress.
+
+    Parameters
+    ----------
+    elsewhere : callable
+        Gives what the mouse does where it is at no view of the tools; "" where it is at one.
+    """
 
     def __init__(
-        self, workspace: Workspace, runs: RunController, loader: FrameLoader, editor: Editor, bar: StatusBar
+        self,
+        workspace: Workspace,
+        runs: RunController,
+        loader: FrameLoader,
+        editor: Editor,
+        bar: StatusBar,
+        elsewhere: Callable[[], str],
     ) -> None:
         super().__init__(bar)
         self._workspace = workspace
@@ -23,10 +37,12 @@ class StatusPresenter(QObject):
         self._loader = loader
         self._editor = editor
         self._bar = bar
+        self._elsewhere = elsewhere
 
     def show_hint(self) -> None:
         """What is being opened or extracted, or else what a click would do now."""
-        idle = self._editor.tool.hint if self._workspace.has_session else "Open a frame: Ctrl+O"
+        hint = self._elsewhere() or self._editor.tool.hint
+        idle = hint if self._workspace.has_session else "Open a frame: Ctrl+O"
         self._bar.hint.setText(self._loader.present or idle)
         self._bar.hint.setToolTip(idle)  # where the window is too narrow for it
 
