@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import fields
 from functools import lru_cache
@@ -16,7 +17,8 @@ _AT_HAND = 32
 
 
 class CompactHistory(Sequence[IterationRecord]):
-    """Records in arrays, a quarter of their size or less; each is made anew when it is looked at.
+    """Records in arrays, a quarter of their size or less; each is made anew when it is looked at, but for the first, which
+    stays the very same: what else is kept of the iterations may be known by it.
 
     Parameters
     ----------
@@ -27,11 +29,12 @@ class CompactHistory(Sequence[IterationRecord]):
     --------
     >>> records = [IterationRecord(i, 1, 0.1 / i, 20.0, 0.01, float("nan"), 0.002 * i) for i in (1, 2, 3)]
     >>> history = CompactHistory(records)
-    >>> len(history), history[-1] == records[-1], list(history) == records
-    (3, True, True)
+    >>> len(history), history[-1] == records[-1], list(history) == records, history[0] is records[0]
+    (3, True, True, True)
     """
 
     def __init__(self, records: Sequence[IterationRecord]) -> None:
+        self._first = records[0]
         self._kind = type(records[0])
         self._columns = {
             field.name: np.array([getattr(record, field.name) for record in records]) for field in fields(self._kind)
@@ -45,7 +48,7 @@ class CompactHistory(Sequence[IterationRecord]):
     @overload
     def __getitem__(self, place: slice) -> tuple[IterationRecord, ...]: ...
     def __getitem__(self, place: int | slice) -> IterationRecord | tuple[IterationRecord, ...]:
-        return self.records()[place]
+        return self._first if place == 0 else self.records()[place]
 
     def __repr__(self) -> str:
         return repr(self.records())
@@ -61,4 +64,5 @@ def _records(history: CompactHistory) -> tuple[IterationRecord, ...]:
     values = [
         [tuple(row) for row in column.tolist()] if column.ndim > 1 else column.tolist() for column in columns.values()
     ]
-    return tuple(kind(**dict(zip(columns, row, strict=True))) for row in zip(*values, strict=True))
+    made = (kind(**dict(zip(columns, row, strict=True))) for row in zip(*values, strict=True))
+    return (history._first, *itertools.islice(made, 1, None))
