@@ -92,6 +92,10 @@ class KeptRunsPart(Part):
         compared = self.desk.workspace.session.compared
         same = len(chosen) == len(compared) and all(kept in compared for kept in chosen)
         self.desk.workspace.compare([] if same else chosen)
+        if not same:
+            what = chosen[0].name if len(chosen) == 1 else f"{len(chosen)} runs"
+            text = f"{what} can be seen beside the present result: in curves, profile and views; held V shows it."
+            self.desk.notes.offer(text, self.desk.actions["compare_two"])
 
     def restore(self) -> None:
         """Take the parameters of the chosen run."""
