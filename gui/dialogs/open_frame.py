@@ -141,7 +141,7 @@ class OpenFrameDialog(QDialog):
             self.colour_preview.show_rgb(frame.rgb)
             self.depth_preview.show_depth(frame.depth)
             doubt = doubtful_scale(frame.depth, float(str(frame.sources["depth_units"])))
-            text = _reading(frame)
+            text = " ".join(filter(None, (_reading(frame), source.beside())))
             self.message.say(f"{text}\n{doubt}" if doubt else text, "warning" if doubt else "good")
             self.open_button.setEnabled(True)
 

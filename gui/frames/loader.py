@@ -203,7 +203,8 @@ def _open(source: FrameSource, parameters: BlockParameters) -> _Opened:
     found = find(frame, parameters)
     prepare(frame, preset(), parameters)  # here and now, rather than when the first slider is moved
     extraction = found.extraction
-    run = Run(frame, extraction.blocks, extraction=parameters, network=extraction.network, notes=extraction.notes)
+    notes = (*extraction.notes, *filter(None, [source.beside()]))
+    run = Run(frame, extraction.blocks, extraction=parameters, network=extraction.network, notes=notes)
     return _Opened(run, source, source.key, found)
 
 

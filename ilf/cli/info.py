@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..frame import CameraIntrinsics, check_depth_scale
-from ..io import META_NAME, default_depth_units, frame_folder, read_colour, read_depth_values
+from ..io import META_NAME, default_depth_units, frame_beside, frame_folder, read_colour, read_depth_values
 from ..io.camera_files import intrinsics_from
 from ..io.depth_files import depth_in_metres
 from ..run import missing_or_changed, read_record
@@ -44,7 +44,9 @@ def run(arguments: argparse.Namespace) -> None:
     elif len(inputs) in {1, 2}:
         facts = [("colour", _colour(inputs[0]))]
         if len(inputs) == 2:
-            facts += _depth_facts(inputs[1], arguments.depth_units, arguments.intrinsics)
+            beside = frame_beside(*inputs)
+            units, camera = (beside.depth_units, beside.intrinsics) if beside else (None, None)
+            facts += _depth_facts(inputs[1], arguments.depth_units or units, arguments.intrinsics or camera)
         _print_facts(facts)
     else:
         raise UsageError("Give a colour and a depth file, one folder, or a run.json.")

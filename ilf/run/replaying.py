@@ -188,7 +188,9 @@ def _recorded_frame(
         or frame.inputs.depth.sha256 != inputs.depth.sha256
     ):
         raise InputError("The colour or the depth file of the recorded run changed while it was read. Try again.")
-    frame = dataclasses.replace(frame, inputs=inputs)
+    # a meta.json that has come beside the files since then does not count
+    camera = None if inputs.intrinsics is None else frame.intrinsics
+    frame = dataclasses.replace(frame, inputs=inputs, intrinsics=camera)
     distrusted = _recorded_mask(record.distrusted, "distrusted depth", folder, frame.shape)
     return frame.distrusting(distrusted)
 
