@@ -52,8 +52,8 @@ from gui.views.pointer import PointerEvent
 from gui.views.presenter import ViewsPresenter
 from gui.views.view_bar import ViewBar
 from gui.widgets.log import LogPanel
-from gui.widgets.message_strip import MessageStrip
 from gui.widgets.notes import Notes
+from gui.widgets.toasts import Toasts
 from gui.work.live import LiveSolver
 from gui.work.refresh import Refresh
 from gui.work.runs import RunController, RunState
@@ -97,9 +97,9 @@ class MainWindow(QMainWindow):
         going = [actions[name] for name in ["previous_suspect", "next_suspect", "close_review"]]
         self.review_strip = ReviewStrip(going, [actions["leave_suspect"]])
         self.distrust_strip = ReviewStrip([], [actions["take_suggested"], actions["leave_suggested"]])
-        self.messages = MessageStrip(self, (self.effect_line, self.review_strip, self.distrust_strip))
-        self.notes = Notes(self, self.messages, self.log)
         self.cloud = CloudView()
+        self.toasts = Toasts(self, (self.views, self.cloud))
+        self.notes = Notes(self, self.toasts, self.log)
         self.curves = CurvesPanel()
         self.frames = FrameList()
         self.history = HistoryView(self.workspace.undo_group)

@@ -9,8 +9,8 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
 from gui.widgets.log import LogPanel
-from gui.widgets.message_strip import MessageStrip
 from gui.widgets.messages import warn
+from gui.widgets.toasts import Toasts
 from ilf.errors import IlfError
 
 _TOLD_MS = 6000
@@ -29,28 +29,28 @@ class Notes(QObject):
 
     reported = Signal(str)
 
-    def __init__(self, window: QWidget, strip: MessageStrip, log: LogPanel) -> None:
+    def __init__(self, window: QWidget, toasts: Toasts, log: LogPanel) -> None:
         super().__init__(window)
         self._window = window
-        self._strip = strip
+        self._toasts = toasts
         self._log = log
         self._glimpsed = ""
 
     def tell(self, message: str) -> None:
         """Something that needs no answer."""
-        self._strip.tell(message, _TOLD_MS)
+        self._toasts.tell(message, _TOLD_MS)
         self._log.add(message)
 
     def offer(self, message: str, action: QAction) -> None:
-        """Something that a command could be given for; it stays until something else is done."""
-        self._strip.tell(message, _OFFERED_MS, action)
+        """Something that a command could be given for; it stays for a good while."""
+        self._toasts.tell(message, _OFFERED_MS, action)
 
     def glimpse(self, message: str) -> None:
         """Something that is of no interest any more when it has been read, as it comes at every move of a slider; nor
         while anything else is said."""
-        if self._strip.message in ("", self._glimpsed):
+        if self._toasts.message in ("", self._glimpsed):
             self._glimpsed = message
-            self._strip.tell(message, _GLIMPSE_MS)
+            self._toasts.change(message, _GLIMPSE_MS)
 
     def warn(self, what: str, notes: Iterable[str]) -> None:
         """Something that was done, but not quite as asked for; nothing is shown if there are no notes."""
