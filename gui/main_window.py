@@ -17,6 +17,7 @@ from gui.cloud.cloud_view import CloudView
 from gui.cloud.presenter import CloudPresenter
 from gui.curves.curves_panel import CurvesPanel
 from gui.curves.presenter import CurvesPresenter
+from gui.dialogs.about import AboutDialog
 from gui.dialogs.documents import Documents
 from gui.docks import Docks
 from gui.effect.effect_line import EffectLine
@@ -31,7 +32,7 @@ from gui.frames.loader import FrameLoader
 from gui.frames.presenter import FramesPresenter
 from gui.frames.replays import ReplayPresenter
 from gui.history.history_view import HistoryView
-from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar, show_about
+from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar
 from gui.review.distrust import DistrustPresenter
 from gui.review.presenter import ReviewPresenter
 from gui.review.strip import ReviewStrip
@@ -273,7 +274,7 @@ class MainWindow(QMainWindow):
             "layout_correct": partial(self.views.toggle_layout, CORRECT),
             "next_frame": lambda: self.frame_presenter.turn(1),
             "previous_frame": lambda: self.frame_presenter.turn(-1),
-            "about": lambda: show_about(self),
+            "about": lambda: AboutDialog(self).open(),
             **{f"stage_{name}": partial(self.stages.show_stage, name) for name in STAGES},
         }
         for name, handler in handlers.items():

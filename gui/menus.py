@@ -10,13 +10,11 @@ from PySide6.QtWidgets import (
     QApplication,
     QMenu,
     QMenuBar,
-    QMessageBox,
     QSizePolicy,
     QToolBar,
     QWidget,
 )
 
-import ilf
 from gui import theme
 from gui.actions import Actions
 from gui.tools.options_row import OptionsRow
@@ -82,18 +80,6 @@ def fill_menu_bar(
 def entries(actions: Mapping[str, QAction] | Actions, names: str) -> list[QAction | None]:
     """Actions by their names, None where "|" separates them."""
     return [None if name == "|" else actions[name] for name in names.split()]
-
-
-def show_about(window: QWidget) -> None:
-    """Say what this program is."""
-    QMessageBox.about(
-        window,
-        "About ILF Studio",
-        f"<b>ILF Studio {ilf.__version__}</b><p>Completes the missing depth in RGB-D frames by iterative low-pass "
-        "filtering.</p><p>After Wang, Yu, Yang, Huang, Zhu, Lau, Sun: <i>Depth Image Completion through "
-        "Iterative Low-Pass Filtering</i>, Appl. Sci. 2024, 14(2), 696, doi:10.3390/app14020696.</p>"
-        "<p>MIT licence.</p>",
-    )
 
 
 def _fill(menu: QMenu | QToolBar, actions: Iterable[QAction | None]) -> None:

@@ -27,8 +27,8 @@ from gui import theme
 from gui.experiments.options import ExperimentOptions
 from gui.experiments.result_view import ResultView
 from gui.experiments.runner import ExperimentRunner
-from gui.widgets.messages import Message, warn
-from gui.widgets.notes import error_text
+from gui.widgets.messages import Message
+from gui.widgets.problems import error_details, error_text, warn
 from ilf.errors import IlfError
 from ilf.experiments import EXPERIMENTS, read_result, write_report
 from ilf.experiments.files import StoredResult
@@ -331,7 +331,7 @@ class ExperimentsWindow(QWidget):
         self.told.setToolTip(str(path))
 
     def _report(self, what: str, error: Exception) -> None:
-        warn(self, what, error_text(error))
+        warn(self, what, error_text(error), error_details(error))
 
     # events
 

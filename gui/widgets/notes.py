@@ -9,9 +9,8 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
 from gui.widgets.log import LogPanel
-from gui.widgets.messages import warn
+from gui.widgets.problems import error_details, error_text, warn
 from gui.widgets.toasts import Toasts
-from ilf.errors import IlfError
 
 _TOLD_MS = 6000
 _GLIMPSE_MS = 4000
@@ -52,21 +51,16 @@ class Notes(QObject):
             self._glimpsed = message
             self._toasts.change(message, _GLIMPSE_MS)
 
-    def warn(self, what: str, notes: Iterable[str]) -> None:
+    def warn(self, what: str, notes: Iterable[str], details: str = "") -> None:
         """Something that was done, but not quite as asked for; nothing is shown if there are no notes."""
         texts = list(notes)
         for text in texts:
             self._log.add(f"{what}: {text}")
         if texts:
-            warn(self._window, what, "\n\n".join(texts))
+            warn(self._window, what, "\n\n".join(texts), details)
 
     def report(self, what: str, error: Exception) -> None:
         """Something that went wrong."""
         text = error_text(error)
-        self.warn(what, [text])
+        self.warn(what, [text], error_details(error))
         self.reported.emit(f"{what}: {text}")
-
-
-def error_text(error: Exception) -> str:
-    """What to tell of an error. What IlfError and the operating system say is meant for people."""
-    return str(error) if isinstance(error, (IlfError, OSError)) else f"{type(error).__name__}: {error}"
