@@ -2,27 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence, QUndoGroup
 from PySide6.QtWidgets import QWidget
 
 from gui import theme
-
-
-@dataclass(frozen=True)
-class Command:
-    """Declaration of an action."""
-
-    name: str
-    text: str
-    icon: str = ""
-    shortcut: str = ""
-    hint: str = ""
-    group: str = ""
-    """Actions of one group are checkable, one at a time."""
-    checkable: bool = False
-
+from gui.command import Command
 
 COMMANDS = (
     Command("open", "&Open frame…", "ph.folder-open", "Ctrl+O", "Open a colour and a depth file, or a frame folder"),

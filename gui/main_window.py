@@ -17,6 +17,7 @@ from gui.cloud.cloud_view import CloudView
 from gui.cloud.presenter import CloudPresenter
 from gui.curves.curves_panel import CurvesPanel
 from gui.curves.presenter import CurvesPresenter
+from gui.desk import Desk, Part
 from gui.dialogs.about import AboutDialog
 from gui.dialogs.documents import Documents
 from gui.docks import Docks
@@ -60,6 +61,8 @@ from gui.work.refresh import Refresh
 from gui.work.runs import RunController, RunState
 from ilf.drawing.stages import STAGES
 
+_PARTS: tuple[type[Part], ...] = ()
+
 
 class MainWindow(QMainWindow):
     """Wiring only: state lives in the workspace, work is done by the controllers, presenters bring it to the widgets.
@@ -76,6 +79,7 @@ class MainWindow(QMainWindow):
         self._make_presenters()
         self._make_layout()
         self._connect_refresh()
+        self._make_parts()
         self._connect_commands()
         self._connect_messages()
         self.commands.show()
@@ -175,7 +179,24 @@ class MainWindow(QMainWindow):
         self.setCorner(Qt.Corner.BottomRightCorner, area.RightDockWidgetArea)
         self.setStatusBar(self.status)
         self.addToolBar(self.tool_bar)
-        fill_menu_bar(self.menuBar(), self.actions_, self.views, docks.toggles(), self.experiments)
+
+    def _make_parts(self) -> None:
+        """What the user does, a part each, beside what this window has had from the first."""
+        desk = Desk(
+            self,
+            self.workspace,
+            self.runs,
+            self.loader,
+            self.views,
+            self.view_presenter,
+            self.editor,
+            self.actions_,
+            self.panels,
+            self.refresh,
+            self.notes,
+        )
+        self.parts: list[Part] = [make(desk) for make in _PARTS]
+        fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.experiments)
 
     # wiring
 
@@ -394,6 +415,8 @@ class MainWindow(QMainWindow):
         reviews, views = (self.review, self.distrust), (self.errors, self.effect, self.stages, self.editor)
         for worker in (self.runs, *reviews, *views, self.loader, self.documents, self.experiments):
             worker.shutdown()
+        for part in self.parts:
+            part.shutdown()
         self.refresh.stop()
         self.panels.remember()
         super().closeEvent(event)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .blocks import Block, checked_drawn, checked_labels, drawn_of, find_blocks
 from .errors import InputError
-from .filter.convergence import IterationRecord
+from .filter.convergence import IterationRecord, deviation
 from .filter.stepper import Stepper, edge_parameters, edges_for, make_stepper
 from .frame import RGBDFrame
 from .outcomes import BlockOutcome, BlockResult, Completion, Progress, Status, compose, notes_of
@@ -251,7 +252,10 @@ def _block_steps(
     stepper = make_stepper(frame, block, parameters, extraction, drawn)
     live[block.label] = stepper
     history: list[IterationRecord] = []
+    truth = _hidden_truth(frame, block)
     for record in stepper:
+        if truth is not None:
+            record = _with_error(record, stepper, *truth)
         history.append(record)
         yield Progress(block.label, record=record)
     del live[block.label]
@@ -261,6 +265,22 @@ def _block_steps(
         block, depth, outcome, tuple(history), parameters, stepper.network, stepper.notes, edges, drawn
     )
     yield Progress(block.label, result=result)
+
+
+def _hidden_truth(frame: RGBDFrame, block: Block) -> tuple[NDArray[np.bool_], NDArray[np.float64]] | None:
+    """Which of the block's pixels have no depth but a truth, and that truth [m]; None if there are none."""
+    if frame.truth is None:
+        return None
+    truth = frame.truth[block.box][block.mask]
+    judged = np.isnan(frame.depth[block.box][block.mask]) & np.isfinite(truth)
+    return (judged, truth[judged].astype(np.float64)) if judged.any() else None
+
+
+def _with_error(
+    record: IterationRecord, stepper: Stepper, judged: NDArray[np.bool_], truth: NDArray[np.float64]
+) -> IterationRecord:
+    """The record with the error of the surface as it stands."""
+    return replace(record, error=deviation(stepper.surface[judged], truth))
 
 
 def _parameters_for(parameters: ParameterChoice, label: int) -> Parameters:

@@ -62,6 +62,9 @@ class RGBDFrame:
         Pixels, shape (H, W), whose measured depth is known to be wrong (the wall behind a glass, flying pixels, glare)
         and counts as missing. Where nothing was measured it means nothing. Of a frame that has such a mask, make others
         by `distrusting`: `dataclasses.replace` would take its `depth` for what was measured.
+    truth : array_like, optional
+        True depth [m] of the same pixels, shape (H, W), any real type; what is not finite and positive is unknown and
+        becomes NaN. It is there to judge results by: nothing that makes them looks at it.
 
     Attributes
     ----------
@@ -90,6 +93,7 @@ class RGBDFrame:
     name: str = "frame"
     inputs: FrameInputs | None = None
     distrusted: NDArray[np.bool_] | None = None
+    truth: NDArray[np.float32] | None = field(default=None, repr=False)
     measured: NDArray[np.float32] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -108,6 +112,8 @@ class RGBDFrame:
             )
         if self.distrusted is not None and not self.known.any() and np.isfinite(self.measured).any():
             raise InputError("All depth of the frame is distrusted: nothing is left to go by. Trust some of it.")
+        if self.truth is not None:
+            object.__setattr__(self, "truth", _checked_truth(self.truth, self.shape))
         check_depth_scale(self.depth)
 
     @property
@@ -129,6 +135,10 @@ class RGBDFrame:
         if wanted is None and self.distrusted is None:
             return self
         return replace(self, depth=self.measured, distrusted=wanted)
+
+    def with_truth(self, truth: ArrayLike | None) -> Self:
+        """The same frame with another truth [m], shape (H, W), or with none."""
+        return replace(self, depth=self.measured, truth=None if truth is None else np.asarray(truth))
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -219,6 +229,20 @@ def _checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
         metres = array.astype(np.float32)
     metres[~(np.isfinite(metres) & (metres > 0))] = np.nan
     return _frozen(metres)
+
+
+def _checked_truth(truth: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float32]:
+    try:
+        metres = _checked_depth(truth)
+    except InputError as error:
+        raise InputError(f"The truth cannot be used: {error}") from error
+    if metres.shape != shape:
+        raise InputError(
+            f"The truth is {_size(metres)} but the frame is {shape[1]} x {shape[0]}: both must show the same pixels."
+        )
+    if not np.isfinite(metres).any():
+        raise InputError("The truth has no known pixel (all are zero, negative or not finite).")
+    return metres
 
 
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:

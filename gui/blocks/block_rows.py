@@ -10,19 +10,17 @@ from gui.state.session import Session
 from gui.state.tally import BlockCounts
 from gui.work.runs import RunController
 from ilf.outcomes import BlockResult
-from ilf.parameters import Parameters
 
 
-def block_rows(session: Session, runs: RunController, common: Parameters) -> list[BlockRow]:
-    """One row per block that has pixels, or is chosen to be painted."""
+def block_rows(session: Session, runs: RunController) -> list[BlockRow]:
+    """Of the present frame, one row per block that has pixels, or is chosen to be painted."""
     results = session.valid_results()
     counts = {label: BlockCounts(0, 0) for label in session.selected} | session.counts()
-    own_run = runs.session is session
-    queued = runs.queued if own_run else set()
+    queued = runs.queued
     rows = []
     for label, count in counts.items():
         info = session.info(label)
-        anew = own_run and label in runs.resolving
+        anew = label in runs.resolving
         records = [] if anew else session.results.live.get(label, [])
         result = results.get(label)
         if records:
@@ -32,7 +30,7 @@ def block_rows(session: Session, runs: RunController, common: Parameters) -> lis
             state, detail, iterations, sigma = "queued", "", 0, math.nan
         elif result is not None:
             outcome = result.outcome
-            outdated = not anew and not result.parameters.same_effect(session.parameters_of(label, common))
+            outdated = not anew and not result.parameters.same_effect(session.parameters_of(label, session.common))
             state = "values changed" if outdated else str(outcome.status)
             iterations, sigma = outcome.iterations, outcome.sigma_i
             detail = _detail(result, outdated)

@@ -47,7 +47,7 @@ class BlocksPresenter(QObject):
         """A row per block, and the chosen ones selected."""
         if self._workspace.has_session:
             session = self._workspace.session
-            rows = block_rows(session, self._runs, self._workspace.parameters)
+            rows = block_rows(session, self._runs)
             self._table.set_rows(rows)
             if self._table.selected() != [label for label in self._table.labels() if label in session.selected]:
                 self._table.select(session.selected)

@@ -179,8 +179,6 @@ class Documents(QObject):
         """Close a frame, after asking about what is not exported."""
         session = self._workspace.session_of(key)
         if session is not None and self._may_discard([session]):
-            if self._runs.session is session:
-                self._runs.cancel()
             self._workspace.close_session(session)
 
     def may_close(self) -> bool:
@@ -188,8 +186,7 @@ class Documents(QObject):
         return self._may_discard(self._workspace.sessions)
 
     def _may_discard(self, sessions: list[Session]) -> bool:
-        running = None if self._runs.resolving else self._runs.session
-        unsaved = [session.name for session in sessions if session.unsaved or session is running]
+        unsaved = [session.name for session in sessions if session.unsaved or session in self._runs.running]
         return not unsaved or self.may_lose(
             "Not exported",
             f"Results or edits of {', '.join(unsaved)} have not been exported, or a run is under way; they would be "
@@ -210,7 +207,7 @@ class Documents(QObject):
         """Export by the dialog."""
         session = self._workspace.session
         completion = session.completion()
-        run = session.run(self._workspace.parameters, dense=session.guessed)
+        run = session.run(session.common, dense=session.guessed)
         dialog = ExportDialog(
             run, completion is not None, str(_export_folder(session)), self._window, behind=behind(session)
         )
@@ -226,7 +223,7 @@ class Documents(QObject):
             return
         session = self._workspace.session
         completion = session.completion() or compose(session.frame, {})
-        run = session.run(self._workspace.parameters, dense=session.guessed)
+        run = session.run(session.common, dense=session.guessed)
         # only with blocks and record can the work be had again; the rest is something to take away
         self._saving = (session, session.saving()) if options.labels and options.run_record else None
         QSettings().setValue("export/folder", str(folder.absolute().parent))

@@ -224,7 +224,6 @@ class EditParameters(QUndoCommand):
         self._take(0)
 
     def _take(self, which: int, passing: bool = False) -> None:
-        # by name: the other common parameters may have been changed with another frame
         values = {} if self._common is None else self._common[which].to_dict()
         self._notices.take_parameters(
             self._session,

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QUndoStack
 
 from gui.state.block_notes import BlockInfo, BlockNotes
+from gui.state.kept_runs import KeptRun
 from gui.state.results import Held, Kept, Preview, Results, same_mask
 from gui.state.shown_depth import ShownDepth
 from gui.state.tally import BlockCounts, BlockTally
@@ -55,12 +56,17 @@ class Session:
         self.selected: list[int] = []
         self.undo_stack = QUndoStack()
         self.results = Results()
+        self.kept_runs: list[KeptRun] = []
+        self.compared: list[KeptRun] = []
+        """Those of the kept runs that are shown beside the present result."""
+        self.region: Box | None = None
+        """The chosen rectangle (rows, columns)."""
         self.dense = False
         """Whether what is still missing after a run is to be guessed."""
         self.again: Replay | None = None
         """The record that the session was opened from."""
         self.common = Parameters()
-        """Parameters of all blocks that have no values of their own: the workspace's."""
+        """Parameters of all blocks that have no values of their own."""
         self._shown = ShownDepth(frame)
         self._tally: BlockTally | None = None
         self._fitting: dict[int, list[BlockResult]] = {}
@@ -190,6 +196,10 @@ class Session:
         self._tally = self._completion = None
         self._shown.take_frame(frame)
         self._forget_results()
+
+    def take_truth(self, truth: NDArray[np.float32] | None) -> None:
+        """Take over another truth [m], float32 (H, W), or none; results are none the worse for it."""
+        self.frame = self.frame.with_truth(truth)
 
     def settle_parameters(self) -> None:
         """The parameters that blocks have now are about to be left, and may be come back to."""

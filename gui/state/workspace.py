@@ -13,10 +13,12 @@ from PySide6.QtGui import QUndoGroup, QUndoStack
 
 from gui.state.block_notes import BlockInfo, BlockNotes
 from gui.state.commands import Change, ClearResults, Distrust, EditInfo, EditLabels, EditParameters
+from gui.state.kept_runs import MOST_COMPARED, KeptRun
 from gui.state.own_values import OwnValues, differing, own_values, parameter_labels
 from gui.state.results import Preview, same_mask
 from gui.state.session import Session
 from gui.state.stroke import StrokeUnderWay
+from ilf.blocks import Box
 from ilf.drawing.block_pictures import block_colour
 from ilf.ebs import Extraction
 from ilf.ebs.edit import LabelPatch, patch_between
@@ -69,6 +71,14 @@ class Workspace(QObject):
     """All blocks of the present frame have given way to others, or have come back: no edit."""
     distrusted_changed = Signal()
     """Other depth of the present frame is distrusted."""
+    truth_changed = Signal()
+    """The present frame has another truth, or none."""
+    region_changed = Signal()
+    """Another rectangle of the present frame is chosen, or none."""
+    kept_runs_changed = Signal()
+    """Runs of the present frame have been kept, changed or deleted."""
+    compared_changed = Signal()
+    """Others of the kept runs are compared."""
     selection_changed = Signal()
     parameters_changed = Signal()
     """Of the filter."""
@@ -79,7 +89,8 @@ class Workspace(QObject):
         super().__init__(parent)
         self.sessions: list[Session] = []
         self.undo_group = QUndoGroup(self)
-        self.parameters: Parameters = preset(DEFAULT_PRESET)
+        self._parameters = preset(DEFAULT_PRESET)
+        """What the next frame begins with while none is open."""
         self.extraction_parameters = BlockParameters()
         self.keeps_handmade = True
         """Whether blocks that were made by hand stay when blocks are extracted again, as locked ones do."""
@@ -101,6 +112,12 @@ class Workspace(QObject):
         """Whether a frame is open."""
         return self._session is not None
 
+    @property
+    def parameters(self) -> Parameters:
+        """Parameters of all blocks of the present frame that have no values of their own; the next frame begins with
+        them."""
+        return self._parameters if self._session is None else self._session.common
+
     def is_present(self, session: Session) -> bool:
         """Whether this is the present frame's session."""
         return session is self._session
@@ -117,25 +134,24 @@ class Workspace(QObject):
     def add_session(self, session: Session, recorded: Run | None = None) -> None:
         """Open a frame and make it the present one.
 
-        With `recorded`, it comes from that run, whose common parameters become those of all blocks if no other frame
-        is open, else of its own blocks alone; what it was extracted with goes for the next extraction, and the blocks
-        that were run are chosen if they are not all.
+        It begins with the parameters of the present one. With `recorded`, it comes from that run, and has the
+        parameters of that; what it was extracted with goes for the next extraction, and the blocks that were run are
+        chosen if they are not all.
         """
+        session.take_common(self.parameters)
         if recorded is not None:
             self._take_recorded(session, recorded)
-        session.take_common(self.parameters)
         self.sessions.append(session)
         self.undo_group.addStack(session.undo_stack)
         self.sessions_changed.emit()
         self.show_session(session)
 
     def _take_recorded(self, session: Session, recorded: Run) -> None:
-        if not self.sessions:
-            self._take_common(recorded.parameters)
+        session.take_common(recorded.parameters)
         if recorded.extraction is not None:
             self.set_extraction_parameters(recorded.extraction)
         labels = set(session.counts()) if recorded.only is None else set(recorded.only)
-        own = {label: own_values(recorded.parameters_of(label), self.parameters) for label in labels}
+        own = {label: own_values(recorded.parameters_of(label), recorded.parameters) for label in labels}
         session.notes.own.update({label: values for label, values in own.items() if values})
         if labels != set(session.counts()):
             session.selected = sorted(labels)
@@ -145,6 +161,7 @@ class Workspace(QObject):
         if session is self._session:
             return
         self._end_strokes()
+        self._parameters = self.parameters
         self._session = session
         self.undo_group.setActiveStack(session.undo_stack if session else self._nothing)
         self.session_changed.emit()
@@ -302,6 +319,56 @@ class Workspace(QObject):
             self.session.selected = labels
             self.selection_changed.emit()
 
+    def set_region(self, box: Box | None) -> None:
+        """Choose a rectangle (rows, columns) of the present frame, or none."""
+        if box != self.session.region:
+            self.session.region = box
+            self.region_changed.emit()
+
+    def set_truth(self, truth: NDArray[np.float32] | None) -> None:
+        """Judge the present frame's results by a truth [m], float32 (H, W), NaN unknown, or by none.
+
+        Raises
+        ------
+        InputError
+            If it does not fit the frame.
+        """
+        self.session.take_truth(truth)
+        self.truth_changed.emit()
+
+    # kept runs
+
+    def keep_run(self, session: Session, kept: KeptRun) -> None:
+        """Keep a run beside the others of a frame."""
+        session.kept_runs.append(kept)
+        self._note_kept_runs(session)
+
+    def change_run(self, session: Session, kept: KeptRun, **changes: Any) -> None:
+        """Set attributes of a kept run, as its name or note."""
+        for name, value in changes.items():
+            setattr(kept, name, value)
+        self._note_kept_runs(session)
+
+    def delete_runs(self, session: Session, runs: Collection[KeptRun]) -> None:
+        """Keep some runs no longer."""
+        session.kept_runs = [kept for kept in session.kept_runs if kept not in runs]
+        self._note_kept_runs(session)
+        self._compare(session, [kept for kept in session.compared if kept not in runs])
+
+    def compare(self, runs: Sequence[KeptRun]) -> None:
+        """Show some of the present frame's kept runs beside its result, at most `MOST_COMPARED`, the latest chosen."""
+        self._compare(self.session, list(runs)[-MOST_COMPARED:])
+
+    def _compare(self, session: Session, runs: list[KeptRun]) -> None:
+        if runs != session.compared:
+            session.compared = runs
+            if session is self._session:
+                self.compared_changed.emit()
+
+    def _note_kept_runs(self, session: Session) -> None:
+        if session is self._session:
+            self.kept_runs_changed.emit()
+
     # runs and results
 
     def add_records(self, session: Session, label: int, records: Sequence[IterationRecord]) -> None:
@@ -397,7 +464,8 @@ class Workspace(QObject):
             return
         if self._session is None:
             if common is not None:
-                self._take_common(common[1])
+                self._parameters = common[1]
+                self.parameters_changed.emit()
             return
         stack = self._session.undo_stack
         last = stack.command(stack.index() - 1) if not stack.isClean() else None
@@ -414,20 +482,15 @@ class Workspace(QObject):
         """Called by commands: other values of some of the common parameters, and other own values of blocks, None for
         none; with `passing`, no undo leads back to the present ones."""
         if not passing:
-            for one in self.sessions:
-                one.settle_parameters()
+            session.settle_parameters()
         for label, values in own.items():
             if values:
                 session.notes.own[label] = values
             else:
                 session.notes.own.pop(label, None)
-        self._take_common(self.parameters.replace(**common))
-
-    def _take_common(self, parameters: Parameters) -> None:
-        self.parameters = parameters
-        for session in self.sessions:
-            session.take_common(parameters)
-        self.parameters_changed.emit()
+        session.take_common(session.common.replace(**common))
+        if session is self._session:
+            self.parameters_changed.emit()
 
     def set_extraction_parameters(self, parameters: BlockParameters) -> None:
         """What blocks are extracted with the next time."""

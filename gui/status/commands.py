@@ -60,7 +60,7 @@ class CommandsPresenter(QObject):
         actions.enable(bool(session and session.selected), "lock_blocks", "hide_blocks")
         actions.enable(free and bool(counts), "run", "run_all")
         actions.enable(free and bool(chosen), "run_selected")
-        actions.enable((free and bool(counts)) or (shown and runs.session is session and paused), "step")
+        actions.enable((free and bool(counts)) or paused, "step")
         actions.enable(runs.state in (RunState.RUNNING, RunState.PAUSED, RunState.GUESSING), "pause", "cancel")
         actions.enable(bool(free and session and session.valid_results() and not session.guessed), "guess")
         actions.enable(bool(session and session.results.kept), "clear_results")

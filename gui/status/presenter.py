@@ -40,9 +40,7 @@ class StatusPresenter(QObject):
         elif not runs.free:
             progress.setRange(0, 100)
             progress.setValue(round(100 * runs.share_done))
-            elsewhere = runs.session is not None and not self._workspace.is_present(runs.session)
-            name = f"{runs.session.name}: " if runs.session is not None and elsewhere else ""
-            progress.setFormat(f"{name}{runs.state.value} %p%")
+            progress.setFormat(f"{runs.state.value} %p%")
         elif self._loader.busy:
             progress.setRange(0, 0)
             progress.setFormat(self._loader.present)

@@ -1,422 +1,170 @@
-"""Running ILF from the window: one run at a time, off the GUI's thread; and solving a block anew, live."""
+"""Running ILF from the window: each frame has a run of its own; commands are about that of the present frame."""
 
 from __future__ import annotations
 
-import math
-import time
-from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass
-from enum import Enum
-from typing import Any
+from collections.abc import Sequence
 
-import numpy as np
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, Signal
 
-from gui.state.results import Preview
 from gui.state.session import Session
 from gui.state.workspace import Workspace
-from gui.work.worker import Worker
-from ilf.dense import guess_steps
-from ilf.filter.convergence import IterationRecord
-from ilf.frame import RGBDFrame
-from ilf.outcomes import Completion, Progress
-from ilf.run import GUESS, RunSteps
-from ilf.threads import available_cores
+from gui.work.frame_runs import Ended, FrameRuns, RunState
 
-Step = tuple[Progress, list[Preview] | None]
-
-_PATIENCE_MS = 150
-"""A re-solve whose values have changed meanwhile may end if it takes no longer: during a drag, slightly old results
-show more than none."""
-
-_PREVIEWS_S = 0.15
-"""Least interval between previews of the blocks that run."""
-
-_FIRST_PREVIEW_S = 0.1
-"""Age at which a re-solve may take the place of the block's former result before it has ended."""
-
-
-class RunState(Enum):
-    """What the run is doing."""
-
-    IDLE = "idle"
-    RUNNING = "running"
-    PAUSED = "paused"
-    STOPPING = "stopping"
-    GUESSING = "guessing the rest"
-    """What no block vouches for, after a run."""
-    RESOLVING = "solving anew"
-    """Some blocks, because they or their values have changed: they give way to a run."""
-
-
-@dataclass(frozen=True)
-class _FollowUp:
-    """What is to be done when a re-solve has ended, if its frame is still the present one: solve blocks anew, or
-    something else, whose place no re-solve takes."""
-
-    session: Session
-    blocks: tuple[int, ...] = ()
-    action: Callable[[], None] | None = None
+__all__ = ["Ended", "RunController", "RunState"]
 
 
 class RunController(QObject):
-    """Starts, pauses, steps and cancels; brings records, previews and results to the workspace as they come.
+    """What goes on for the frames, side by side: whoever asks or commands means the present frame.
 
     Signals
     -------
     state_changed()
-        `state` has changed, or which blocks are queued.
+        `state` has changed, or which blocks are queued, of any frame.
     records(int, list)
-        New records of a block, in batches.
-    ended(str)
-        The run is over; a sentence that says how.
-    resolved(str)
-        A block has been solved anew; a sentence that says how fast.
-    finished(object)
-        A run has gone to its end, the guess of the rest included if there is one; its session.
-    failed(object)
-        The run broke on an exception.
+        New records of a block of the present frame, in batches.
+    ended(str), resolved(str), run_ended(object), finished(object), failed(object)
+        As of `FrameRuns`, of any frame.
     """
 
     state_changed = Signal()
     records = Signal(int, list)
     ended = Signal(str)
     resolved = Signal(str)
+    run_ended = Signal(object)
     finished = Signal(object)
     failed = Signal(object)
 
     def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._workspace = workspace
-        self._worker = Worker(self)
-        self._worker.progressed.connect(self._take)
-        self._worker.finished.connect(lambda guess: self._end("finished", guess))
-        self._worker.cancelled.connect(lambda: self._end("cancelled"))
-        self._worker.failed.connect(self._fail)
-        self._worker.paused.connect(self.state_changed)
-        self._run: RunSteps | None = None
-        self._guessing: Completion | None = None
-        self._started = 0.0
-        self._preview_time = 0.0
-        self._stopping = False
-        self._abandoned = False
-        self._resolving: tuple[int, ...] = ()
-        self._next: _FollowUp | None = None
-        self._patience = QTimer(self, singleShot=True)
-        self._patience.timeout.connect(self._worker.cancel)
-        self.session: Session | None = None
-        """The frame that runs."""
-        self._frame: RGBDFrame | None = None
-        """The same as it was when the run began: other depth may be distrusted meanwhile."""
-        self._begun: set[int] = set()
-        self._done: set[int] = set()
+        self._all: dict[Session, FrameRuns] = {}
+        self._left: list[FrameRuns] = []
+        """Of frames that have been closed, until they have ended."""
         workspace.sessions_changed.connect(self._leave_closed)
+        workspace.session_changed.connect(self.state_changed)
+
+    def of(self, session: Session) -> FrameRuns:
+        """What goes on for a frame."""
+        if session not in self._all:
+            self._all[session] = runs = FrameRuns(self._workspace, session, self)
+            for signal in ("state_changed", "ended", "run_ended", "finished", "failed"):
+                getattr(runs, signal).connect(getattr(self, signal))
+            runs.records.connect(lambda label, records: self._pass_records(session, label, records))
+            runs.resolved.connect(lambda text: self._pass_resolved(session, text))
+        return self._all[session]
+
+    def _pass_records(self, session: Session, label: int, records: list[object]) -> None:
+        if self._workspace.is_present(session):
+            self.records.emit(label, records)
+
+    def _pass_resolved(self, session: Session, text: str) -> None:
+        if self._workspace.is_present(session):
+            self.resolved.emit(text)
+
+    @property
+    def _present(self) -> FrameRuns | None:
+        return self._all.get(self._workspace.session) if self._workspace.has_session else None
+
+    @property
+    def running(self) -> list[Session]:
+        """Frames with a run, or a guess, that is not over."""
+        return [session for session, runs in self._all.items() if not runs.free]
 
     @property
     def state(self) -> RunState:
-        """What the run is doing."""
-        if self._resolving:
-            return RunState.RESOLVING
-        if not self._worker.busy:
-            return RunState.IDLE
-        if self._stopping:
-            return RunState.STOPPING
-        if self._worker.is_paused:
-            return RunState.PAUSED
-        return RunState.RUNNING if self._guessing is None else RunState.GUESSING
+        """What goes on for the present frame."""
+        present = self._present
+        return RunState.IDLE if present is None else present.state
 
     @property
     def free(self) -> bool:
-        """Whether a run can be started."""
+        """Whether a run of the present frame can be started."""
         return self.state in (RunState.IDLE, RunState.RESOLVING)
 
     @property
     def resolving(self) -> tuple[int, ...]:
-        """The blocks that are being solved anew."""
-        return self._resolving
+        """The blocks of the present frame that are being solved anew."""
+        present = self._present
+        return () if present is None else present.resolving
 
     @property
     def queued(self) -> set[int]:
-        """Blocks of the run that have not been reached yet."""
-        if self._run is None or self._resolving:
-            return set()
-        return set(self._run.blocks) - self._begun - self._done
+        """Blocks of the present frame's run that have not been reached yet."""
+        present = self._present
+        return set() if present is None else present.queued
 
     @property
     def share_done(self) -> float:
-        """Share of the run's blocks that are done, 0-1."""
-        if self._run is None or not self._run.blocks:
-            return 0.0
-        return len(self._done) / len(self._run.blocks)
+        """Share of the blocks of the present frame's run that are done, 0-1."""
+        present = self._present
+        return 0.0 if present is None else present.share_done
+
+    @property
+    def seconds(self) -> float:
+        """How long what goes on for the present frame has taken so far [s]."""
+        present = self._present
+        return 0.0 if present is None else present.seconds
 
     def start(self, only: set[int] | None = None, stepwise: bool = False) -> None:
         """Run all blocks of the present frame, or just some; with `stepwise`, one by one, and hold after a step."""
-        if self._resolving:
-            self._follow_up(lambda: self.start(only, stepwise))
-        else:
-            # one core stays the window's
-            self._begin(only, threads=1 if stepwise else max(available_cores() - 1, 1), paused=stepwise)
+        self.of(self._workspace.session).start(only, stepwise)
 
     def start_changed(self) -> None:
         """Run the blocks of the present frame that have no result of their present state and parameters."""
-        session = self._workspace.session
-        changed = session.changed_blocks()
-        if changed:
-            self.start(set(changed))
-        else:
-            self.ended.emit(f"{session.name}: all blocks are up to date. Run all again: Ctrl+F5.")
+        self.of(self._workspace.session).start_changed()
 
     def start_chosen(self) -> None:
         """Run the chosen blocks of the present frame."""
-        self.start(self._chosen())
-
-    def _chosen(self) -> set[int]:
-        session = self._workspace.session
-        return set(session.selected) & set(session.counts())
+        self.of(self._workspace.session).start_chosen()
 
     def resolve(self, blocks: Sequence[int], edited: bool = False) -> bool:
-        """Solve blocks of the present frame anew, as they are now, in this order; False if a run comes first.
-
-        Of what comes while a re-solve is under way only the latest counts: it is taken up when that ends, which is at
-        once if blocks have been edited, and otherwise soon. Blocks that had been left then are solved after it.
-        """
-        if self.state is RunState.IDLE:
-            self._begin_resolve(blocks)
-            return True
-        if not self._resolving or (self._next is not None and self._next.action is not None):
-            return False
-        session = self._workspace.session
-        waiting = self._next.blocks if self._next is not None and self._next.session is session else ()
-        self._next = _FollowUp(session, (*blocks, *(one for one in waiting if one not in blocks)))
-        age_ms = math.ceil(1000 * (time.perf_counter() - self._started))
-        self._end_resolve_in(0 if edited else max(_PATIENCE_MS - age_ms, 0))
-        return True
-
-    def _follow_up(self, action: Callable[[], None]) -> None:
-        """Do something else with the present frame when the re-solve has ended, which is at once."""
-        self._next = _FollowUp(self._workspace.session, action=action)
-        self._end_resolve_in(0)
-
-    def _end_resolve_in(self, patience_ms: int) -> None:
-        if patience_ms == 0:
-            self._patience.stop()
-            self._worker.cancel()
-        elif not self._patience.isActive():
-            self._patience.start(patience_ms)
-
-    def _begin(self, only: set[int] | None, threads: int, paused: bool = False) -> None:
-        session = self._workspace.session
-        run = session.run(self._workspace.parameters, only).steps(threads)
-        self._run = run
-        self._start(session, lambda: run, paused)
-
-    def _begin_resolve(self, blocks: Sequence[int]) -> None:
-        session = self._workspace.session
-        there = session.counts()
-        self._resolving = tuple(label for label in blocks if label in there)
-        if not self._resolving:
-            self.state_changed.emit()
-            return
-        self._preview_time = max(self._preview_time, time.perf_counter() + _FIRST_PREVIEW_S)
-        run = session.run(self._workspace.parameters, self._resolving)
-        self._start(session, lambda: run.steps(1))
-
-    def _start(self, session: Session, make: Callable[[], RunSteps], paused: bool = False) -> None:
-        self.session, self._frame = session, session.frame
-        self._started = time.perf_counter()
-
-        def job() -> Generator[Step, None, None]:
-            with make() as run:
-                for progress in run:
-                    yield progress, self._due_previews(run)
-
-        self._worker.start(job, paused)
-        self.state_changed.emit()
+        """Solve blocks of the present frame anew, as they are now, in this order; False if a run comes first."""
+        return self.of(self._workspace.session).resolve(blocks, edited)
 
     def guess(self) -> None:
         """Guess what the present frame's blocks leave missing."""
-        completion = self._workspace.session.completion()
-        if self._resolving:
-            self._follow_up(self.guess)
-        elif self.free and completion is not None and not self._workspace.session.guessed:
-            self._begin_guess(self._workspace.session, completion)
-
-    def _begin_guess(self, session: Session, completion: Completion) -> None:
-        self.session = session
-        self._guessing = completion
-        self._started = time.perf_counter()
-        frame, extraction = session.frame, session.notes.extraction
-
-        def job() -> Generator[Step, None, Completion]:
-            steps = guess_steps(frame, completion, extraction)
-            while True:
-                try:
-                    yield Progress(GUESS, record=next(steps)), None
-                except StopIteration as end:
-                    return end.value
-
-        self._worker.start(job)
-        self.state_changed.emit()
-
-    def _due_previews(self, run: RunSteps) -> list[Preview] | None:
-        """Called off the GUI's thread, which says when it has taken the last."""
-        if time.perf_counter() < self._preview_time:
-            return None
-        self._preview_time = math.inf
-        return run.preview()
-
-    def pause(self) -> None:
-        """Hold after the present iteration."""
-        self._worker.pause()
-        self.state_changed.emit()
-
-    def resume(self) -> None:
-        """Go on."""
-        self._worker.resume()
-        self.state_changed.emit()
+        self.of(self._workspace.session).guess()
 
     def toggle_pause(self) -> None:
-        """Hold the run, or let it go on."""
-        (self.resume if self.state is RunState.PAUSED else self.pause)()
+        """Hold the present frame's run, or let it go on."""
+        self.of(self._workspace.session).toggle_pause()
+
+    def pause(self) -> None:
+        """Hold the present frame's run after its present iteration."""
+        self.of(self._workspace.session).pause()
+
+    def resume(self) -> None:
+        """Let the present frame's run go on."""
+        self.of(self._workspace.session).resume()
 
     def step(self) -> None:
-        """One iteration, then hold: of the run under way, or of a new one over the chosen blocks, or all."""
-        if self.free:
-            self.start(self._chosen() or None, stepwise=True)
-        else:
-            self._worker.step()
-            self.state_changed.emit()
+        """One iteration of the present frame, then hold: of its run, or of a new one."""
+        self.of(self._workspace.session).step()
 
     def cancel(self) -> None:
-        """Stop after the present iteration; blocks that are done keep their results."""
-        if self._worker.busy:
-            self._stopping = True
-            self._next = None
-            self._worker.cancel()
-            self.state_changed.emit()
+        """Stop the present frame's run; blocks that are done keep their results."""
+        self.of(self._workspace.session).cancel()
+
+    def clear_results(self) -> None:
+        """Forget all results of the present frame, also what is about to come."""
+        self.of(self._workspace.session).clear_results()
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if all threads have ended."""
+        ended = [runs.shutdown() for runs in (*self._all.values(), *self._left)]
+        return all(ended)
 
     def _leave_closed(self) -> None:
         """Nothing goes on for a frame that is no longer open."""
-        if self.session is not None and self.session not in self._workspace.sessions:
-            self.cancel()
+        for session in [session for session in self._all if session not in self._workspace.sessions]:
+            runs = self._all.pop(session)
+            self._left.append(runs)
+            runs.cancel()
+            runs.state_changed.connect(self._forget_idle)
+        self._forget_idle()
 
-    def clear_results(self) -> None:
-        """Forget all results of the present frame, also what a re-solve or a guess under way is about to give."""
-        if self.session is self._workspace.session and (self._resolving or self._guessing is not None):
-            self._abandoned = self._guessing is None
-            self.cancel()
-        self._workspace.clear_results()
-
-    def shutdown(self) -> bool:
-        """Stop for good, before the window closes. True if the thread has ended."""
-        self._patience.stop()
-        return self._worker.shutdown()
-
-    def _take(self, batch: list[Step]) -> None:
-        session = self.session
-        if self._abandoned or session is None:
-            return
-        fresh: dict[int, list[IterationRecord]] = {}
-        results = [progress.result for progress, _ in batch if progress.result is not None]
-        for progress, _ in batch:
-            if progress.record is not None and progress.label != GUESS:
-                fresh.setdefault(progress.label, []).append(progress.record)
-        self._begun.update(fresh)
-        for label, records in fresh.items():
-            self._workspace.add_records(session, label, records)
-            self.records.emit(label, records)
-        for _, previews in batch:
-            if previews is not None:
-                self._workspace.add_previews(session, previews)
-                self._preview_time = time.perf_counter() + _PREVIEWS_S
-        if results:
-            self._done.update(result.block.label for result in results)
-            self._workspace.store_results(session, results, self._frame)
-
-    def _end(self, how: str, guess: Completion | None = None) -> None:
-        if self._guessing is not None:
-            self._end_guess(how, guess)
-            return
-        run, self._run = self._run, None
-        session, self.session, self._frame = self.session, None, None
-        done, self._done, self._begun = self._done, set(), set()
-        resolved, self._resolving = self._resolving, ()
-        following, self._next = self._next, None
-        seconds = time.perf_counter() - self._started
-        self._patience.stop()
-        self._preview_time = 0.0
-        self._stopping = self._abandoned = False
-        if session is None:
-            return
-        if following is not None and not self._workspace.is_present(following.session):
-            following = None
-        # another re-solve of what is shown takes its place: what it shows may stay until then
-        again = following is not None and following.action is None
-        self._workspace.end_run(session, previews_stay=again)
-        if following is None:
-            self.state_changed.emit()
-        elif following.action is not None:
-            following.action()
-        else:
-            left = resolved if following.session is session else ()
-            self._begin_resolve(
-                (*following.blocks, *(label for label in left if label not in done and label not in following.blocks))
-            )
-        if resolved:
-            self._tell_resolved(session, [label for label in resolved if label in done], seconds)
-        elif run is not None:
-            self._tell_ended(session, run, how, done, seconds)
-
-    def _tell_resolved(self, session: Session, done: list[int], seconds: float) -> None:
-        results = session.valid_results()
-        done = [label for label in done if label in results]
-        if done:
-            count = sum(results[label].outcome.iterations for label in done)
-            what = session.info(done[0]).name if len(done) == 1 else f"{len(done)} blocks"
-            self.resolved.emit(f"{what}: {count} iterations in {1000 * seconds:.0f} ms")
-
-    def _tell_ended(self, session: Session, run: RunSteps, how: str, done: set[int], seconds: float) -> None:
-        text = f"{session.name}: run {how}, {len(done)} block{'s' * (len(done) != 1)} in {seconds:.1f} s."
-        lost = len(done - set(session.valid_results()))
-        if lost:
-            text += f" {lost} had been edited meanwhile: run them again."
-        self.ended.emit(" ".join((text, *run.notes)))
-        if how == "finished":
-            self._go_on(session)
-
-    def _go_on(self, session: Session) -> None:
-        """A run has gone to its end: guess the rest if that belongs to it."""
-        completion = session.completion()
-        if session.dense and completion is not None and self.state is RunState.IDLE:
-            self._begin_guess(session, completion)
-        else:
-            self.finished.emit(session)
-
-    def _end_guess(self, how: str, guess: Completion | None) -> None:
-        session, self.session = self.session, None
-        base, self._guessing = self._guessing, None
-        self._stopping = False
-        if session is None or base is None:
-            return
-        text = f"{session.name}: guess of the rest {how}."
-        holds = guess is not None and session.completion() is base
-        if guess is not None:
-            if holds:
-                self._workspace.store_guess(session, base, guess)
-            seconds = time.perf_counter() - self._started
-            count = np.count_nonzero(guess.guessed)
-            text = f"{session.name}: {count} pixels guessed in {seconds:.1f} s; no block vouches for them."
-            if count == 0:
-                text = f"{session.name}: nothing is missing, so there is nothing to guess."
-            elif not holds:
-                text = f"{session.name}: the guess is of blocks that have been edited meanwhile: guess again."
-            text = " ".join((text, *(note for note in guess.notes if note not in base.notes)))
-        self.state_changed.emit()
-        self.ended.emit(text)
-        if holds:
-            self.finished.emit(session)
-
-    def _fail(self, error: Any) -> None:
-        self._next = None
-        self._end("failed")
-        self.failed.emit(error)
+    def _forget_idle(self) -> None:
+        """What has ended of frames that are closed can go."""
+        for runs in [runs for runs in self._left if runs.state is RunState.IDLE]:
+            self._left.remove(runs)
+            runs.deleteLater()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,9 @@ class IterationRecord(NanEqual):
         begins to come in with the band, which sigma_i does not see.
     seconds : float
         Time since the block's iteration was set up [s].
+    error : float
+        Root mean square of P_i - truth [m] over the block's pixels without known depth, where the frame's truth is
+        known (`RGBDFrame.truth`); NaN if there are none. It is measured after the iteration, which knows nothing of it.
     """
 
     i: int
@@ -44,6 +48,7 @@ class IterationRecord(NanEqual):
     residual: float
     held_out: float
     seconds: float
+    error: float = field(default=math.nan, kw_only=True)
 
 
 def held_out_of(known: NDArray[np.bool_], share: float) -> NDArray[np.bool_]:

@@ -15,7 +15,7 @@ from ..io.atomic import write_bytes
 
 CURVE_COLUMNS = (
     "label", "i", "stage", "r_y", "r_x", "sigma_i_m", "l1_m", "residual_m", "held_out_m", "weighted",
-    "cell_px", "round",
+    "cell_px", "round", "error_m",
 )  # fmt: skip
 """r_y, r_x and weighted are of the filter "ideal", cell_px and round of "edge-aware"; the other's cells are empty."""
 
@@ -53,7 +53,7 @@ def _cells(record: IterationRecord) -> dict[str, object]:
         "sigma_i_m": _digits(record.sigma_i),
         "l1_m": _digits(record.l1),
     }
-    errors = {"residual_m": record.residual, "held_out_m": record.held_out}
+    errors = {"residual_m": record.residual, "held_out_m": record.held_out, "error_m": record.error}
     cells |= {name: _digits(error) for name, error in errors.items() if not math.isnan(error)}
     if isinstance(record, PassBandRecord):
         r_y, r_x = record.radii

@@ -33,9 +33,11 @@ def staged(opened: MainWindow, qtbot: QtBot) -> MainWindow:
 
 
 def _settle(window: MainWindow, qtbot: QtBot) -> None:
-    window.refresh.now()
-    qtbot.waitUntil(lambda: not window.stages.busy and not window.loader.busy, timeout=WAIT_MS)
-    window.refresh.now()
+    def settled() -> bool:
+        window.refresh.now()  # which may ask for a picture
+        return not window.stages.busy and not window.loader.busy
+
+    qtbot.waitUntil(settled, timeout=WAIT_MS)
 
 
 def _picture(window: MainWindow) -> NDArray[np.uint8] | None:

@@ -144,7 +144,7 @@ def test_a_filter_without_its_network_is_told_of_in_the_log_and_in_the_table(ope
     run_all(opened)
     assert "Canny's edges stand in" in said[0]
     assert said[0] in opened.log.text.toPlainText()
-    rows = block_rows(workspace.session, opened.runs, workspace.parameters)
+    rows = block_rows(workspace.session, opened.runs)
     assert [row.detail.splitlines()[-1] for row in rows] == list(workspace.session.completion().notes) * len(rows)
 
 

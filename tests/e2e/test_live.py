@@ -41,7 +41,7 @@ def _results(window: MainWindow) -> dict[int, BlockResult]:
 
 def _states(window: MainWindow) -> dict[int, str]:
     workspace = window.workspace
-    return {row.label: row.state for row in block_rows(workspace.session, window.runs, workspace.parameters)}
+    return {row.label: row.state for row in block_rows(workspace.session, window.runs)}
 
 
 @pytest.mark.parametrize("own", [False, True], ids=["values of all blocks", "values of the chosen block"])
@@ -160,8 +160,8 @@ def test_what_is_asked_of_another_frame_during_a_re_solve_is_done(
     workspace.add_session(second)
     chosen = next(iter(second.counts()))
     workspace.select([chosen])
-    assert opened.runs.state is RunState.RESOLVING
-    assert opened.runs.session is first
+    assert opened.runs.state is RunState.IDLE, "each frame by itself"
+    assert opened.runs.of(first).state is RunState.RESOLVING
     workspace.set_parameters(ilf.preset(max_iterations=4))
     if what == "run":
         with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
@@ -212,7 +212,7 @@ def test_without_a_chosen_block_nothing_runs(opened: MainWindow) -> None:
 def test_blocks_that_run_at_once_give_what_they_give_alone(
     opened: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gui.work.runs.available_cores", lambda: 4)
+    monkeypatch.setattr("gui.work.frame_runs.available_cores", lambda: 4)
     workspace = opened.workspace
     workspace.set_parameters(ilf.preset("released-code", max_iterations=2000))
     labels = list(workspace.session.counts())

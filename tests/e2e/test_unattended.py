@@ -18,7 +18,7 @@ from pytestqt.qtbot import QtBot
 from gui import app, theme
 from gui.main_window import MainWindow
 from gui.unattended import Unattended
-from gui.work.runs import RunController
+from gui.work.frame_runs import FrameRuns
 from ilf import RGBDFrame
 from ilf.cli import main as command_line
 
@@ -155,7 +155,7 @@ def test_a_run_that_breaks(start: Start, frame_folder: Path, picture: Path, monk
     def broken(*_: object) -> None:
         raise MemoryError("no room for the grid")
 
-    monkeypatch.setattr(RunController, "_due_previews", broken)
+    monkeypatch.setattr(FrameRuns, "_due_previews", broken)
     refused(start(frame_folder, "--run"), picture, "The run stopped", "no room for the grid")
 
 

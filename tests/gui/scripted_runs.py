@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from PySide6.QtCore import QTimer
 
 from gui.state.session import Session
 from gui.state.workspace import Workspace
@@ -140,6 +141,11 @@ class Bench:
         session = Session.of(Run(frame, self.labels), None, name)
         self.workspace.add_session(session)
         return session
+
+    @property
+    def patience(self) -> QTimer:
+        """What lets a re-solve of the first frame end when its values have changed."""
+        return self.runs.of(self.session)._patience
 
     @property
     def run(self) -> ScriptedSteps:

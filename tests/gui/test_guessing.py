@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gui.work import runs as runs_module
+from gui.work import frame_runs as runs_module
 from gui.work.runs import RunState
 from ilf import RGBDFrame
 from ilf.ebs.edit import merge
@@ -50,7 +50,7 @@ def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench: Benc
     missing = np.isnan(bench.session.completion().depth)
     bench.runs.guess()
     assert bench.runs.state is RunState.GUESSING
-    assert bench.runs.session is bench.session
+    assert bench.runs.running == [bench.session]
     until(lambda: bool(bench.said))
     completion = bench.session.completion()
     assert np.array_equal(completion.guessed, missing)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from pytestqt.qtbot import QtBot
 
-from gui.work import runs as runs_module
+from gui.work import frame_runs as runs_module
 from gui.work.runs import RunState
 from ilf import preset
 from ilf.ebs.edit import merge
@@ -26,7 +26,7 @@ def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(
     bench.runs.start()
     assert bench.runs.state is RunState.RUNNING
     assert not bench.runs.free
-    assert bench.runs.session is bench.session
+    assert bench.runs.running == [bench.session]
     bench.script.allow()
     until(lambda: bool(bench.said))
     assert bench.run.threads == 5
@@ -42,7 +42,7 @@ def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(
     assert bench.runs.state is RunState.IDLE
     assert bench.states[0] is RunState.RUNNING
     assert bench.states[-1] is RunState.IDLE
-    assert (bench.runs.session, bench.session.results.running, bench.runs.share_done) == (None, [], 0.0)
+    assert (bench.runs.running, bench.session.results.running, bench.runs.share_done) == ([], [], 0.0)
 
 
 def test_what_a_run_did_without_is_said_once(bench: Bench, until: Until) -> None:
@@ -251,12 +251,31 @@ def test_results_of_a_frame_that_was_closed_meanwhile_trouble_nobody(bench: Benc
     bench.script.allow(1)
     until(lambda: bench.session.results.running == [1])
     bench.workspace.close_session(bench.session)
-    assert bench.runs.state is RunState.STOPPING
+    assert (bench.runs.state, bench.runs.running) == (RunState.IDLE, [])
     bench.script.allow()
     until(lambda: bool(bench.said))
     assert "run cancelled" in bench.said[0]
     assert bench.workspace.sessions == []
     assert bench.runs.state is RunState.IDLE
+
+
+def test_frames_run_side_by_side(bench: Bench, until: Until) -> None:
+    bench.runs.start()
+    bench.script.allow(1)
+    until(lambda: bench.session.results.running == [1])
+    other = bench.open("second")
+    assert bench.runs.free
+    bench.runs.start({2})
+    assert bench.runs.running == [bench.session, other]
+    bench.runs.toggle_pause()
+    bench.workspace.show_session(bench.session)
+    assert bench.runs.state is RunState.RUNNING, "the other one alone is held"
+    bench.workspace.show_session(other)
+    bench.runs.resume()
+    bench.script.allow()
+    until(lambda: len(bench.said) == 2)
+    assert (set(bench.session.valid_results()), set(other.valid_results())) == ({1, 2}, {2})
+    assert bench.runs.running == []
 
 
 def test_a_run_goes_on_while_other_frames_are_opened_and_closed(bench: Bench, until: Until) -> None:

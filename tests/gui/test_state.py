@@ -252,7 +252,7 @@ def test_the_frame_before_a_closed_one_is_shown(
 
 
 def test_parameters_of_a_recorded_run(small_frame: RGBDFrame, small_labels: np.ndarray, session: Session) -> None:
-    """They are those of all blocks where no other frame is open, else its own blocks' alone."""
+    """They are its frame's, whatever other frames have."""
     labels = small_labels.copy()
     labels[:5] = 3
     run = Run(small_frame, labels, QUICK, {3: preset()}, extraction=BlockParameters(granularity=0.9))
@@ -268,8 +268,8 @@ def test_parameters_of_a_recorded_run(small_frame: RGBDFrame, small_labels: np.n
     second, beside = Session.of(run, "run.json", "run.json"), Workspace()
     beside.add_session(session)
     beside.add_session(second, run)
-    assert beside.parameters == preset()
-    assert second.notes.own == {2: QUICK_OWN, 3: QUICK_OWN}
+    assert (beside.parameters, session.common) == (QUICK, preset())
+    assert second.notes.own == {}
     assert second.selected == [2, 3], "the blocks that were run"
     assert beside.extraction_parameters == BlockParameters()
 

@@ -339,3 +339,21 @@ def test_a_block_without_depth_cannot_be_iterated_on(small_frame: RGBDFrame) -> 
     labels[12:20, 10:18] = 4
     with pytest.raises(InputError, match="Block 4 has no known depth"):
         ilf.iterate(small_frame, labels, 4)
+
+
+@pytest.mark.parametrize("name", ["best", "released-code"])
+def test_a_truth_gives_every_record_its_error_and_changes_nothing_else(
+    small_frame: RGBDFrame, small_labels: np.ndarray, name: str
+) -> None:
+    truth = np.where(small_frame.known, small_frame.depth + 9, 2.5)
+    judged = small_frame.with_truth(truth)
+    without, completion = (ilf.complete(frame, small_labels, ilf.preset(name)) for frame in (small_frame, judged))
+    np.testing.assert_array_equal(completion.depth, without.depth)
+    for label, history in completion.history.items():
+        block = completion.results[label].block
+        missing = np.isnan(small_frame.depth[block.box][block.mask])
+        error = completion.results[label].depth[missing] - 2.5
+        assert history[-1].error == pytest.approx(np.sqrt(np.mean(error**2)), rel=1e-5)
+        assert [dataclasses.replace(record, error=np.nan, seconds=0) for record in history] == [
+            dataclasses.replace(record, seconds=0) for record in without.history[label]
+        ]

@@ -105,3 +105,31 @@ def test_colour_that_nobody_can_write_to_is_shared_and_any_other_copied():
 def test_all_depth_distrusted_is_said():
     with pytest.raises(InputError, match="All depth of the frame is distrusted"):
         RGBDFrame(rgb=np.zeros((2, 3, 3), np.uint8), depth=np.ones((2, 3)), distrusted=np.ones((2, 3), bool))
+
+
+def test_a_truth_is_kept_in_metres_and_by_what_is_made_of_the_frame(small_frame: RGBDFrame) -> None:
+    truth = np.full(small_frame.shape, 2.0)
+    truth[0, :3] = [0.0, -1.0, np.inf]
+    frame = small_frame.with_truth(truth)
+    assert frame.truth is not None
+    assert frame.truth.dtype == np.float32
+    assert np.isnan(frame.truth[0, :3]).all()
+    assert not frame.truth.flags.writeable
+    wrong = np.zeros(frame.shape, bool)
+    wrong[0, 5] = True
+    np.testing.assert_array_equal(frame.distrusting(wrong).truth, frame.truth)
+    np.testing.assert_array_equal(frame.distrusting(wrong).with_truth(None).depth, frame.distrusting(wrong).depth)
+    assert frame.with_truth(None).truth is None
+
+
+@pytest.mark.parametrize(
+    ("truth", "why"),
+    [
+        (np.ones((4, 4)), "The truth is 4 x 4 but the frame is 64 x 48"),
+        (np.zeros((48, 64)), "The truth has no known pixel"),
+        (np.ones((48, 64, 3)), "The truth cannot be used"),
+    ],
+)
+def test_a_truth_that_does_not_fit_is_refused(small_frame: RGBDFrame, truth: np.ndarray, why: str) -> None:
+    with pytest.raises(InputError, match=why):
+        small_frame.with_truth(truth)

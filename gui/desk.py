@@ -1,0 +1,52 @@
+"""What the parts of the window share, and what a part is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QMainWindow
+
+from gui.actions import Actions
+from gui.docks import Docks
+from gui.frames.loader import FrameLoader
+from gui.state.workspace import Workspace
+from gui.tools.editor import Editor
+from gui.views.linked_views import LinkedViews
+from gui.views.presenter import ViewsPresenter
+from gui.widgets.notes import Notes
+from gui.work.refresh import Refresh
+from gui.work.runs import RunController
+
+
+@dataclass(frozen=True, eq=False)
+class Desk:
+    """What is worked on, what works, and where it is shown: all that a part of the window may need of the others."""
+
+    window: QMainWindow
+    workspace: Workspace
+    runs: RunController
+    loader: FrameLoader
+    views: LinkedViews
+    view_presenter: ViewsPresenter
+    editor: Editor
+    actions: Actions
+    panels: Docks
+    refresh: Refresh
+    notes: Notes
+
+
+class Part(QObject):
+    """One thing that a user does, with all that belongs to it.
+
+    It makes its widgets, adds its panels to the desk's, has them brought up to date by the desk's refresh, and carries
+    its own commands out.
+    """
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk.window)
+        self.desk = desk
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if no thread of it is left."""
+        return True

@@ -1,0 +1,434 @@
+"""Running ILF on one frame of the window: one run at a time, off the GUI's thread; and solving blocks anew, live."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, NamedTuple
+
+import numpy as np
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from gui.state.results import Preview
+from gui.state.session import Session
+from gui.state.workspace import Workspace
+from gui.work.worker import Worker
+from ilf.dense import guess_steps
+from ilf.filter.convergence import IterationRecord
+from ilf.outcomes import Completion, Progress
+from ilf.run import GUESS, Run, RunSteps
+from ilf.threads import available_cores
+
+Step = tuple[Progress, list[Preview] | None]
+
+_PATIENCE_MS = 150
+"""A re-solve whose values have changed meanwhile may end if it takes no longer: during a drag, slightly old results
+show more than none."""
+
+_PREVIEWS_S = 0.15
+"""Least interval between previews of the blocks that run."""
+
+_FIRST_PREVIEW_S = 0.1
+"""Age at which a re-solve may take the place of the block's former result before it has ended."""
+
+
+class RunState(Enum):
+    """What the run is doing."""
+
+    IDLE = "idle"
+    RUNNING = "running"
+    PAUSED = "paused"
+    STOPPING = "stopping"
+    GUESSING = "guessing the rest"
+    """What no block vouches for, after a run."""
+    RESOLVING = "solving anew"
+    """Some blocks, because they or their values have changed: they give way to a run."""
+
+
+class Ended(NamedTuple):
+    """How a run or a re-solve has ended.
+
+    Attributes
+    ----------
+    session : Session
+    run : Run
+        What it was made of.
+    done : frozenset of int
+        Blocks that have come to a result.
+    seconds : float
+        How long it took [s].
+    how : str
+        "finished", "cancelled" or "failed".
+    resolved : bool
+        Whether some blocks were solved anew, because they or their values had changed.
+    """
+
+    session: Session
+    run: Run
+    done: frozenset[int]
+    seconds: float
+    how: str
+    resolved: bool
+
+
+@dataclass(frozen=True)
+class _FollowUp:
+    """What is to be done when a re-solve has ended: solve blocks anew, or something else, whose place no re-solve
+    takes."""
+
+    blocks: tuple[int, ...] = ()
+    action: Callable[[], None] | None = None
+
+
+class FrameRuns(QObject):
+    """Starts, pauses, steps and cancels what goes on for one frame; brings records, previews and results to the
+    workspace as they come.
+
+    Signals
+    -------
+    state_changed()
+        `state` has changed, or which blocks are queued.
+    records(int, list)
+        New records of a block, in batches.
+    ended(str)
+        The run is over; a sentence that says how.
+    resolved(str)
+        A block has been solved anew; a sentence that says how fast.
+    run_ended(object)
+        A run or a re-solve has ended, its results are there, and nothing of it runs any more; an `Ended`.
+    finished(object)
+        A run has gone to its end, the guess of the rest included if there is one; its session.
+    failed(object)
+        The run broke on an exception.
+    """
+
+    state_changed = Signal()
+    records = Signal(int, list)
+    ended = Signal(str)
+    resolved = Signal(str)
+    run_ended = Signal(object)
+    finished = Signal(object)
+    failed = Signal(object)
+
+    def __init__(self, workspace: Workspace, session: Session, parent: QObject) -> None:
+        super().__init__(parent)
+        self._workspace = workspace
+        self.session = session
+        self._worker = Worker(self)
+        self._worker.progressed.connect(self._take)
+        self._worker.finished.connect(lambda guess: self._end("finished", guess))
+        self._worker.cancelled.connect(lambda: self._end("cancelled"))
+        self._worker.failed.connect(self._fail)
+        self._worker.paused.connect(self.state_changed)
+        self._run: Run | None = None
+        self._steps: RunSteps | None = None
+        self._guessing: Completion | None = None
+        self._started = 0.0
+        self._preview_time = 0.0
+        self._stopping = False
+        self._abandoned = False
+        self._resolving: tuple[int, ...] = ()
+        self._next: _FollowUp | None = None
+        self._patience = QTimer(self, singleShot=True)
+        self._patience.timeout.connect(self._worker.cancel)
+        self._begun: set[int] = set()
+        self._done: set[int] = set()
+
+    @property
+    def state(self) -> RunState:
+        """What goes on."""
+        if self._resolving:
+            return RunState.RESOLVING
+        if not self._worker.busy:
+            return RunState.IDLE
+        if self._stopping:
+            return RunState.STOPPING
+        if self._worker.is_paused:
+            return RunState.PAUSED
+        return RunState.RUNNING if self._guessing is None else RunState.GUESSING
+
+    @property
+    def free(self) -> bool:
+        """Whether a run can be started."""
+        return self.state in (RunState.IDLE, RunState.RESOLVING)
+
+    @property
+    def resolving(self) -> tuple[int, ...]:
+        """The blocks that are being solved anew."""
+        return self._resolving
+
+    @property
+    def queued(self) -> set[int]:
+        """Blocks of the run that have not been reached yet."""
+        if self._run is None or self._steps is None or self._resolving:
+            return set()
+        return set(self._steps.blocks) - self._begun - self._done
+
+    @property
+    def share_done(self) -> float:
+        """Share of the run's blocks that are done, 0-1."""
+        if self._steps is None or not self._steps.blocks:
+            return 0.0
+        return len(self._done) / len(self._steps.blocks)
+
+    @property
+    def seconds(self) -> float:
+        """How long what goes on has taken so far [s]."""
+        return time.perf_counter() - self._started if self._worker.busy else 0.0
+
+    def start(self, only: set[int] | None = None, stepwise: bool = False) -> None:
+        """Run all blocks, or just some; with `stepwise`, one by one, and hold after a step."""
+        if self._resolving:
+            self._follow_up(lambda: self.start(only, stepwise))
+            return
+        self._run = self.session.run(self.session.common, only)
+        # one core stays the window's
+        self._steps = steps = self._run.steps(1 if stepwise else max(available_cores() - 1, 1))
+        self._start(lambda: steps, stepwise)
+
+    def start_changed(self) -> None:
+        """Run the blocks that have no result of their present state and parameters."""
+        changed = self.session.changed_blocks()
+        if changed:
+            self.start(set(changed))
+        else:
+            self.ended.emit(f"{self.session.name}: all blocks are up to date. Run all again: Ctrl+F5.")
+
+    def start_chosen(self) -> None:
+        """Run the chosen blocks."""
+        self.start(self._chosen())
+
+    def _chosen(self) -> set[int]:
+        return set(self.session.selected) & set(self.session.counts())
+
+    def resolve(self, blocks: Sequence[int], edited: bool = False) -> bool:
+        """Solve blocks anew, as they are now, in this order; False if a run comes first.
+
+        Of what comes while a re-solve is under way only the latest counts: it is taken up when that ends, which is at
+        once if blocks have been edited, and otherwise soon. Blocks that had been left then are solved after it.
+        """
+        if self.state is RunState.IDLE:
+            self._begin_resolve(blocks)
+            return True
+        if not self._resolving or (self._next is not None and self._next.action is not None):
+            return False
+        waiting = () if self._next is None else self._next.blocks
+        self._next = _FollowUp((*blocks, *(one for one in waiting if one not in blocks)))
+        age_ms = math.ceil(1000 * self.seconds)
+        self._end_resolve_in(0 if edited else max(_PATIENCE_MS - age_ms, 0))
+        return True
+
+    def _follow_up(self, action: Callable[[], None]) -> None:
+        """Do something else when the re-solve has ended, which is at once."""
+        self._next = _FollowUp(action=action)
+        self._end_resolve_in(0)
+
+    def _end_resolve_in(self, patience_ms: int) -> None:
+        if patience_ms == 0:
+            self._patience.stop()
+            self._worker.cancel()
+        elif not self._patience.isActive():
+            self._patience.start(patience_ms)
+
+    def _begin_resolve(self, blocks: Sequence[int]) -> None:
+        there = self.session.counts()
+        self._resolving = tuple(label for label in blocks if label in there)
+        if not self._resolving:
+            self.state_changed.emit()
+            return
+        self._preview_time = max(self._preview_time, time.perf_counter() + _FIRST_PREVIEW_S)
+        self._run = run = self.session.run(self.session.common, self._resolving)
+        self._start(lambda: run.steps(1))
+
+    def _start(self, make: Callable[[], RunSteps], paused: bool = False) -> None:
+        self._started = time.perf_counter()
+
+        def job() -> Generator[Step, None, None]:
+            with make() as steps:
+                for progress in steps:
+                    yield progress, self._due_previews(steps)
+
+        self._worker.start(job, paused)
+        self.state_changed.emit()
+
+    def guess(self) -> None:
+        """Guess what the blocks leave missing."""
+        completion = self.session.completion()
+        if self._resolving:
+            self._follow_up(self.guess)
+        elif self.free and completion is not None and not self.session.guessed:
+            self._begin_guess(completion)
+
+    def _begin_guess(self, completion: Completion) -> None:
+        self._guessing = completion
+        self._started = time.perf_counter()
+        frame, extraction = self.session.frame, self.session.notes.extraction
+
+        def job() -> Generator[Step, None, Completion]:
+            steps = guess_steps(frame, completion, extraction)
+            while True:
+                try:
+                    yield Progress(GUESS, record=next(steps)), None
+                except StopIteration as end:
+                    return end.value
+
+        self._worker.start(job)
+        self.state_changed.emit()
+
+    def _due_previews(self, steps: RunSteps) -> list[Preview] | None:
+        """Called off the GUI's thread, which says when it has taken the last."""
+        if time.perf_counter() < self._preview_time:
+            return None
+        self._preview_time = math.inf
+        return steps.preview()
+
+    def pause(self) -> None:
+        """Hold after the present iteration."""
+        self._worker.pause()
+        self.state_changed.emit()
+
+    def resume(self) -> None:
+        """Go on."""
+        self._worker.resume()
+        self.state_changed.emit()
+
+    def toggle_pause(self) -> None:
+        """Hold the run, or let it go on."""
+        (self.resume if self.state is RunState.PAUSED else self.pause)()
+
+    def step(self) -> None:
+        """One iteration, then hold: of the run under way, or of a new one over the chosen blocks, or all."""
+        if self.free:
+            self.start(self._chosen() or None, stepwise=True)
+        else:
+            self._worker.step()
+            self.state_changed.emit()
+
+    def cancel(self) -> None:
+        """Stop after the present iteration; blocks that are done keep their results."""
+        if self._worker.busy:
+            self._stopping = True
+            self._next = None
+            self._worker.cancel()
+            self.state_changed.emit()
+
+    def clear_results(self) -> None:
+        """Forget all results, also what a re-solve or a guess under way is about to give."""
+        if self._resolving or self._guessing is not None:
+            self._abandoned = self._guessing is None
+            self.cancel()
+        self._workspace.clear_results()
+
+    def shutdown(self) -> bool:
+        """Stop for good. True if the thread has ended."""
+        self._patience.stop()
+        return self._worker.shutdown()
+
+    def _take(self, batch: list[Step]) -> None:
+        run = self._run
+        if self._abandoned or run is None:
+            return
+        fresh: dict[int, list[IterationRecord]] = {}
+        results = [progress.result for progress, _ in batch if progress.result is not None]
+        for progress, _ in batch:
+            if progress.record is not None:
+                fresh.setdefault(progress.label, []).append(progress.record)
+        self._begun.update(fresh)
+        for label, records in fresh.items():
+            self._workspace.add_records(self.session, label, records)
+            self.records.emit(label, records)
+        for _, previews in batch:
+            if previews is not None:
+                self._workspace.add_previews(self.session, previews)
+                self._preview_time = time.perf_counter() + _PREVIEWS_S
+        if results:
+            self._done.update(result.block.label for result in results)
+            # other depth may be distrusted since the run began
+            self._workspace.store_results(self.session, results, run.frame)
+
+    def _end(self, how: str, guess: Completion | None = None) -> None:
+        if self._guessing is not None:
+            self._end_guess(how, guess)
+            return
+        run, self._run = self._run, None
+        steps, self._steps = self._steps, None
+        done, self._done, self._begun = self._done, set(), set()
+        resolved, self._resolving = self._resolving, ()
+        following, self._next = self._next, None
+        seconds = time.perf_counter() - self._started
+        self._patience.stop()
+        self._preview_time = 0.0
+        self._stopping = self._abandoned = False
+        # another re-solve takes its place: what it shows may stay until then
+        again = following is not None and following.action is None
+        self._workspace.end_run(self.session, previews_stay=again)
+        if following is None:
+            self.state_changed.emit()
+        elif following.action is not None:
+            following.action()
+        else:
+            self._begin_resolve(
+                (*following.blocks, *(one for one in resolved if one not in done and one not in following.blocks))
+            )
+        if run is not None:
+            self.run_ended.emit(Ended(self.session, run, frozenset(done), seconds, how, bool(resolved)))
+        if resolved:
+            self._tell_resolved([label for label in resolved if label in done], seconds)
+        elif steps is not None:
+            self._tell_ended(steps, how, done, seconds)
+
+    def _tell_resolved(self, done: list[int], seconds: float) -> None:
+        results = self.session.valid_results()
+        done = [label for label in done if label in results]
+        if done:
+            count = sum(results[label].outcome.iterations for label in done)
+            what = self.session.info(done[0]).name if len(done) == 1 else f"{len(done)} blocks"
+            self.resolved.emit(f"{what}: {count} iterations in {1000 * seconds:.0f} ms")
+
+    def _tell_ended(self, steps: RunSteps, how: str, done: set[int], seconds: float) -> None:
+        session = self.session
+        text = f"{session.name}: run {how}, {len(done)} block{'s' * (len(done) != 1)} in {seconds:.1f} s."
+        lost = len(done - set(session.valid_results()))
+        if lost:
+            text += f" {lost} had been edited meanwhile: run them again."
+        self.ended.emit(" ".join((text, *steps.notes)))
+        if how == "finished":
+            self._go_on()
+
+    def _go_on(self) -> None:
+        """A run has gone to its end: guess the rest if that belongs to it."""
+        completion = self.session.completion()
+        if self.session.dense and completion is not None and self.state is RunState.IDLE:
+            self._begin_guess(completion)
+        else:
+            self.finished.emit(self.session)
+
+    def _end_guess(self, how: str, guess: Completion | None) -> None:
+        base, self._guessing = self._guessing, None
+        self._stopping = False
+        session = self.session
+        text = f"{session.name}: guess of the rest {how}."
+        holds = guess is not None and session.completion() is base
+        if base is not None and guess is not None:
+            if holds:
+                self._workspace.store_guess(session, base, guess)
+            seconds = time.perf_counter() - self._started
+            count = np.count_nonzero(guess.guessed)
+            text = f"{session.name}: {count} pixels guessed in {seconds:.1f} s; no block vouches for them."
+            if count == 0:
+                text = f"{session.name}: nothing is missing, so there is nothing to guess."
+            elif not holds:
+                text = f"{session.name}: the guess is of blocks that have been edited meanwhile: guess again."
+            text = " ".join((text, *(note for note in guess.notes if note not in base.notes)))
+        self.state_changed.emit()
+        self.ended.emit(text)
+        if holds:
+            self.finished.emit(session)
+
+    def _fail(self, error: Any) -> None:
+        self._next = None
+        self._end("failed")
+        self.failed.emit(error)
