@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence, QUndoGroup
 from PySide6.QtWidgets import QWidget
 
 from gui import theme
 from gui.command import Command
+from gui.inventory import WHY_NOT
 
 COMMANDS = (
     Command("open", "&Open frame…", "ph.folder-open", "Ctrl+O", "Open a colour and a depth file, or a frame folder"),
@@ -265,6 +268,10 @@ COMMANDS = (
     ),
     Command("next_frame", "Next frame", "", "Ctrl+PgDown"),
     Command("previous_frame", "Previous frame", "", "Ctrl+PgUp"),
+    Command("palette", "Command &palette…", "ph.magnifying-glass", "Ctrl+Shift+P", "Find any command by some letters"),
+    Command(
+        "shortcuts", "&Keyboard shortcuts…", "ph.keyboard", "", "See which keys give which command, and change them"
+    ),
     Command("about", "&About ILF Studio", "ph.info"),
 )
 _HISTORY_ICONS = {"undo": "ph.arrow-counter-clockwise", "redo": "ph.arrow-clockwise"}
@@ -275,10 +282,27 @@ class Actions:
 
     def __init__(self, window: QWidget, history: QUndoGroup) -> None:
         self._window = window
+        self._commands: list[Command] = []
         self._actions: dict[str, QAction] = {}
-        groups: dict[str, QActionGroup] = {}
-        for command in COMMANDS:
-            action = QAction(command.text, window)
+        self._groups: dict[str, QActionGroup] = {}
+        undo, redo = history.createUndoAction(window, "Undo"), history.createRedoAction(window, "Redo")
+        undo.triggered.disconnect()  # what undoing means while a stroke is under way is not the history's to say
+        undo.setShortcut(QKeySequence("Ctrl+Z"))
+        redo.setShortcuts([QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")])
+        for name, action in (("undo", undo), ("redo", redo)):
+            action.setObjectName(name)
+            action.setProperty(WHY_NOT, f"There is nothing to {name}.")
+            self._actions[name] = action
+        self.add(COMMANDS)
+
+    def __getitem__(self, name: str) -> QAction:
+        return self._actions[name]
+
+    def add(self, commands: Iterable[Command]) -> None:
+        """Add the commands of a part of the window, which carries them out itself."""
+        for command in commands:
+            self._commands.append(command)
+            action = QAction(command.text, self._window)
             action.setObjectName(command.name)
             action.setShortcut(QKeySequence(command.shortcut))
             plain = command.text.replace("&", "")
@@ -288,22 +312,14 @@ class Actions:
             action.setToolTip(f"{command.hint or plain}{keys}")
             action.setCheckable(command.checkable or bool(command.group))
             if command.group:
-                groups.setdefault(command.group, QActionGroup(window)).addAction(action)
-            window.addAction(action)
+                self._groups.setdefault(command.group, QActionGroup(self._window)).addAction(action)
+            self._window.addAction(action)
             self._actions[command.name] = action
-        undo, redo = history.createUndoAction(window, "Undo"), history.createRedoAction(window, "Redo")
-        undo.triggered.disconnect()  # what undoing means while a stroke is under way is not the history's to say
-        undo.setShortcut(QKeySequence("Ctrl+Z"))
-        redo.setShortcuts([QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")])
-        self._actions |= {"undo": undo, "redo": redo}
         self.draw_icons()
-
-    def __getitem__(self, name: str) -> QAction:
-        return self._actions[name]
 
     def draw_icons(self) -> None:
         """Take the icons in the colours of the window's palette."""
-        icons = {command.name: command.icon for command in COMMANDS} | _HISTORY_ICONS
+        icons = {command.name: command.icon for command in self._commands} | _HISTORY_ICONS
         for name, icon in icons.items():
             if icon:
                 self[name].setIcon(theme.icon(icon, self._window.palette()))
@@ -312,3 +328,9 @@ class Actions:
         """Enable or disable several actions."""
         for name in names:
             self[name].setEnabled(allowed)
+
+    def allow(self, why_not: str, *names: str) -> None:
+        """Enable several actions, or disable them for a reason: a sentence that says what to do first; "" for none."""
+        for name in names:
+            self[name].setEnabled(not why_not)
+            self[name].setProperty(WHY_NOT, why_not)

@@ -50,7 +50,7 @@ class Docks(QObject):
     def __init__(self, window: QMainWindow, fold: QAction, remembers: bool) -> None:
         super().__init__(window)
         self._window = window
-        self._remembers = remembers
+        self.remembers = remembers
         self._arranged = False
         self._panels: dict[str, _Panel] = {}
         self._first: list[str] = []
@@ -146,7 +146,7 @@ class Docks(QObject):
 
     def size_window(self) -> None:
         """Give the window the size and place of the last time, or the default one, as far as the screen has room."""
-        geometry = QSettings().value("window/geometry") if self._remembers else None
+        geometry = QSettings().value("window/geometry") if self.remembers else None
         if geometry is None or not self._window.restoreGeometry(geometry):
             self._window.resize(DEFAULT_SIZE)
         if not self._window.isFullScreen() and not self._window.isMaximized():
@@ -161,7 +161,7 @@ class Docks(QObject):
             return
         self._arranged = True
         settings = QSettings()
-        state = settings.value("panels/state") if self._remembers else None
+        state = settings.value("panels/state") if self.remembers else None
         if state is None or not self._window.restoreState(state, _VERSION):
             self._set_sizes(self.open)
             return
@@ -173,7 +173,7 @@ class Docks(QObject):
 
     def remember(self) -> None:
         """Keep size, places and what is open for the next time, which begins as the first arrangement."""
-        if not self._remembers:
+        if not self.remembers:
             return
         self.use("")
         settings = QSettings()

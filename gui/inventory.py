@@ -45,6 +45,9 @@ class Entry:
 WHY_NOT = "why_not"
 """The property in which an action says why it is disabled."""
 
+PASSING = "passing"
+"""The property of an action that comes and goes: it is no use to give it keys."""
+
 
 def keys_text(keys: list[QKeySequence]) -> str:
     """Keys as this system writes them."""

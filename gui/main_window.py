@@ -34,9 +34,12 @@ from gui.frames.presenter import FramesPresenter
 from gui.frames.replays import ReplayPresenter
 from gui.history.history_view import HistoryView
 from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar
+from gui.palette.part import PalettePart
+from gui.recent.part import RecentPart
 from gui.review.distrust import DistrustPresenter
 from gui.review.presenter import ReviewPresenter
 from gui.review.strip import ReviewStrip
+from gui.shortcuts.part import ShortcutsPart
 from gui.state.workspace import Workspace
 from gui.status.bar import StatusBar
 from gui.status.commands import CommandsPresenter
@@ -61,7 +64,7 @@ from gui.work.refresh import Refresh
 from gui.work.runs import RunController, RunState
 from ilf.drawing.stages import STAGES
 
-_PARTS: tuple[type[Part], ...] = ()
+_PARTS: tuple[type[Part], ...] = (RecentPart, ShortcutsPart, PalettePart)
 
 
 class MainWindow(QMainWindow):
@@ -194,9 +197,12 @@ class MainWindow(QMainWindow):
             self.panels,
             self.refresh,
             self.notes,
+            self.documents,
         )
         self.parts: list[Part] = [make(desk) for make in _PARTS]
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.experiments)
+        for part in self.parts:
+            part.begin()
 
     # wiring
 

@@ -74,12 +74,22 @@ def fill_menu_bar(
     view.addMenu(_depth_map_menu(views, view))
     view.addMenu(_theme_menu(view))
     bar.addMenu(experiments)
-    _fill(bar.addMenu("&Help"), entries(actions, "about"))
+    _fill(bar.addMenu("&Help"), entries(actions, "palette shortcuts | about"))
 
 
 def entries(actions: Mapping[str, QAction] | Actions, names: str) -> list[QAction | None]:
     """Actions by their names, None where "|" separates them."""
     return [None if name == "|" else actions[name] for name in names.split()]
+
+
+def insert_menu(bar: QMenuBar, menu: QMenu, before: QAction) -> None:
+    """Put a menu into the one of the bar's in which an action stands, before that."""
+    for action in bar.actions():
+        holder = action.menu()
+        if isinstance(holder, QMenu) and before in holder.actions():
+            holder.insertMenu(before, menu)
+            return
+    raise ValueError(f"no menu has {before.text()!r}")
 
 
 def _fill(menu: QMenu | QToolBar, actions: Iterable[QAction | None]) -> None:

@@ -53,6 +53,7 @@ class ShortcutsDialog(QDialog):
         self.list.setAccessibleName("Commands and their keys")
         self.list.setRootIsDecorated(False)
         self.list.setUniformRowHeights(True)
+        self.list.setStyleSheet("QTreeView::item { padding: 3px 0; }")
         self.list.setAlternatingRowColors(True)
         self.list.setHeaderLabels(["Command", "Menu", "Keys"])
         self.list.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)

@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject, QSettings, Signal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMainWindow
 
-from gui.inventory import Entry, entries_of, keys_text, plain
+from gui.inventory import PASSING, Entry, entries_of, keys_text, plain
 
 _KEY = "shortcuts"
 _FIXED = {
@@ -59,7 +59,7 @@ class Keymap(QObject):
 
     def update(self) -> None:
         """Look for actions again: those that are new get the keys that the user has chosen for them before."""
-        found = {entry.key: entry for entry in entries_of(self._window)}
+        found = {entry.key: entry for entry in entries_of(self._window) if not entry.action.property(PASSING)}
         for key, entry in found.items():
             known = self._entries.get(key)
             if known is not None and known.action is entry.action:
