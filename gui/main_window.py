@@ -146,7 +146,7 @@ class MainWindow(QMainWindow):
         self.tool_presenter = ToolsPresenter(self.editor, tools, self.tool_bar.options)
         self.context_menu = ContextMenu(workspace, self.editor, entries(actions, BLOCK_MENU), self.views)
         self.commands = CommandsPresenter(workspace, runs, loader, actions)
-        self.status_presenter = StatusPresenter(workspace, runs, loader, self.editor, self.status)
+        self.status_presenter = StatusPresenter(workspace, runs, loader, self.documents, self.editor, self.status)
         self.readout = ReadoutPresenter(workspace, self.status.readout)
 
     def _make_layout(self) -> None:
@@ -247,7 +247,8 @@ class MainWindow(QMainWindow):
             self.status_presenter.show_hint,
             (turned, self.editor.tool_changed, self.editor.hint_changed, loading),
         )
-        add("progress", self.status_presenter.show_progress, (turned, running, loading), (coming,))
+        exporting = self.documents.exporting_changed
+        add("progress", self.status_presenter.show_progress, (turned, running, loading, exporting), (coming,))
         add("readout", self.readout.show, (turned, blocks, infos, results, workspace.error_changed), (coming, depth))
 
     def _connect_commands(self) -> None:

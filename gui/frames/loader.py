@@ -74,6 +74,8 @@ class FrameLoader(QObject):
         self._workspace = workspace
         self._queue: deque[tuple[str, Job]] = deque()
         self._present = ""
+        self._done = 0
+        """How many have ended since nothing was under way."""
         self._worker = Worker(self)
         self._worker.finished.connect(self._take)
         self._worker.failed.connect(self._fail)
@@ -87,6 +89,11 @@ class FrameLoader(QObject):
     def present(self) -> str:
         """What is being done; "" when idle."""
         return self._present if self.busy else ""
+
+    @property
+    def share_done(self) -> float:
+        """Share of what was to be opened or extracted together that is done, 0-1; 0 where it is just one."""
+        return self._done / max(self._done + len(self._queue) + self._worker.busy, 1)
 
     def open(self, source: FrameSource) -> None:
         """Read a frame, extract its blocks and show it.
@@ -138,6 +145,7 @@ class FrameLoader(QObject):
         if self._worker.busy:
             return
         if not self._queue:
+            self._done = 0
             self.busy_changed.emit()
             self.idle.emit()
             return
@@ -151,6 +159,7 @@ class FrameLoader(QObject):
         self.busy_changed.emit()
 
     def _take(self, outcome: _Opened | _Extracted) -> None:
+        self._done += 1
         if isinstance(outcome, _Opened):
             if not self._shown_already(outcome.origin, outcome.key):
                 self._add_session(outcome)
@@ -183,6 +192,7 @@ class FrameLoader(QObject):
 
     def _fail(self, error: Exception) -> None:
         what = self._present
+        self._done += 1
         self.failed.emit(what, error)
         self._next()
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QWidget
+
+_PROGRESS = 200
 
 
 class StatusBar(QStatusBar):
@@ -16,9 +19,29 @@ class StatusBar(QStatusBar):
         # neither may keep the window from being made narrower than what they say
         for label in (self.hint, self.readout):
             label.setMinimumWidth(1)
-        self.progress.setFixedWidth(160)
+        self.progress.setFixedWidth(_PROGRESS)
+        self.progress.setAccessibleName("Progress")
         self.progress.setTextVisible(True)
         self.progress.hide()
         self.addWidget(self.hint, 1)
         self.addPermanentWidget(self.readout)
         self.addPermanentWidget(self.progress)
+
+    def show_progress(self, text: str, share: float | None, left: str) -> None:
+        """Say what is under way, how much of it is done, 0-1 or None if that is not known, and what time is left.
+
+        "" for nothing under way.
+        """
+        progress = self.progress
+        progress.setVisible(bool(text))
+        if share is None:
+            progress.setRange(0, 0)
+            said = text
+        else:
+            progress.setRange(0, 100)
+            progress.setValue(round(100 * share))
+            said = f"{text} {round(100 * share)} %" + (f", {left}" if left else "")
+        room = progress.width() - 2 * progress.fontMetrics().averageCharWidth()
+        shown = progress.fontMetrics().elidedText(said, Qt.TextElideMode.ElideMiddle, room)
+        progress.setFormat(shown)
+        progress.setToolTip(said)
