@@ -189,14 +189,6 @@ COMMANDS = (
     Command("fit", "&Fit frame", "ph.arrows-out", "Ctrl+0", "Show the whole frame"),
     Command("one_to_one", "&One to one", "ph.frame-corners", "Ctrl+9", "One image pixel on one screen pixel"),
     Command(
-        "layout_correct",
-        "&Correct",
-        "ph.layout",
-        "F4",
-        "One large view to correct blocks in, the others small beside it; or back",
-        checkable=True,
-    ),
-    Command(
         "contours_only",
         "&Contours only",
         "ph.polygon",

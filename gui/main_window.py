@@ -33,6 +33,7 @@ from gui.frames.loader import FrameLoader
 from gui.frames.presenter import FramesPresenter
 from gui.frames.replays import ReplayPresenter
 from gui.history.history_view import HistoryView
+from gui.layouts.part import LayoutsPart
 from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar
 from gui.palette.part import PalettePart
 from gui.recent.part import RecentPart
@@ -51,7 +52,6 @@ from gui.tools.editor import Editor
 from gui.tools.keys import ToolKeys
 from gui.tools.presenter import ToolsPresenter
 from gui.views.errors import ErrorPresenter
-from gui.views.layouts import CORRECT
 from gui.views.linked_views import LinkedViews
 from gui.views.pointer import PointerEvent
 from gui.views.presenter import ViewsPresenter
@@ -64,7 +64,7 @@ from gui.work.refresh import Refresh
 from gui.work.runs import RunController, RunState
 from ilf.drawing.stages import STAGES
 
-_PARTS: tuple[type[Part], ...] = (RecentPart, ShortcutsPart, PalettePart)
+_PARTS: tuple[type[Part], ...] = (RecentPart, LayoutsPart, ShortcutsPart, PalettePart)
 
 
 class MainWindow(QMainWindow):
@@ -85,6 +85,8 @@ class MainWindow(QMainWindow):
         self._make_parts()
         self._connect_commands()
         self._connect_messages()
+        for part in self.parts:
+            part.begin()
         self.commands.show()
         self.refresh.draw_all()
         self.panels.size_window()
@@ -118,9 +120,7 @@ class MainWindow(QMainWindow):
         )
         self.extraction_panel = ExtractionPanel(actions["extract"])
         self.tool_bar = ToolBar(actions, self)
-        self.view_bar = ViewBar(
-            self.views, entries(actions, "contours_only block_names show_missing | layout_correct fit")
-        )
+        self.view_bar = ViewBar(self.views, entries(actions, "contours_only block_names show_missing | fit"))
         self.experiments = ExperimentsMenu(self)
 
     def _make_presenters(self) -> None:
@@ -201,8 +201,6 @@ class MainWindow(QMainWindow):
         )
         self.parts: list[Part] = [make(desk) for make in _PARTS]
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.experiments)
-        for part in self.parts:
-            part.begin()
 
     # wiring
 
@@ -299,7 +297,6 @@ class MainWindow(QMainWindow):
             "fit": self.views.fit,
             "one_to_one": self.views.one_to_one,
             "shuffle_colours": self.block_presenter.shuffle_colours,
-            "layout_correct": partial(self.views.toggle_layout, CORRECT),
             "next_frame": lambda: self.frame_presenter.turn(1),
             "previous_frame": lambda: self.frame_presenter.turn(-1),
             "about": lambda: AboutDialog(self).open(),
@@ -328,7 +325,6 @@ class MainWindow(QMainWindow):
         self.stages.extraction_wished.connect(self.loader.extract)
         self.stages.view_wished.connect(lambda: self.centre.setCurrentWidget(self.images))
         self.review.shown.connect(lambda: self.centre.setCurrentWidget(self.images))
-        self.views.layoutChanged.connect(self._show_layout)
         self.runs.state_changed.connect(self._open_curves)
         self.workspace.sessions_changed.connect(self._open_frames)
         self.views.set_pointer_handler(self._point)
@@ -366,11 +362,6 @@ class MainWindow(QMainWindow):
     def _point(self, event: PointerEvent) -> bool:
         self.refresh.now()  # what the pointer is at is what the user sees
         return self.editor.pointer(event)
-
-    def _show_layout(self, name: str) -> None:
-        """Correcting has open panels of its own: at first none, for a picture as large as can be."""
-        self.actions_["layout_correct"].setChecked(name == CORRECT)
-        self.panels.use(CORRECT if name == CORRECT else "")
 
     def _open_curves(self) -> None:
         if self.runs.state is RunState.RUNNING:

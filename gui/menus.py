@@ -67,7 +67,8 @@ def fill_menu_bar(
     view.addAction(actions["fold_panels"])
     view.addActions(list(toggles))
     view.addSeparator()
-    _fill(view, entries(actions, "contours_only block_names show_missing shuffle_colours | layout_correct"))
+    _fill(view, entries(actions, "contours_only block_names show_missing shuffle_colours"))
+    view.addSeparator()
     view.addMenu(_layout_menu(views, view))
     stages = view.addMenu("&Stage of the extraction")
     _fill(stages, entries(actions, " ".join(f"stage_{name}" for name in STAGES)))
@@ -116,7 +117,7 @@ def _choices(menu: QMenu, texts: Mapping[str, str], chosen: str) -> dict[str, QA
 
 
 def _layout_menu(views: LinkedViews, parent: QMenu) -> QMenu:
-    menu = QMenu("&Layout", parent)
+    menu = QMenu("&Views", parent)
     actions = _choices(menu, LAYOUT_TEXTS, LAYOUTS[0])
     menu.insertSeparator(actions[next(iter(CELLS))])
     for name, action in actions.items():
