@@ -8,6 +8,7 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from gui.extraction.found_blocks import Found, describe_blocks, find
@@ -16,6 +17,7 @@ from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.worker import Worker
 from ilf.completion import prepare
+from ilf.frame import RGBDFrame
 from ilf.io import load_frame
 from ilf.parameters import BlockParameters, preset
 from ilf.run import Replay, Run, replay
@@ -28,10 +30,8 @@ class _Opened:
     run: Run
     origin: FrameSource | Path
     key: str
-    found: Found | None = None
-    """What has just been extracted; None if the blocks come from a record."""
     again: Replay | None = None
-    """The record that the run comes from."""
+    """The record that the run comes from; None if its blocks are yet to be extracted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,8 @@ class _Extracted:
     found: Found
 
 
-Job = Callable[[], _Opened | _Extracted]
+Steps = Generator[_Opened | None, None, Found | _Extracted | None]
+Job = Callable[[], Steps]
 
 
 class FrameLoader(QObject):
@@ -77,6 +78,9 @@ class FrameLoader(QObject):
         self._done = 0
         """How many have ended since nothing was under way."""
         self._worker = Worker(self)
+        self._opening: Session | None = None
+        """The frame whose blocks are being extracted for the first time."""
+        self._worker.progressed.connect(self._take_opened)
         self._worker.finished.connect(self._take)
         self._worker.failed.connect(self._fail)
 
@@ -96,7 +100,7 @@ class FrameLoader(QObject):
         return self._done / max(self._done + len(self._queue) + self._worker.busy, 1)
 
     def open(self, source: FrameSource) -> None:
-        """Read a frame, extract its blocks and show it.
+        """Read a frame, show it, and extract its blocks.
 
         A frame that is open already is just shown; one that is open with other units or intrinsics is read again
         and takes its place.
@@ -130,7 +134,7 @@ class FrameLoader(QObject):
         if found is not None:
             self._take_extraction(_Extracted(session, found))
         else:
-            self._add(f"Extract blocks of {session.name}", lambda: _Extracted(session, find(frame, parameters)))
+            self._add(f"Extract blocks of {session.name}", lambda: _extract(session, frame, parameters))
 
     def shutdown(self) -> bool:
         """Stop before the window closes. True if the thread has ended."""
@@ -151,22 +155,31 @@ class FrameLoader(QObject):
             return
         self._present, job = self._queue.popleft()
 
-        def steps() -> Generator[None, None, _Opened | _Extracted]:
-            yield None
-            return job()
-
-        self._worker.start(steps)
+        self._worker.start(job)
         self.busy_changed.emit()
 
-    def _take(self, outcome: _Opened | _Extracted) -> None:
+    def _take_opened(self, batch: list[_Opened | None]) -> None:
+        for opened in batch:
+            if opened is not None and not self._shown_already(opened.origin, opened.key):
+                self._add_session(opened)
+
+    def _take(self, outcome: Found | _Extracted | None) -> None:
+        opening, self._opening = self._opening, None
         self._done += 1
-        if isinstance(outcome, _Opened):
-            if not self._shown_already(outcome.origin, outcome.key):
-                self._add_session(outcome)
-            self._tell_blocks(self._workspace.session, *outcome.run.notes)
-        elif outcome.session in self._workspace.sessions:
+        if isinstance(outcome, Found):
+            if opening is not None and opening in self._workspace.sessions:
+                self._take_first(opening, outcome)
+        elif outcome is not None and outcome.session in self._workspace.sessions:
             self._take_extraction(outcome)
         self._next()
+
+    def _take_first(self, session: Session, found: Found) -> None:
+        """The blocks of a frame that has been opened without any."""
+        if self._workspace.is_present(session):
+            self.extracted.emit(found)
+        self._workspace.set_first_blocks(session, found.extraction, found.parameters)
+        beside = session.origin.beside() if isinstance(session.origin, FrameSource) else ""
+        self._tell_blocks(session, beside, *found.extraction.notes)
 
     def _take_extraction(self, outcome: _Extracted) -> None:
         session, found = outcome.session, outcome.found
@@ -184,14 +197,15 @@ class FrameLoader(QObject):
         replaced = self._workspace.session_of(opened.key)
         if replaced is not None:
             self._workspace.close_session(replaced)
-        if opened.found is not None:
-            self.extracted.emit(opened.found)
         self._workspace.add_session(session, None if opened.again is None else opened.run)
-        if opened.again is not None:
+        if opened.again is None:
+            self._opening = session
+        else:
+            self._tell_blocks(session, *opened.run.notes)
             self.replayed.emit(session)
 
     def _fail(self, error: Exception) -> None:
-        what = self._present
+        what, self._opening = self._present, None
         self._done += 1
         self.failed.emit(what, error)
         self._next()
@@ -208,16 +222,21 @@ def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
     return text
 
 
-def _open(source: FrameSource, parameters: BlockParameters) -> _Opened:
+def _open(source: FrameSource, parameters: BlockParameters) -> Steps:
     frame = load_frame(source.rgb, source.depth, depth_units=source.depth_units, intrinsics=source.intrinsics)
+    no_blocks = np.zeros(frame.shape, np.int32)
+    yield _Opened(Run(frame, no_blocks, extraction=parameters), source, source.key)
     found = find(frame, parameters)
     prepare(frame, preset(), parameters)  # here and now, rather than when the first slider is moved
-    extraction = found.extraction
-    notes = (*extraction.notes, *filter(None, [source.beside()]))
-    run = Run(frame, extraction.blocks, extraction=parameters, network=extraction.network, notes=notes)
-    return _Opened(run, source, source.key, found)
+    return found
 
 
-def _open_run(path: Path) -> _Opened:
+def _open_run(path: Path) -> Steps:
     again = replay(path)
-    return _Opened(again.run, path, str(path), again=again)
+    yield _Opened(again.run, path, str(path), again)
+    return None
+
+
+def _extract(session: Session, frame: RGBDFrame, parameters: BlockParameters) -> Steps:
+    yield None  # so that it can be given up before it has begun
+    return _Extracted(session, find(frame, parameters))

@@ -183,6 +183,21 @@ class Workspace(QObject):
 
     # blocks
 
+    def set_first_blocks(self, session: Session, extraction: Extraction, used: BlockParameters) -> None:
+        """Take the blocks of a frame that was opened without any; as an undoable step only if it has been worked on
+        since."""
+        if session.undo_stack.count() or session.counts():
+            self.set_extracted(session, extraction, used)
+            return
+        session.take_notes(BlockNotes(extraction=used, network=extraction.network, extracted=extraction.blocks.copy()))
+        session.set_labels(extraction.blocks)
+        if session is self._session:
+            self.labels_changed.emit((slice(0, session.labels.shape[0]), slice(0, session.labels.shape[1])))
+            self.replaced.emit()
+            self.results_changed.emit()
+        else:
+            self.sessions_changed.emit()
+
     def set_extracted(self, session: Session, extraction: Extraction, used: BlockParameters) -> Kept:
         """Take the blocks of another extraction as one undoable step, around the blocks that stay as they are."""
         self.prepare_change(session)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Generator
 from enum import Enum
@@ -34,8 +36,8 @@ class Worker(QObject):
     failed = Signal(object)
     cancelled = Signal()
     paused = Signal()
-    _over = Signal()
-    """From the job's thread: the end is not left to wait for the timer."""
+    _told = Signal()
+    """From the job's thread: the end, and what comes after a silence, is not left to wait for the timer."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -48,7 +50,7 @@ class Worker(QObject):
         self._end: tuple[str, Any] | None = None
         self._timer = QTimer(self, interval=DRAIN_INTERVAL_MS)
         self._timer.timeout.connect(self._drain)
-        self._over.connect(self._drain, Qt.ConnectionType.QueuedConnection)
+        self._told.connect(self._drain, Qt.ConnectionType.QueuedConnection)
 
     @property
     def busy(self) -> bool:
@@ -110,9 +112,14 @@ class Worker(QObject):
     def _drive(self, job: Callable[[], Generator[Any, None, Any]]) -> None:
         try:
             steps = job()
+            silent_since = -math.inf
             while self._may_go_on():
                 try:
                     self._items.append(next(steps))
+                    now = time.monotonic()
+                    if now - silent_since > DRAIN_INTERVAL_MS / 1000:
+                        self._told.emit()
+                    silent_since = now
                 except StopIteration as stop:
                     self._end = "finished", stop.value
                     return
@@ -121,7 +128,7 @@ class Worker(QObject):
         except Exception as error:
             self._end = "failed", error
         finally:
-            self._over.emit()
+            self._told.emit()
 
     def _may_go_on(self) -> bool:
         """Wait while paused; False once cancelled."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..edges.frame_edges import find_edges
 from ..frame import RGBDFrame
 from ..parameters import BlockParameters, Parameters
+from ..per_frame import once_per_frame, once_per_image
 from .boundaries import contract, dilate, regions_between, snap_to_jumps
 from .existence import keep_existing
 from .guide import find_boundaries
@@ -18,6 +19,12 @@ from .merging import Fitness, RegionGraph, numbered
 
 _USUAL_LIMIT = 0.2
 """Cost of a border up to which regions merge at a granularity of 0.5; it is 1 at 0 and the square of this at 1."""
+
+
+_OF_MERGING = {
+    name: getattr(BlockParameters(), name) for name in ("granularity", "min_size", "min_known_share", "existence_rate")
+}
+"""Parameters that have a say only after the contraction, as the defaults have them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +61,7 @@ class Extraction:
 def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extraction:
     """Extract boundaries and surfaces, and keep the picture of every stage.
 
-    The frame's edges are remembered with it, so that other parameters cost only what follows them.
+    The frame's edges and regions are remembered with it, so that other parameters cost only what follows them.
 
     Parameters
     ----------
@@ -62,13 +69,9 @@ def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extr
     parameters : BlockParameters, optional
     """
     chosen = parameters or BlockParameters()
-    margins = find_margins(frame.rgb) if chosen.margin < 0 else (chosen.margin,) * 4
-    inside = _inside(frame.shape, margins)
     all_edges = find_edges(frame, chosen)
     found = find_boundaries(all_edges, chosen)
-    regions = contract(regions_between(found.edges, chosen.dilation, inside), found.guide, inside)
-    if found.relief is not None:
-        regions = snap_to_jumps(regions, found.relief.jumps)
+    regions = _regions(frame, chosen.replace(**_OF_MERGING))
     smallest = chosen.smallest_block(regions.size)
     graph = RegionGraph(regions, found.strength, frame, found.relief)
     graph.merge_below(_USUAL_LIMIT ** (2 * chosen.granularity))
@@ -85,6 +88,16 @@ def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extr
         all_edges.network,
         all_edges.notes,
     )
+
+
+@once_per_frame
+def _regions(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]:
+    """The regions after the contraction, int32 (H, W)."""
+    margins = find_margins(frame.rgb) if parameters.margin < 0 else (parameters.margin,) * 4
+    inside = _inside(frame.shape, margins)
+    found = find_boundaries(find_edges(frame, parameters), parameters)
+    regions = contract(regions_between(found.edges, parameters.dilation, inside), found.guide, inside)
+    return regions if found.relief is None else snap_to_jumps(regions, found.relief.jumps)
 
 
 def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None) -> NDArray[np.int32]:
@@ -123,6 +136,7 @@ def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None) 
     return extraction.blocks
 
 
+@once_per_image
 def find_margins(rgb: NDArray[np.uint8]) -> tuple[int, int, int, int]:
     """Widths [px] of a white border at top, bottom, left and right, as NYU's colour images have it.
 

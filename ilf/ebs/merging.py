@@ -180,10 +180,11 @@ class RegionGraph:
 
 def numbered(labels: NDArray[np.integer]) -> NDArray[np.int32]:
     """A label map with its blocks numbered 1, 2, ... from the largest down; 0 stays."""
-    _, compact, sizes = np.unique(np.append(0, labels.ravel()), return_inverse=True, return_counts=True)
+    sizes = np.bincount(labels.ravel())
+    there = 1 + np.flatnonzero(sizes[1:])
     numbers = np.zeros(sizes.size, np.int32)
-    numbers[1 + np.argsort(-sizes[1:], kind="stable")] = np.arange(1, sizes.size)
-    return numbers[compact[1:]].reshape(labels.shape)
+    numbers[there[np.argsort(-sizes[there], kind="stable")]] = np.arange(1, there.size + 1)
+    return numbers[labels]
 
 
 def _borders(

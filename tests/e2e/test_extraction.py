@@ -415,3 +415,36 @@ def test_stages_by_keyboard(staged: MainWindow, qtbot: QtBot) -> None:
         qtbot.keyClick(staged, key, Qt.KeyboardModifier.AltModifier)
     assert shown == ["strength", "contracted"]
     assert staged.actions_["stage_contracted"].isChecked()
+
+
+@pytest.mark.parametrize("works_meanwhile", [False, True])
+def test_a_frame_is_shown_before_its_blocks_are_found(
+    window: MainWindow, qtbot: QtBot, frame_folder: Path, monkeypatch: pytest.MonkeyPatch, works_meanwhile: bool
+) -> None:
+    go_on = threading.Event()
+
+    def slow(frame: RGBDFrame, parameters: BlockParameters) -> Found:
+        assert go_on.wait(WAIT_MS / 1000)
+        return find(frame, parameters)
+
+    monkeypatch.setattr("gui.frames.loader.find", slow)
+    window.loader.open(FrameSource(str(frame_folder)))
+    qtbot.waitUntil(lambda: window.workspace.has_session, timeout=WAIT_MS)
+    window.refresh.now()
+    session = window.workspace.session
+    assert window.views.cells["colour"].view.image.image is not None
+    assert (session.counts(), session.unsaved, window.actions_["run"].isEnabled()) == ({}, False, False)
+    mine = np.zeros(session.labels.shape, np.int32)
+    mine[:20] = 7
+    if works_meanwhile:
+        window.workspace.replace_labels(mine, "Mine")
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        go_on.set()
+    np.testing.assert_array_equal(session.labels > 0, np.ones(session.labels.shape, bool))
+    assert session.undo_stack.count() == (2 if works_meanwhile else 0)
+    if works_meanwhile:
+        session.undo_stack.undo()
+        np.testing.assert_array_equal(session.labels, mine)
+    else:
+        assert not session.edited
+        assert not session.unsaved
