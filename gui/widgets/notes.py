@@ -14,7 +14,7 @@ from gui.widgets.toasts import Toasts
 
 _TOLD_MS = 6000
 _GLIMPSE_MS = 4000
-_OFFERED_MS = 30_000
+_OFFERED_MS = 15_000
 
 
 class Notes(QObject):

@@ -34,6 +34,7 @@ class Toast(QFrame):
     def __init__(self, message: str, action: QAction | None, parent: QWidget) -> None:
         super().__init__(parent)
         self.setObjectName("toast")
+        self.action = action
         self.label = QLabel()
         self.label.setTextFormat(Qt.TextFormat.PlainText)
         self.label.setWordWrap(True)
@@ -52,7 +53,8 @@ class Toast(QFrame):
             self.command = QToolButton()
             self.command.setText(action.text().replace("&", "").rstrip("…"))
             self.command.setToolTip(action.toolTip())
-            self.command.clicked.connect(lambda: self._give(action))
+            self.command.clicked.connect(action.trigger)
+            action.triggered.connect(self._go)  # also if it is given in another way
             self._grid.addWidget(self.command, 1, 0, 1, 2, Qt.AlignmentFlag.AlignRight)
             buttons.append(self.command)
         for button in buttons:
@@ -117,10 +119,6 @@ class Toast(QFrame):
         if sheet != self.styleSheet():
             self.setStyleSheet(sheet)
 
-    def _give(self, action: QAction) -> None:
-        self._go()
-        action.trigger()
-
     def _go(self) -> None:
         self._over.stop()
         self.gone.emit()
@@ -151,9 +149,11 @@ class Toasts(QObject):
         return self.shown[-1].message if self.shown else ""
 
     def tell(self, message: str, milliseconds: int, action: QAction | None = None) -> None:
-        """Say something for so long, and offer a command. What is said twice stands there once, and anew."""
-        for toast in [toast for toast in self.shown if toast.message == message]:
-            self._drop(toast)
+        """Say something for so long, and offer a command. What is said twice, or offers the same, stands
+        there once, and anew."""
+        for former in list(self.shown):
+            if former.message == message or (action is not None and former.action is action):
+                self._drop(former)
         toast = Toast(message, action, self._window)
         toast.gone.connect(lambda: self._drop(toast))
         self.shown.append(toast)

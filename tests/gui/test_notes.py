@@ -96,3 +96,8 @@ def test_a_command_is_offered_once(window: QMainWindow, toasts: Toasts) -> None:
     QTest.mouseClick(toast.command, Qt.MouseButton.LeftButton)
     assert given == [True]
     assert toasts.shown == []
+    for left in (1, 2):
+        toasts.tell(f"{left} slivers left.", 10_000, action)
+    assert [toast.message for toast in toasts.shown] == ["2 slivers left."]
+    action.trigger()
+    assert toasts.shown == []
