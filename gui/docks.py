@@ -19,7 +19,7 @@ _VERSION = 1
 _COLUMN = 0.26, 270, 380
 """Width of the column of panels: share of the window, and bounds [px]."""
 _BELOW = 110
-"""Height of panels below the pictures [px]."""
+"""Height of panels below the pictures [px], times their own."""
 _ROOMY = 760
 """Height of a window [px] in which panels may open by themselves."""
 
@@ -90,7 +90,7 @@ class Docks(QObject):
         icon : str
             Of the rail ("ph.stack").
         height : float
-            Its share of a column that it stands in with others, over theirs.
+            Its share of a column that it stands in with others, over theirs; below the pictures, over the usual one.
         is_open : bool
             Whether it is open at the first start.
         """
@@ -128,6 +128,11 @@ class Docks(QObject):
         too little room beside those that are open."""
         if title not in self._declined and self.open and self._window.height() >= _ROOMY:
             self._show([*self.open, title])
+
+    def reveal(self, title: str) -> None:
+        """Open a panel, as the user has asked for it, in front of those that it shares its place with."""
+        self._show([*self.open, title])
+        self._decide(title, True)
 
     def toggle_all(self) -> None:
         """Fold all panels, or open those again that were folded so."""
@@ -233,7 +238,8 @@ class Docks(QObject):
             self._window.resizeDocks(column, [width] * len(column), Qt.Orientation.Horizontal)
             self._window.resizeDocks(column, heights, Qt.Orientation.Vertical)
         below = [dock for dock in docks if self._window.dockWidgetArea(dock) == Qt.DockWidgetArea.BottomDockWidgetArea]
-        self._window.resizeDocks(below, [_BELOW] * len(below), Qt.Orientation.Vertical)
+        heights = [round(_BELOW * self._panels[dock.objectName()].height) for dock in below]
+        self._window.resizeDocks(below, heights, Qt.Orientation.Vertical)
 
 
 def _titles(value: object) -> list[str]:

@@ -33,6 +33,7 @@ from gui.frames.loader import FrameLoader
 from gui.frames.presenter import FramesPresenter
 from gui.frames.replays import ReplayPresenter
 from gui.history.history_view import HistoryView
+from gui.kept.part import KeptRunsPart
 from gui.layouts.part import LayoutsPart
 from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar
 from gui.palette.part import PalettePart
@@ -64,7 +65,7 @@ from gui.work.refresh import Refresh
 from gui.work.runs import RunController, RunState
 from ilf.drawing.stages import STAGES
 
-_PARTS: tuple[type[Part], ...] = (RecentPart, LayoutsPart, ShortcutsPart, PalettePart)
+_PARTS: tuple[type[Part], ...] = (KeptRunsPart, RecentPart, LayoutsPart, ShortcutsPart, PalettePart)
 
 
 class MainWindow(QMainWindow):

@@ -34,7 +34,8 @@ _MENUS = {
     "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",
     "Re&view": "next_suspect previous_suspect leave_suspect | suggest_distrust",
-    "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | guess clear_results",
+    "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | guess clear_results | "
+    "show_runs compare_runs accept_run restore_run export_runs clear_runs",
 }
 
 

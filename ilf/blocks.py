@@ -64,8 +64,8 @@ def checked_labels(labels: NDArray[np.integer], shape: tuple[int, int]) -> NDArr
 
 
 def checked_drawn(drawn: ArrayLike | None, shape: tuple[int, int]) -> NDArray[np.bool_] | None:
-    """A read-only copy of a mask of drawn borders, None if there are none; raises InputError if it does not fit a frame
-    of this shape (H, W)."""
+    """A mask of drawn borders that nobody can write to, None if there are none; raises InputError if it does not fit a
+    frame of this shape (H, W)."""
     if drawn is None:
         return None
     mask = checked_mask(drawn, shape, "drawn borders")

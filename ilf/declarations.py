@@ -86,6 +86,21 @@ class Declaration:
         """Name on the command line."""
         return "--" + self.name.replace("_", "-")
 
+    def in_words(self, value: Value) -> str:
+        """A value as people write it, with its unit.
+
+        Examples
+        --------
+        >>> from ilf.parameters import Parameters
+        >>> noise = Parameters.declarations()["noise"]
+        >>> noise.in_words(0.0), noise.in_words(0.004)
+        ('auto', '0.004 m')
+        """
+        if self.special and value == self.minimum:
+            return self.special
+        number = f"{value:g}" if isinstance(value, float) else _words(value)
+        return f"{number} {self.unit}".strip()
+
     def checked(self, value: object) -> Value:
         """`value` in the parameter's own type; raises ParameterError if it is of another kind or out of range."""
         if self.choices:
@@ -165,8 +180,10 @@ class ParameterSet:
         for name in names:
             if condition := self._unmet(name):
                 other, value = condition
-                present = _words(getattr(self, other))
-                sentences.append(f"{name} has no effect with {other} {present}; it belongs to {other} {_words(value)}.")
+                present = in_words(getattr(self, other))
+                sentences.append(
+                    f"{name} has no effect with {other} {present}; it belongs to {other} {in_words(value)}."
+                )
         return tuple(sentences)
 
     def same_effect(self, other: Self) -> bool:
@@ -226,6 +243,6 @@ class ParameterSet:
         return cls().replace(**values)
 
 
-def _words(value: Value) -> str:
+def in_words(value: Value) -> str:
     """A value as people write it."""
     return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)

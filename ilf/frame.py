@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .camera import CameraIntrinsics
 from .errors import InputError
-from .masks import checked_mask
+from .masks import checked_mask, fixed
 
 MEDIAN_DEPTH_RANGE = (0.1, 50.0)
 """Median depth [m] outside which a frame's depth scale is taken for a mistake."""
@@ -31,6 +31,13 @@ class InputFile:
 
 
 @dataclass(frozen=True)
+class TruthFile(InputFile):
+    """The file of a frame's truth, and its units per metre."""
+
+    units: float
+
+
+@dataclass(frozen=True)
 class FrameInputs:
     """The files of a frame and how they were read: file units per metre, and fx, fy, cx, cy [px] or None."""
 
@@ -38,6 +45,7 @@ class FrameInputs:
     depth: InputFile
     depth_units: float
     intrinsics: tuple[float, float, float, float] | None
+    truth: TruthFile | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,12 +129,13 @@ class RGBDFrame:
         """What `ilf.load_frame` takes to read the same files again, ready for JSON; empty if there are none."""
         if self.inputs is None:
             return {}
-        camera = self.inputs.intrinsics
+        camera, truth = self.inputs.intrinsics, self.inputs.truth
         return {
             "rgb": self.inputs.rgb.path,
             "depth": self.inputs.depth.path,
             "depth_units": self.inputs.depth_units,
             "intrinsics": None if camera is None else list(camera),
+            **({} if truth is None else {"truth": truth.path, "truth_units": truth.units}),
         }
 
     def distrusting(self, mask: ArrayLike | None) -> Self:
@@ -136,9 +145,10 @@ class RGBDFrame:
             return self
         return replace(self, depth=self.measured, distrusted=wanted)
 
-    def with_truth(self, truth: ArrayLike | None) -> Self:
-        """The same frame with another truth [m], shape (H, W), or with none."""
-        return replace(self, depth=self.measured, truth=None if truth is None else np.asarray(truth))
+    def with_truth(self, truth: ArrayLike | None, file: TruthFile | None = None) -> Self:
+        """The same frame with another truth [m], shape (H, W), and the file that it is from; or with none."""
+        inputs = None if self.inputs is None else replace(self.inputs, truth=file)
+        return replace(self, depth=self.measured, truth=None if truth is None else np.asarray(truth), inputs=inputs)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -214,9 +224,7 @@ def _checked_rgb(rgb: ArrayLike) -> NDArray[np.uint8]:
     array = np.asarray(rgb)
     if array.ndim != 3 or array.shape[2] != 3 or array.dtype != np.uint8:
         raise InputError(f"Colour must be uint8 with shape (H, W, 3), not {array.dtype} with shape {array.shape}.")
-    # one that nobody can write to, as another frame's, is shared: what depends on it alone is then found once for both
-    fixed = not array.flags.writeable and array.base is None and array.flags.c_contiguous
-    return array if fixed else _frozen(array.copy())
+    return fixed(array)  # what depends on it alone is then found once for all frames that share it
 
 
 def _checked_depth(depth: ArrayLike) -> NDArray[np.float32]:

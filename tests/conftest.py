@@ -24,7 +24,7 @@ hypothesis.settings.load_profile("continuous" if os.environ.get("CI") else "home
 
 @pytest.fixture(autouse=True)
 def isolated_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Settings and edge networks are in folders of the test's own."""
+    """Settings, edge networks and presets are in folders of the test's own."""
     from PySide6.QtCore import QCoreApplication, QSettings
 
     QCoreApplication.setOrganizationName("ILF Studio")
@@ -33,6 +33,7 @@ def isolated_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     QSettings.setPath(QSettings.Format.IniFormat, QSettings.Scope.UserScope, str(tmp_path / "settings"))
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
     monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
+    monkeypatch.setenv("ILF_PRESETS", str(tmp_path / "presets"))
 
 
 @pytest.fixture(autouse=True)

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QColor, QIcon, QPalette
 from PySide6.QtWidgets import QWidget
 
 from gui import theme
+from gui.widgets.row_model import Index, RowModel
+from gui.widgets.soft_rows import ICON_SIZE
 
-Index = QModelIndex | QPersistentModelIndex
 SORT_ROLE = Qt.ItemDataRole.UserRole
-ICON_SIZE = 16
 
 # state -> icon, and the name of its colour in theme.Colours
 _STATES = {
@@ -114,8 +113,8 @@ ICON_COLUMNS = (*TOOL_ICONS, Column.STATE)
 _NUMBERS = (Column.PIXELS, Column.MISSING, Column.ITERATIONS, Column.SIGMA)
 
 
-class BlockModel(QAbstractTableModel):
-    """Rows in the order of their labels; the view sorts by a proxy.
+class BlockModel(RowModel[BlockRow]):
+    """Rows of blocks, in the order of their labels.
 
     Signals
     -------
@@ -126,8 +125,7 @@ class BlockModel(QAbstractTableModel):
     renamed = Signal(int, str)
 
     def __init__(self, parent: QWidget) -> None:
-        super().__init__(parent)
-        self.rows: list[BlockRow] = []
+        super().__init__(len(Column), parent)
         self.set_palette(parent.palette())
 
     def set_palette(self, palette: QPalette) -> None:
@@ -145,30 +143,15 @@ class BlockModel(QAbstractTableModel):
             state: _plain(theme.icon(name, _tinted(palette, getattr(self._colours, colour))))
             for state, (name, colour) in _STATES.items()
         }
-        if self.rows:
-            self._announce(0, len(self.rows) - 1)
+        self.announce_all()
 
-    def set_rows(self, rows: Iterable[BlockRow]) -> None:
-        wanted = {row.label: row for row in sorted(rows, key=lambda row: row.label)}
-        for number in reversed(range(len(self.rows))):
-            if self.rows[number].label not in wanted:
-                self.beginRemoveRows(QModelIndex(), number, number)
-                del self.rows[number]
-                self.endRemoveRows()
-        for number, row in enumerate(wanted.values()):
-            if number == len(self.rows) or self.rows[number].label != row.label:
-                self.beginInsertRows(QModelIndex(), number, number)
-                self.rows.insert(number, row)
-                self.endInsertRows()
-            # NaN in sigma_i is not equal to itself, its text is
-            elif self.rows[number] != row and repr(self.rows[number]) != repr(row):
-                self._change(number, row)
+    def key(self, row: BlockRow) -> int:
+        return row.label
 
-    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
-        return 0 if parent.isValid() else len(self.rows)
-
-    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
-        return 0 if parent.isValid() else len(Column)
+    def look(self, row: BlockRow, column: int) -> object:
+        cell = Column(column)
+        more = (row.state, row.detail) if cell == Column.STATE else row.colour if cell == Column.COLOUR else None
+        return _sort_key(row, cell), row.visible, row.own, more
 
     def flags(self, index: Index) -> Qt.ItemFlag:
         flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
@@ -216,22 +199,6 @@ class BlockModel(QAbstractTableModel):
             return False
         self.renamed.emit(row.label, name)
         return True
-
-    def _change(self, number: int, row: BlockRow) -> None:
-        """Announce just the columns that change: a name that is being typed must not be reset by the others."""
-        before, self.rows[number] = self.rows[number], row
-        for column in Column:
-            if repr(_sort_key(before, column)) != repr(_sort_key(row, column)) or column in (
-                Column.STATE,
-                Column.COLOUR,
-            ):
-                index = self.index(number, column)
-                self.dataChanged.emit(index, index)
-        if (before.visible, before.own) != (row.visible, row.own):
-            self._announce(number, number)
-
-    def _announce(self, first: int, last: int) -> None:
-        self.dataChanged.emit(self.index(first, 0), self.index(last, len(Column) - 1))
 
     def _decoration(self, row: BlockRow, column: Column) -> QIcon | QColor | None:
         if column == Column.VISIBLE:

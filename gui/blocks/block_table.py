@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from functools import lru_cache
 
 from PySide6.QtCore import (
     QEvent,
@@ -12,22 +11,18 @@ from PySide6.QtCore import (
     QItemSelectionModel,
     QModelIndex,
     QPoint,
-    QRect,
     QSettings,
     QSize,
     QSortFilterProxyModel,
     Qt,
     Signal,
 )
-from PySide6.QtGui import QColor, QIcon, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPalette, QResizeEvent
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QColorDialog,
     QHeaderView,
     QMenu,
-    QStyle,
-    QStyledItemDelegate,
-    QStyleOptionViewItem,
     QTableView,
     QVBoxLayout,
     QWidget,
@@ -36,16 +31,15 @@ from PySide6.QtWidgets import (
 from gui.blocks.block_model import (
     HIDDEN_AT_FIRST,
     ICON_COLUMNS,
-    ICON_SIZE,
     OPTIONAL,
     SORT_ROLE,
     TOOL_ICONS,
     BlockModel,
     BlockRow,
     Column,
-    Index,
 )
 from gui.widgets.hint import paint_hint
+from gui.widgets.soft_rows import ICON_SIZE, SoftRows
 
 _WIDTHS = {Column.MISSING: 62, Column.ITERATIONS: 42, Column.SIGMA: 56, Column.PIXELS: 60}
 _ICON_WIDTH = 26
@@ -105,7 +99,7 @@ class BlockTable(QWidget):
         `selectionChanged` is not emitted: whoever gives the rows knows which are gone.
         """
         with self._silence():
-            self._model.set_rows(rows)
+            self._model.set_rows(sorted(rows, key=lambda row: row.label))
 
     def select(self, labels: Iterable[int]) -> None:
         """Select these blocks and no others, and bring the first into view; `selectionChanged` is not emitted."""
@@ -173,7 +167,7 @@ class _BlockView(QTableView):
 
     def arrange(self) -> None:
         """Columns, selection and look; once, after the model is set."""
-        self.setItemDelegate(_BlockDelegate(self))
+        self.setItemDelegate(SoftRows(ICON_COLUMNS, self))
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
@@ -267,53 +261,3 @@ class _BlockView(QTableView):
             return False
         self.pressed_tool.emit(index)
         return True
-
-
-class _BlockDelegate(QStyledItemDelegate):
-    """Soft selection that leaves colours readable; icons centred in their columns."""
-
-    def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
-        super().initStyleOption(option, index)
-        accent, base = option.palette.highlight().color(), option.palette.base().color()
-        option.palette.setColor(QPalette.ColorRole.Highlight, _soft(accent.rgb(), base.rgb()))
-        option.palette.setColor(QPalette.ColorRole.HighlightedText, option.palette.text().color())
-        option.state &= ~QStyle.StateFlag.State_HasFocus
-
-    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        if index.column() not in ICON_COLUMNS:
-            super().paint(painter, option, index)
-            return
-        full = QStyleOptionViewItem(option)
-        self.initStyleOption(full, index)
-        full.icon = QIcon()
-        full.widget.style().drawControl(QStyle.ControlElement.CE_ItemViewItem, full, painter, full.widget)
-        box = QRect(0, 0, ICON_SIZE, ICON_SIZE)
-        box.moveCenter(option.rect.center())
-        decoration = index.data(Qt.ItemDataRole.DecorationRole)
-        if isinstance(decoration, QColor):
-            painter.save()
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(decoration)
-            painter.drawRoundedRect(box.adjusted(1, 1, -1, -1), 3, 3)
-            painter.restore()
-        else:
-            decoration.paint(painter, box)
-
-
-@lru_cache(maxsize=8)
-def _soft(accent: int, base: int) -> QColor:
-    """What marks selected rows, of the palette's colours as numbers: asked for once for every cell."""
-    return _blend(QColor(accent), QColor(base), 0.28)
-
-
-def _blend(colour: QColor, other: QColor, share: float) -> QColor:
-    red, green, blue = (
-        share * a + (1 - share) * b
-        for a, b in (
-            (colour.redF(), other.redF()),
-            (colour.greenF(), other.greenF()),
-            (colour.blueF(), other.blueF()),
-        )
-    )
-    return QColor.fromRgbF(red, green, blue)

@@ -8,10 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.blocks import Block
+from ilf.blocks import Block, drawn_of
 from ilf.filter.convergence import IterationRecord
+from ilf.filter.stepper import edge_parameters
 from ilf.outcomes import BlockResult, Completion
-from ilf.parameters import Parameters
+from ilf.parameters import BlockParameters, Parameters
 
 Preview = tuple[Block, NDArray[np.float32]]
 """A block that runs, and the depth [m] at its pixels as it stands."""
@@ -34,6 +35,26 @@ class Kept(NamedTuple):
             and same_mask(self.distrusted, other.distrusted)
         )
 
+    def fits(
+        self,
+        labels: NDArray[np.int32],
+        pixels: int,
+        distrusted: NDArray[np.bool_] | None,
+        drawn: NDArray[np.bool_] | None,
+        extraction: BlockParameters | None,
+    ) -> bool:
+        """Whether it is of a block as it is in a label map, where it has so many pixels, with such distrusted depth,
+        drawn borders and extraction."""
+        result = self.result
+        block = result.block
+        return (
+            pixels == result.depth.size
+            and result.edges == edge_parameters(result.parameters, extraction)
+            and np.array_equal(labels[block.box] == block.label, block.mask)
+            and same_mask(self.distrusted, distrusted)
+            and same_mask(result.drawn, drawn_of(block, drawn))
+        )
+
 
 class Held(NamedTuple):
     """All results of a frame: of blocks, the expected error of a completion, the guess of one."""
@@ -47,6 +68,12 @@ class Held(NamedTuple):
         labels = self.kept.keys() | newer.kept.keys()
         kept = {label: [*self.kept.get(label, ()), *newer.kept.get(label, ())] for label in labels}
         return Held(kept, newer.error or self.error, newer.guess or self.guess)
+
+    def without(self, others: Held) -> Held:
+        """Those of these results that are none of the others."""
+        theirs = {id(one) for kept in others.kept.values() for one in kept}
+        left = {label: [one for one in kept if id(one) not in theirs] for label, kept in self.kept.items()}
+        return Held({label: kept for label, kept in left.items() if kept})
 
 
 class Results:
@@ -134,6 +161,10 @@ class Results:
         self.live.clear()
         if not previews_stay:
             self.previews.clear()
+
+    def held(self) -> Held:
+        """What there is, whatever comes after it."""
+        return Held({label: list(kept) for label, kept in self.kept.items()}, self._error, self._guess)
 
     def swap(self, other: Held) -> Held:
         """Take other results, none or those of before; the former ones are returned."""

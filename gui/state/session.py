@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Self
@@ -11,16 +12,15 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QUndoStack
 
 from gui.state.block_notes import BlockInfo, BlockNotes
-from gui.state.kept_runs import KeptRun
-from gui.state.results import Held, Kept, Preview, Results, same_mask
+from gui.state.kept_runs import Guess, KeptRun
+from gui.state.results import Held, Kept, Preview, Results
 from gui.state.shown_depth import ShownDepth
 from gui.state.tally import BlockCounts, BlockTally
-from ilf.blocks import Box, drawn_of
+from ilf.blocks import Box
 from ilf.drawing.block_pictures import block_colour
 from ilf.ebs.edit import LabelPatch
 from ilf.ebs.reextraction import made_by_hand
 from ilf.filter.convergence import IterationRecord
-from ilf.filter.stepper import edge_parameters
 from ilf.frame import RGBDFrame
 from ilf.outcomes import BlockResult, Completion, compose
 from ilf.parameters import Parameters
@@ -59,6 +59,8 @@ class Session:
         self.kept_runs: list[KeptRun] = []
         self.compared: list[KeptRun] = []
         """Those of the kept runs that are shown beside the present result."""
+        self.run_numbers = itertools.count(1)
+        """Of runs that are to be kept."""
         self.region: Box | None = None
         """The chosen rectangle (rows, columns)."""
         self.dense = False
@@ -71,6 +73,7 @@ class Session:
         self._tally: BlockTally | None = None
         self._fitting: dict[int, list[BlockResult]] = {}
         self._valid: dict[int, BlockResult] | None = None
+        self._last_valid: Mapping[int, BlockResult] = {}
         self._completion: Completion | None = None
         self._edits = 0
         self.undo_stack.indexChanged.connect(self.note_edit)
@@ -200,6 +203,8 @@ class Session:
     def take_truth(self, truth: NDArray[np.float32] | None) -> None:
         """Take over another truth [m], float32 (H, W), or none; results are none the worse for it."""
         self.frame = self.frame.with_truth(truth)
+        for kept in self.kept_runs:
+            kept.truth_error = None
 
     def settle_parameters(self) -> None:
         """The parameters that blocks have now are about to be left, and may be come back to."""
@@ -269,6 +274,15 @@ class Session:
         self._forget_results()
         return former
 
+    def bring_back(self, results: Sequence[BlockResult], guess: Guess | None) -> Held:
+        """Let results of the past, and the guess that they had, be the latest again; what there was is returned."""
+        former = self.results.held()
+        self.add_results(results)
+        completion = self._blocks_completion()
+        if guess is not None and completion is not None and not completion.filled.ravel()[guess.pixels].any():
+            self.add_guess(completion, guess.added_to(completion))
+        return former
+
     def counts(self) -> dict[int, BlockCounts]:
         """Block label -> counts, in rising order of labels."""
         if self._tally is None:
@@ -289,7 +303,39 @@ class Session:
         if self._valid is None:
             found = {label: self._best(label) for label in sorted(self.results.kept)}
             self._valid = {label: result for label, result in found.items() if result is not None}
+            self._note_others(self._valid)
         return self._valid
+
+    def _note_others(self, valid: Mapping[int, BlockResult]) -> None:
+        """Have the present depth brought up to date where these results are not those of the last time."""
+        former, self._last_valid = self._last_valid, valid
+        for label in former.keys() | valid.keys():
+            one, other = former.get(label), valid.get(label)
+            for result in (one, other) if one is not other else ():
+                if result is not None:
+                    self._shown.note(result.block.box)
+
+    def results_of(self, run: Run) -> dict[int, BlockResult]:
+        """Results of the blocks that a run was made of, as they were then; of several, that of its parameters, else the
+        latest. In rising order of labels."""
+        sizes = np.bincount(run.blocks.ravel())
+        found = {}
+        for label in sorted(label for label in self.results.kept if label < sizes.size and sizes[label]):
+            wanted, size = run.parameters_of(label), int(sizes[label])
+            fitting = [
+                kept.result
+                for kept in reversed(self.results.kept[label])
+                if kept.fits(run.blocks, size, run.frame.distrusted, run.drawn, run.extraction)
+            ]
+            if fitting:
+                same = (result for result in fitting if result.parameters.same_effect(wanted))
+                found[label] = next(same, fitting[0])
+        return found
+
+    def still_fitting(self, kept: KeptRun) -> list[BlockResult]:
+        """Results of a kept run whose blocks are as they were then."""
+        distrusted = kept.run.frame.distrusted
+        return [result for result in kept.results.values() if self._fits(Kept(result, distrusted))]
 
     def changed_blocks(self) -> list[int]:
         """Blocks that have no result, or one of another state or of other parameters, in rising order."""
@@ -303,8 +349,6 @@ class Session:
     def _best(self, label: int) -> BlockResult | None:
         if label not in self._fitting:
             self._fitting[label] = [kept.result for kept in reversed(self.results.kept[label]) if self._fits(kept)]
-            if self._fitting[label]:
-                self._shown.note(self._fitting[label][0].block.box)
         fitting, wanted = self._fitting[label], self.parameters_of(label, self.common)
         return next((result for result in fitting if result.parameters.same_effect(wanted)), next(iter(fitting), None))
 
@@ -359,17 +403,10 @@ class Session:
         return () if result is None else result.history
 
     def _fits(self, kept: Kept) -> bool:
-        result, distrusted = kept
-        block = result.block
-        if result.edges != edge_parameters(result.parameters, self.notes.extraction):
-            return False
-        count = self.counts().get(block.label)
-        if count is None or count.pixels != result.depth.size:
-            return False
-        if not np.array_equal(self.labels[block.box] == block.label, block.mask):
-            return False
-        return same_mask(distrusted, self.frame.distrusted) and same_mask(
-            result.drawn, drawn_of(block, self.notes.drawn)
+        count = self.counts().get(kept.result.block.label)
+        notes = self.notes
+        return count is not None and kept.fits(
+            self.labels, count.pixels, self.frame.distrusted, notes.drawn, notes.extraction
         )
 
     def note_edit(self) -> None:

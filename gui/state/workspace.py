@@ -12,8 +12,9 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoGroup, QUndoStack
 
 from gui.state.block_notes import BlockInfo, BlockNotes
-from gui.state.commands import Change, ClearResults, Distrust, EditInfo, EditLabels, EditParameters
-from gui.state.kept_runs import MOST_COMPARED, KeptRun
+from gui.state.commands import Change, ClearResults, Distrust, EditInfo, EditLabels, EditParameters, OwnChange
+from gui.state.kept_commands import AcceptRun, DeleteRuns
+from gui.state.kept_runs import COLOURS, MOST_COMPARED, KeptRun
 from gui.state.own_values import OwnValues, differing, own_values, parameter_labels
 from gui.state.results import Preview, same_mask
 from gui.state.session import Session
@@ -362,23 +363,75 @@ class Workspace(QObject):
         """Set attributes of a kept run, as its name or note."""
         for name, value in changes.items():
             setattr(kept, name, value)
+        self.note_run_changed(session, kept)
+
+    def note_run_changed(self, session: Session, kept: KeptRun) -> None:
+        """Called after a kept run has changed."""
+        self._note_kept_runs(session)
+        if kept in session.compared and session is self._session:
+            self.compared_changed.emit()
+
+    def note_measured(self, session: Session) -> None:
+        """Called after it has been worked out how good a kept run is."""
         self._note_kept_runs(session)
 
     def delete_runs(self, session: Session, runs: Collection[KeptRun]) -> None:
-        """Keep some runs no longer."""
-        session.kept_runs = [kept for kept in session.kept_runs if kept not in runs]
+        """Keep some runs no longer, as one undoable step."""
+        there = [kept for kept in session.kept_runs if kept in runs]
+        if there:
+            session.undo_stack.push(DeleteRuns(self, session, there))
+
+    def drop_run(self, session: Session, kept: KeptRun) -> None:
+        """Keep a run no longer, for good."""
+        session.kept_runs.remove(kept)
         self._note_kept_runs(session)
-        self._compare(session, [kept for kept in session.compared if kept not in runs])
+
+    def take_kept_runs(self, session: Session, runs: list[KeptRun], compared: list[KeptRun]) -> None:
+        """Called by commands: other runs are kept, and others of them compared."""
+        session.kept_runs = runs
+        self._note_kept_runs(session)
+        self._compare(session, compared[-MOST_COMPARED:])
 
     def compare(self, runs: Sequence[KeptRun]) -> None:
         """Show some of the present frame's kept runs beside its result, at most `MOST_COMPARED`, the latest chosen."""
         self._compare(self.session, list(runs)[-MOST_COMPARED:])
 
     def _compare(self, session: Session, runs: list[KeptRun]) -> None:
-        if runs != session.compared:
-            session.compared = runs
-            if session is self._session:
-                self.compared_changed.emit()
+        if runs == session.compared:
+            return
+        for kept in session.compared:
+            kept.hold(kept in runs)
+        for number, kept in enumerate(runs):
+            kept.hold(True)
+            taken = [other.colour for other in runs[:number]]
+            if kept.colour in taken:
+                kept.colour = next(colour for colour in COLOURS if colour not in taken)
+        session.compared = runs
+        if session is self._session:
+            self.compared_changed.emit()
+
+    def restore_run(self, kept: KeptRun) -> bool:
+        """Take the parameters of a kept run for the present frame, common ones and own ones of its blocks, as one
+        undoable step; False if they are the present ones."""
+        session, run = self.session, kept.run
+        there = set(session.counts()).intersection(np.unique(run.blocks).tolist())
+        own = {label: own_values(run.parameters_of(label), run.parameters) for label in there}
+        changes = self._own_changes(own)
+        names = _names_in(changes).union(own_values(run.parameters, session.common))
+        if not names:
+            return False
+        common = session.common, run.parameters
+        text = f"Restore parameters of {kept.name}"
+        session.undo_stack.push(EditParameters(self, session, common, changes, names, text))
+        return True
+
+    def accept_run(self, kept: KeptRun) -> list[int]:
+        """Have the results of a kept run for those of the present frame, with their parameters, as one undoable step,
+        where its blocks are as they were then; the blocks that it gives results for."""
+        results = self.session.still_fitting(kept)
+        if results:
+            self.session.undo_stack.push(AcceptRun(self, self.session, kept, results))
+        return [result.block.label for result in results]
 
     def _note_kept_runs(self, session: Session) -> None:
         if session is self._session:
@@ -460,19 +513,22 @@ class Workspace(QObject):
         self._edit_own(dict.fromkeys(blocks, values))
 
     def _edit_own(self, wanted: Mapping[int, OwnValues]) -> None:
+        changes = self._own_changes(wanted)
+        self._edit_parameters(None, changes, _names_in(changes))
+
+    def _own_changes(self, wanted: Mapping[int, OwnValues]) -> OwnChange:
+        """What changes if blocks are to have these own values."""
         own = self.session.notes.own
-        changes = {
+        return {
             label: (own.get(label), values or None)
             for label, values in wanted.items()
             if values != (own.get(label) or {})
         }
-        names = {name for before, after in changes.values() for name in differing(before or {}, after or {})}
-        self._edit_parameters(None, changes, names)
 
     def _edit_parameters(
         self,
         common: tuple[Parameters, Parameters] | None,
-        own: Mapping[int, tuple[OwnValues | None, OwnValues | None]],
+        own: OwnChange,
         names: Collection[str],
     ) -> None:
         if not names:
@@ -496,6 +552,7 @@ class Workspace(QObject):
     ) -> None:
         """Called by commands: other values of some of the common parameters, and other own values of blocks, None for
         none; with `passing`, no undo leads back to the present ones."""
+        before = session.valid_results()
         if not passing:
             session.settle_parameters()
         for label, values in own.items():
@@ -506,6 +563,8 @@ class Workspace(QObject):
         session.take_common(session.common.replace(**common))
         if session is self._session:
             self.parameters_changed.emit()
+        if session.valid_results() != before:  # those of the values that have come back
+            self.note_results_changed(session)
 
     def set_extraction_parameters(self, parameters: BlockParameters) -> None:
         """What blocks are extracted with the next time."""
@@ -559,3 +618,8 @@ class Workspace(QObject):
         """Called by commands after a name, colour or lock has changed."""
         if session is self._session:
             self.infos_changed.emit()
+
+
+def _names_in(changes: OwnChange) -> set[str]:
+    """The parameters whose own values change."""
+    return {name for before, after in changes.values() for name in differing(before or {}, after or {})}

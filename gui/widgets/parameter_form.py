@@ -216,7 +216,7 @@ class ParameterForm(QScrollArea):
         if row.caption.styleSheet() != style:  # setting one is slow, even the same
             row.caption.setStyleSheet(style)
         row.reset.setVisible(value != base)
-        row.reset.setToolTip(f"Back to {_value_text(row.declaration, base)}")
+        row.reset.setToolTip(f"Back to {row.declaration.in_words(base)}")
 
     def _show_what_matters(self) -> None:
         shown = {name for name in self._rows if self._parameters.matters(name)}
@@ -355,18 +355,9 @@ def _decimals(value: float) -> int:
     return len(f"{value:.{_DECIMALS}f}".rstrip("0").partition(".")[2])
 
 
-def _value_text(declaration: Declaration, value: Value) -> str:
-    if declaration.special and value == declaration.minimum:
-        return declaration.special
-    if isinstance(value, bool):
-        return "on" if value else "off"
-    number = f"{value:g}" if isinstance(value, float) else str(value)
-    return f"{number} {declaration.unit}".strip()
-
-
 def _tooltip(declaration: Declaration, usual: Value, whose: str) -> str:
     """Help, the usual value and source as rich text, which wraps."""
-    facts = [f"In {whose}: {_value_text(declaration, usual)}"]
+    facts = [f"In {whose}: {declaration.in_words(usual)}"]
     if declaration.source:
         facts.append(f"Source: {declaration.source}")
     lines = [declaration.help, "<br>".join(facts), f"<code>{declaration.name}</code>"]

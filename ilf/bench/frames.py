@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..frame import RGBDFrame
-from ..io import load_frame, read_depth_values
-from ..io.depth_files import depth_in_metres
+from ..io import load_frame
 from ..io.files import read_json
 from ..io.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
 from ..io.images import read_image
+from ..io.truth_files import is_truth
 
 TRUTH_FILE, HOLE_FILE = "gt.png", "mask.png"
 
@@ -67,7 +67,7 @@ def load_bench_frame(folder: str | os.PathLike[str]) -> BenchFrame:
     Parameters
     ----------
     folder : path-like
-        As for `ilf.load_frame`; meta.json may add `gt` (what gt.png is worth, in words) and `gt_units_per_m`.
+        As for `ilf.load_frame`.
 
     Raises
     ------
@@ -76,26 +76,14 @@ def load_bench_frame(folder: str | os.PathLike[str]) -> BenchFrame:
     """
     root = Path(folder)
     meta = read_json(root / META_NAME)
-    has_truth = isinstance(meta, dict) and _is_measured(meta.get("gt")) and (root / TRUTH_FILE).is_file()
     if _image(root, "depth", DEPTH_FILE_SUFFIXES) is None:
-        if not (has_truth and (root / HOLE_FILE).is_file()):
+        masked = isinstance(meta, dict) and is_truth(meta.get("gt")) and (root / TRUTH_FILE).is_file()
+        if not (masked and (root / HOLE_FILE).is_file()):
             raise InputError(f"There is neither raw depth nor a measured or exact {TRUTH_FILE} with a {HOLE_FILE}.")
         return _masked_truth(root, meta)
     frame = load_frame(root)
-    truth = _read_truth(root, meta) if has_truth else None
-    if truth is not None and truth.shape != frame.shape:
-        raise InputError(f"{root / TRUTH_FILE} has shape {truth.shape}, but the frame has {frame.shape}.")
-    return BenchFrame(frame, truth)
-
-
-def _is_measured(worth: Any) -> bool:
-    """Whether the words of meta.json call gt.png a truth. Depth that an algorithm has filled in is none."""
-    words = str(worth or "").lower()
-    return ("measured" in words or "exact" in words) and "fill" not in words and "not measured" not in words
-
-
-def _read_truth(root: Path, meta: dict[str, Any]) -> NDArray[np.float32]:
-    return depth_in_metres(read_depth_values(root / TRUTH_FILE), meta.get("gt_units_per_m"))
+    # the methods have no use for it, and runs that know a truth take the time to tell their error
+    return BenchFrame(frame.with_truth(None), frame.truth)
 
 
 def _masked_truth(root: Path, meta: dict[str, Any]) -> BenchFrame:

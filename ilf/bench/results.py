@@ -7,8 +7,8 @@ import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from ..judgement.hiding import AREA_SEMI_AXES, AREAS_HIDDEN, RANDOM_KEPT
 from ..parameters import PRESETS, BlockParameters
-from .patterns import AREA_SEMI_AXES, AREAS_HIDDEN, RANDOM_KEPT
 from .result_files import records, write_content, write_table
 from .runner import BenchResult, Row
 

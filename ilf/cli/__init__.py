@@ -1,4 +1,4 @@
-"""The command line: `ilf complete`, `blocks`, `info`, `bench`, `experiments`, `sample`, `models`; no Qt."""
+"""The command line: `ilf complete`, `blocks`, `info`, `judge` and the others of `build_parser`; no Qt."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from .. import __version__
 from ..errors import IlfError
-from . import bench, blocks, complete, experiments, info, models, sample
+from . import bench, blocks, complete, experiments, info, judge, models, presets, sample
 from .parsing import Parser, UsageError
 
 
@@ -56,7 +56,7 @@ def build_parser() -> Parser:
     )
     parser.add_argument("--version", action="version", version=f"ilf {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for module in (complete, blocks, info, bench, experiments, sample, models):
+    for module in (complete, blocks, info, judge, bench, experiments, sample, models, presets):
         module.add_command(commands)
     return parser
 

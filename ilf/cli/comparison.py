@@ -24,11 +24,11 @@ class Column:
     best: Callable[[Sequence[float]], float] | None = min
 
 
-def comparison_table(columns: Sequence[Column], lines: Sequence[Any]) -> list[str]:
-    """A table of summaries, each with a `method`; * marks the best of a column."""
+def comparison_table(columns: Sequence[Column], lines: Sequence[Any], heading: str = "method") -> list[str]:
+    """A table of summaries, each with a `method`, whose column is headed so; * marks the best of a column."""
     cells = [_cells(column, lines) for column in columns]
     rows = [(line.method, *texts) for line, *texts in zip(lines, *cells, strict=True)]
-    return table(("method", *(f"{column.heading} " for column in columns)), rows)
+    return table((heading, *(f"{column.heading} " for column in columns)), rows)
 
 
 def unit_bar(arguments: argparse.Namespace, total: int, what: str) -> Bar:

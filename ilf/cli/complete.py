@@ -26,8 +26,11 @@ from .parsing import (
     add_distrusted,
     add_frame,
     add_parameters,
+    add_preset,
+    add_truth,
     frame_from,
     given_parameters,
+    preset_from,
     with_given,
 )
 from .progress import RunProgress
@@ -60,9 +63,8 @@ def add_command(commands: Commands) -> None:
     parser.set_defaults(command=run)
     add_frame(parser)
     add_distrusted(parser)
-    parser.add_argument(
-        "--preset", choices=tuple(PRESETS), help=f"parameters to start from (default: {DEFAULT_PRESET})"
-    )
+    add_truth(parser)
+    add_preset(parser)
     add_given_blocks(parser, "--blocks", "--labels")
     parser.add_argument(
         "--drawn",
@@ -131,8 +133,9 @@ def _completed(run: Run, arguments: argparse.Namespace) -> Completion:
 
 
 def _new_job(arguments: argparse.Namespace) -> _Job:
-    parameters = with_given(PRESETS[arguments.preset or DEFAULT_PRESET], arguments)
-    extraction = check_given_blocks(arguments, "--blocks")
+    chosen = preset_from(arguments.preset)
+    parameters = with_given(chosen.parameters, arguments)
+    extraction = check_given_blocks(arguments, "--blocks", chosen.extraction)
     options = _options(arguments)
     frame = frame_from(arguments)
     blocks = given_blocks(arguments, frame)
@@ -172,7 +175,10 @@ def _new_job(arguments: argparse.Namespace) -> _Job:
 def _recorded_job(arguments: argparse.Namespace) -> _Job:
     also = [
         f"--{name.replace('_', '-')}"
-        for name in ("preset", "blocks", "drawn", "distrust", "depth_units", "intrinsics", "depth_formats", "png_units")
+        for name in (
+            *("preset", "blocks", "drawn", "distrust", "truth", "truth_units"),
+            *("depth_units", "intrinsics", "depth_formats", "png_units"),
+        )
         if getattr(arguments, name) is not None
     ]
     also += _cloud_flags(arguments)

@@ -29,8 +29,10 @@ def add_given_blocks(group: Any, *flags: str) -> None:
     )
 
 
-def check_given_blocks(arguments: argparse.Namespace, flag: str) -> BlockParameters:
-    """What blocks are extracted with; UsageError for arguments about something that there is not."""
+def check_given_blocks(
+    arguments: argparse.Namespace, flag: str, base: BlockParameters | None = None
+) -> BlockParameters:
+    """What blocks are extracted with, from `base` on; UsageError for arguments about something that there is not."""
     if arguments.blocks is None and arguments.fill_gaps:
         raise UsageError(f"--fill-gaps is about blocks that are given: name them by {flag}.")
     given = given_parameters(arguments, BlockParameters)
@@ -38,7 +40,7 @@ def check_given_blocks(arguments: argparse.Namespace, flag: str) -> BlockParamet
         raise UsageError(
             f"With {flag} nothing is extracted: leave out the --{BLOCK_PREFIX}* flags, or add --fill-gaps."
         )
-    return with_given(BlockParameters(), arguments)
+    return with_given(base or BlockParameters(), arguments)
 
 
 def given_blocks(arguments: argparse.Namespace, frame: RGBDFrame) -> LoadedBlocks:

@@ -7,16 +7,18 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..frame import CameraIntrinsics, check_depth_scale
-from ..io import META_NAME, default_depth_units, frame_beside, frame_folder, read_colour, read_depth_values
+from ..io import META_NAME, FrameFiles, default_depth_units, frame_beside, frame_folder, read_colour, read_depth_values
 from ..io.camera_files import intrinsics_from
 from ..io.depth_files import depth_in_metres
+from ..io.truth_files import read_truth, scale_misfit
 from ..run import missing_or_changed, read_record
 from ..run.options import RECORD_FILE
 from ..run.staging import interrupted
-from .parsing import Commands, UsageError, add_frame
+from .parsing import Commands, UsageError, add_frame, add_truth
 from .record_facts import camera_text, record_facts
 from .report import outcome_lines
 
@@ -32,6 +34,7 @@ def add_command(commands: Commands) -> None:
     )
     parser.set_defaults(command=run)
     add_frame(parser)
+    add_truth(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -45,8 +48,11 @@ def run(arguments: argparse.Namespace) -> None:
         facts = [("colour", _colour(inputs[0]))]
         if len(inputs) == 2:
             beside = frame_beside(*inputs)
-            units, camera = (beside.depth_units, beside.intrinsics) if beside else (None, None)
-            facts += _depth_facts(inputs[1], arguments.depth_units or units, arguments.intrinsics or camera)
+            if beside is not None:
+                _print_frame(beside, arguments)
+                return
+            metres, found = _depth_facts(inputs[1], arguments.depth_units, arguments.intrinsics)
+            facts += [*found, *_truth_facts(arguments.truth, arguments.truth_units, metres, arguments.depth_units)]
         _print_facts(facts)
     else:
         raise UsageError("Give a colour and a depth file, one folder, or a run.json.")
@@ -62,16 +68,19 @@ def _print_folder(folder: Path, arguments: argparse.Namespace) -> None:
             "back what was there before, first."
         )
     if is_frame or not record.is_file():
-        files = frame_folder(folder)
-        units = arguments.depth_units or files.depth_units
-        _print_facts([
-            ("name", files.name),
-            ("colour", _colour(files.rgb)),
-            *_depth_facts(files.depth, units, arguments.intrinsics or files.intrinsics),
-        ])  # fmt: skip
+        _print_frame(frame_folder(folder), arguments)
         print()
     if record.is_file():
         _print_record(record)
+
+
+def _print_frame(files: FrameFiles, arguments: argparse.Namespace) -> None:
+    """What a meta.json says of a frame, and what there is in its files."""
+    units = arguments.depth_units or files.depth_units
+    metres, found = _depth_facts(files.depth, units, arguments.intrinsics or files.intrinsics)
+    stated = files.truth_units if arguments.truth is None else None
+    truth = _truth_facts(arguments.truth or files.truth, arguments.truth_units or stated, metres, units)
+    _print_facts([("name", files.name), ("colour", _colour(files.rgb)), *found, *truth])
 
 
 def _print_record(path: Path) -> None:
@@ -86,7 +95,10 @@ def _colour(path: Path) -> str:
     return f"{path}, {rgb.shape[1]} x {rgb.shape[0]}"
 
 
-def _depth_facts(path: Path, units: float | None, camera: str | CameraIntrinsics | None) -> list[tuple[str, str]]:
+def _depth_facts(
+    path: Path, units: float | None, camera: str | CameraIntrinsics | None
+) -> tuple[NDArray[np.float32], list[tuple[str, str]]]:
+    """Depth [m], and what there is to say about it."""
     values = read_depth_values(path)
     scale = default_depth_units(values) if units is None else units
     metres = depth_in_metres(values, scale)
@@ -105,7 +117,28 @@ def _depth_facts(path: Path, units: float | None, camera: str | CameraIntrinsics
         check_depth_scale(metres)
     except InputError as error:
         facts.append(("problem", str(error)))
-    return facts
+    return metres, facts
+
+
+def _truth_facts(
+    path: str | Path | None, units: float | None, depth: NDArray[np.float32], depth_units: float | None
+) -> list[tuple[str, str]]:
+    """What there is to say about the truth of depth [m]; nothing if there is none."""
+    if path is None:
+        return []
+    try:
+        truth, file = read_truth(path, (depth.shape[0], depth.shape[1]), units, depth_units)
+    except InputError as error:
+        return [("problem", str(error))]
+    known = np.isfinite(truth)
+    missing = np.isnan(depth)
+    share = np.count_nonzero(known & missing) / max(int(np.count_nonzero(missing)), 1)
+    facts = [
+        ("truth", f"{file.path}, known at {np.count_nonzero(known) / known.size:.1%}, {share:.1%} of what is missing"),
+        ("truth units", f"{file.units:g} per metre"),
+    ]
+    problem = scale_misfit(truth, depth, file.units)
+    return [*facts, ("problem", problem)] if problem else facts
 
 
 def _print_facts(facts: Iterable[tuple[str, str]]) -> None:

@@ -12,12 +12,15 @@ from ..errors import IlfError, ParameterError
 from ..frame import RGBDFrame
 from ..io import load_frame
 from ..io.label_files import read_mask
-from ..parameters import BlockParameters
+from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters
+from ..preset_files import OwnPreset, find_preset
 
 Commands = Any
 """What `ArgumentParser.add_subparsers` returns; its type has no public name."""
 
 BLOCK_PREFIX = "blocks-"
+
+_SWITCH = {"on": True, "true": True, "off": False, "false": False}
 
 Set = TypeVar("Set", bound=ParameterSet)
 
@@ -66,12 +69,54 @@ def add_distrusted(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_truth(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments that name a frame's truth."""
+    truth = parser.add_argument_group("truth, to judge the result by")
+    truth.add_argument(
+        "--truth",
+        metavar="FILE",
+        help="true depth, a file like that of the depth (default: gt.* in the frame's folder)",
+    )
+    truth.add_argument(
+        "--truth-units",
+        type=float,
+        metavar="N",
+        help="its units per metre (default: what meta.json says, otherwise those of the depth; 1 for floats)",
+    )
+
+
+def add_preset(parser: argparse.ArgumentParser, **how: Any) -> None:
+    """Add the argument that names a preset."""
+    parser.add_argument(
+        "--preset",
+        metavar="PRESET",
+        help=f"parameters to start from: {', '.join(PRESETS)}, one of your own (`ilf presets` lists them) or the file "
+        f"of one (default: {DEFAULT_PRESET})",
+        **how,
+    )
+
+
+def preset_from(name: str | None) -> OwnPreset:
+    """The preset of an argument, the default one if it was left out; UsageError if there is none."""
+    try:
+        return find_preset(name or DEFAULT_PRESET)
+    except ParameterError as error:
+        raise UsageError(str(error)) from error
+
+
 def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
-    """Load the frame that the arguments name, with what they distrust."""
+    """Load the frame that the arguments name, with what they distrust and the truth that they name."""
     inputs = arguments.inputs
     if len(inputs) not in {1, 2}:
         raise UsageError(f"Give a colour and a depth file, or one folder; these are {len(inputs)} paths.")
-    frame = load_frame(*inputs, depth_units=arguments.depth_units, intrinsics=arguments.intrinsics)
+    given = vars(arguments)
+    frame = load_frame(
+        *inputs,
+        depth_units=arguments.depth_units,
+        intrinsics=arguments.intrinsics,
+        truth=given.get("truth"),
+        truth_units=given.get("truth_units"),
+    )
     return frame if arguments.distrust is None else frame.distrusting(read_mask(arguments.distrust, frame.shape))
 
 
@@ -148,15 +193,28 @@ def _reader(declaration: Declaration) -> Callable[[str], Value]:
 
     def read(text: str) -> Value:
         try:
-            if declaration.special and text == declaration.special and declaration.minimum is not None:
-                return declaration.checked(declaration.minimum)
-            return declaration.checked(text if declaration.kind is str else float(text))
+            return value_from(declaration, text)
         except ParameterError as error:
             raise argparse.ArgumentTypeError(str(error).rstrip(".")) from error
-        except ValueError as error:
-            raise argparse.ArgumentTypeError(f"{text!r} is not a number") from error
 
     return read
+
+
+def value_from(declaration: Declaration, text: str) -> Value:
+    """A parameter's value from what someone wrote; ParameterError if it is none."""
+    if declaration.special and text == declaration.special and declaration.minimum is not None:
+        return declaration.checked(declaration.minimum)
+    if declaration.kind is bool:
+        if text not in _SWITCH:
+            raise ParameterError(f"{declaration.name} must be on or off, not {text!r:.40}.")
+        return _SWITCH[text]
+    if declaration.kind is str:
+        return declaration.checked(text)
+    try:
+        number = float(text)
+    except ValueError as error:
+        raise ParameterError(f"{text!r} is not a number.") from error
+    return declaration.checked(number)
 
 
 def count(text: str) -> int:

@@ -1,4 +1,4 @@
-"""The progress bar of a run."""
+"""Progress bars: of a run, and of judging several."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Self
 
 from tqdm import tqdm
 
+from ..judgement import Step
 from ..outcomes import Progress
 from ..run import GUESS, RunSteps
 
@@ -58,3 +59,36 @@ class RunProgress:
             refresh=False,
         )
         self._bar.update(0)
+
+
+class ShareProgress:
+    """A bar on stderr for what tells the share that is done and what is under way.
+
+    Parameters
+    ----------
+    shown : bool
+        Whether there is a bar at all.
+    """
+
+    def __init__(self, *, shown: bool) -> None:
+        self._bar = Bar(
+            total=1.0,
+            disable=not shown,
+            miniters=0,
+            leave=False,
+            dynamic_ncols=True,
+            bar_format="{percentage:3.0f} % |{bar:30}| {elapsed}{postfix}",
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._bar.close()
+
+    def update(self, step: Step) -> None:
+        """Show a step."""
+        self._bar.set_postfix_str(step.text, refresh=False)
+        self._bar.update(max(min(step.share, 1.0) - self._bar.n, 0.0))

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from ..declarations import ParameterSet
+from collections.abc import Mapping
+
+from ..declarations import ParameterSet, Value
 from ..frame import CameraIntrinsics
 from ..io.camera_files import intrinsics_from
-from ..parameters import PRESETS, BlockParameters
+from ..parameters import BlockParameters
+from ..preset_files import differences, nearest_preset
 from ..run import RunRecord
 
 
@@ -23,14 +26,14 @@ def record_facts(record: RunRecord) -> list[tuple[str, str]]:
             ("depth units", f"{record.inputs.depth_units:g} per metre"),
             ("intrinsics", camera_text(intrinsics_from(record.inputs.intrinsics))),
         ]
+        if record.inputs.truth is not None:
+            facts.append(("truth", f"{record.inputs.truth.path}, {record.inputs.truth.units:g} units per metre"))
     origin = "given as a label map" if record.extraction is None else "edited" if record.edited else "extracted"
     facts.append(("blocks", f"{len(record.outcomes)} run, {record.shape[1]} x {record.shape[0]}, {origin}"))
     if record.extraction is not None:
         facts.append(("extraction", _changes(record.extraction, BlockParameters()) or "defaults"))
-    name, changes = min(
-        ((name, _changes(record.common, values)) for name, values in PRESETS.items()), key=lambda item: len(item[1])
-    )
-    facts.append(("parameters", f"preset {name}" + (f" with {changes}" if changes else "")))
+    name, changes = nearest_preset(record.common)
+    facts.append(("parameters", f"preset {name}" + (f" with {_text(changes)}" if changes else "")))
     facts += [
         (f"block {label}", _changes(own, record.common))
         for label, own in record.parameters.items()
@@ -50,8 +53,11 @@ def record_facts(record: RunRecord) -> list[tuple[str, str]]:
 
 
 def _changes(values: ParameterSet, base: ParameterSet) -> str:
-    usual = base.to_dict()
-    return ", ".join(f"{name} {value}" for name, value in values.to_dict().items() if value != usual[name])
+    return _text(differences(values, base))
+
+
+def _text(values: Mapping[str, Value]) -> str:
+    return ", ".join(f"{name} {value}" for name, value in values.items())
 
 
 def camera_text(camera: CameraIntrinsics | None) -> str:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
+from ..confidence import expected_error
 from ..frame import RGBDFrame
+from ..judgement import Judgement, judge_blocks, judge_completion
 from ..outcomes import BlockOutcome, Completion, Status
 from ..run import Run
 
@@ -22,22 +24,30 @@ def completion_report(
     files: Sequence[Path],
 ) -> str:
     """What came out of a run, and where it lies."""
-    outcomes = completion.outcomes.values()
+    outcomes, frame = completion.outcomes.values(), run.frame
+    judged: list[str] = []
+    errors: dict[int, Judgement] = {}
+    if frame.truth is not None:
+        expected = expected_error(frame, completion)
+        judged = [_judgement_line(judge_completion(frame, completion, expected=expected))]
+        errors = judge_blocks(frame, completion, run.blocks)
     return "\n".join([
-        *outcome_lines(outcomes),
+        *outcome_lines(outcomes, errors),
         "",
-        f"{run.frame.name}: {len(outcomes)} blocks cover {np.count_nonzero(run.blocks) / run.blocks.size:.1%} of the "
+        f"{frame.name}: {len(outcomes)} blocks cover {np.count_nonzero(run.blocks) / run.blocks.size:.1%} of the "
         "frame.",
-        _recovered_line(run.frame, completion, seconds),
+        _recovered_line(frame, completion, seconds),
+        *judged,
         f"Written to {folder}: {', '.join(file.name for file in files)}",
     ])  # fmt: skip
 
 
-def outcome_lines(outcomes: Iterable[BlockOutcome]) -> list[str]:
-    """Table of the blocks that were run, and below it what there is to say about single ones."""
+def outcome_lines(outcomes: Iterable[BlockOutcome], errors: Mapping[int, Judgement] | None = None) -> list[str]:
+    """Table of the blocks that were run, with their errors if any are known, and below it what there is to say about
+    single ones."""
     outcomes = list(outcomes)
     rows = [
-        (
+        [
             str(outcome.label),
             str(outcome.pixels),
             f"{outcome.defect_rate:.1%}",
@@ -46,10 +56,14 @@ def outcome_lines(outcomes: Iterable[BlockOutcome]) -> list[str]:
             str(outcome.iterations),
             str(outcome.stages),
             "-" if math.isnan(outcome.sigma_i) else f"{outcome.sigma_i * 1000:.3g}",
-        )
+        ]
         for outcome in outcomes
     ]
-    head = ("block", "pixels", "missing", "recovered", "status", "iterations", "stages", "sigma [mm]")
+    head = ["block", "pixels", "missing", "recovered", "status", "iterations", "stages", "sigma [mm]"]
+    if errors:
+        head.append("RMSE [mm]")
+        for row, outcome in zip(rows, outcomes, strict=True):
+            row.append(f"{1000 * errors[outcome.label].rmse:.2f}" if outcome.label in errors else "-")
     remarks = [
         f"Block {outcome.label}: {outcome.message}"
         for outcome in outcomes
@@ -76,6 +90,17 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
         ).rstrip()
         for row in (head, *rows)
     ]
+
+
+def _judgement_line(judgement: Judgement) -> str:
+    """How far the filled depth is from the truth, in words."""
+    if not judgement.pixels:
+        return "Against the truth: it is not known where depth was filled."
+    within = "" if judgement.within is None else f"; {judgement.within:.0%} within the expected error"
+    return (
+        f"Against the truth, over {judgement.pixels} filled pixels: RMSE {1000 * judgement.rmse:.2f} mm, "
+        f"MAE {1000 * judgement.mae:.2f} mm, median {1000 * judgement.median:.2f} mm{within}."
+    )
 
 
 def _recovered_line(frame: RGBDFrame, completion: Completion, seconds: float) -> str:

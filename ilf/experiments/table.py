@@ -10,11 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bench.methods import GROUPS, METHODS
-from ..bench.patterns import PATTERNS, RANDOM_KEPT, make_task
+from ..bench.patterns import PATTERNS, make_task
 from ..bench.peers.interpolation import nearest
 from ..completion import prepare
 from ..ebs import extract_blocks
 from ..errors import IlfError, InputError
+from ..judgement.hiding import RANDOM_KEPT
 from ..parameters import PRESETS, BlockParameters
 from .experiment import METHOD_PRESETS, OnProgress, Result, Row, Settings, preset_parameters
 from .sources import FrameSource, find_sources, load_source

@@ -20,6 +20,7 @@ from .frames import META_NAME, FrameFiles, frame_beside, frame_folder, load_fram
 from .images import read_colour
 from .interchange import BLOCK_FORMATS, LoadedBlocks, read_blocks, write_blocks
 from .label_files import read_labels, write_labels, write_mask
+from .truth_files import load_truth, with_truth_file
 
 __all__ = [
     "BLOCK_FORMATS",
@@ -38,11 +39,13 @@ __all__ = [
     "intrinsics_from",
     "load_frame",
     "load_open3d",
+    "load_truth",
     "png_fit",
     "read_blocks",
     "read_colour",
     "read_depth_values",
     "read_labels",
+    "with_truth_file",
     "write_blocks",
     "write_cloud",
     "write_depth",

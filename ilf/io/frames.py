@@ -14,6 +14,7 @@ from .camera_files import IntrinsicsSpec, intrinsics_from
 from .depth_files import checked_units, default_depth_units, depth_in_metres, read_depth_values
 from .files import FileContent, read_file, read_json
 from .images import read_colour
+from .truth_files import is_truth, with_truth_file
 
 META_NAME = "meta.json"
 COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
@@ -37,6 +38,10 @@ class FrameFiles:
     size : (int, int) or None
         Width and height that both images should have, if stated.
     name : str
+    truth : Path or None
+        Of true depth, if there is any.
+    truth_units : float or None
+        Its file units per metre, if stated.
     """
 
     rgb: Path
@@ -45,6 +50,8 @@ class FrameFiles:
     intrinsics: CameraIntrinsics | None
     size: tuple[int, int] | None
     name: str
+    truth: Path | None = None
+    truth_units: float | None = None
 
 
 def load_frame(
@@ -54,6 +61,9 @@ def load_frame(
     depth_units: float | None = None,
     intrinsics: IntrinsicsSpec | None = None,
     name: str | None = None,
+    truth: str | os.PathLike[str] | None = None,
+    truth_units: float | None = None,
+    beside: bool = True,
 ) -> RGBDFrame:
     """Read a registered RGB-D frame.
 
@@ -71,6 +81,13 @@ def load_frame(
         Anything that `ilf.io.intrinsics_from` takes; it goes before what meta.json says.
     name : str, optional
         What to call the frame; None takes it from meta.json or the file names.
+    truth : path-like, optional
+        True depth, in a file like that of the depth, to judge results by. None takes that of the folder, if it has any.
+    truth_units : float, optional
+        Its file units per metre. None takes what meta.json says; otherwise those of the depth file if both hold
+        integers, 1 if it holds floats.
+    beside : bool
+        Whether a meta.json that lies beside two files counts.
 
     Returns
     -------
@@ -81,21 +98,22 @@ def load_frame(
     Raises
     ------
     InputError
-        If a file is missing, the sizes differ, no depth is known, or the depth scale is absurd.
+        If a file is missing, the sizes differ, no depth is known, the depth scale is absurd, or that of the truth does
+        not fit it.
     FormatError
         If a file is damaged or holds something other than its role asks for.
     ParameterError
-        If `depth_units` is not a positive number.
+        If depth or truth units are not a positive number, or there are units of a truth that there is not.
 
     Examples
     --------
     >>> from ilf.assets import asset_path
     >>> frame = load_frame(asset_path("samples/room"))
-    >>> frame.name, frame.shape, round(frame.missing_share, 3)
-    ('room', (480, 640), 0.168)
+    >>> frame.name, frame.shape, round(frame.missing_share, 3), frame.truth is None
+    ('room', (480, 640), 0.168, False)
     """
     if depth is not None:
-        files = frame_beside(rgb, depth) or _two_files(Path(rgb), Path(depth))
+        files = (frame_beside(rgb, depth) if beside else None) or _two_files(Path(rgb), Path(depth))
     elif Path(rgb).is_dir():
         files = frame_folder(rgb)
         if files.depth_units is None and depth_units is None:
@@ -124,7 +142,7 @@ def load_frame(
     units = checked_units(units)
     camera = intrinsics_from(intrinsics, values.shape) or files.intrinsics
     try:
-        return RGBDFrame(
+        frame = RGBDFrame(
             rgb=colour,
             depth=depth_in_metres(values, units),
             intrinsics=camera,
@@ -138,6 +156,13 @@ def load_frame(
         )
     except InputError as error:
         raise InputError(f"{files.depth}: {error}") from error
+    chosen = files.truth if truth is None else truth
+    if chosen is None:
+        if truth_units is not None:
+            raise ParameterError("There are units of a truth, but no truth: give its file, too.")
+        return frame
+    stated = files.truth_units if truth is None else None
+    return with_truth_file(frame, chosen, stated if truth_units is None else truth_units)
 
 
 def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
@@ -147,8 +172,10 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     ----------
     folder : path-like
         Holds meta.json with the optional keys `name`, `size` [width, height], `depth_units_per_m`, `K` [fx, fy, cx,
-        cy], `rgb` and `depth` (where the images are; `rgb.*` and `depth.*` in the folder if left out) and `run` (the
-        record without which the folder is a half-written one).
+        cy], `rgb` and `depth` (where the images are; `rgb.*` and `depth.*` in the folder if left out), `gt` (where the
+        truth is, `gt.*` in the folder if left out; or, in words, what that is worth: nothing if they say that it was
+        filled in, or are empty), `gt_units_per_m`, and `run` (the record without which the folder is a half-written
+        one).
 
     Raises
     ------
@@ -165,11 +192,11 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     if not isinstance(meta, dict):
         raise FormatError(f"{meta_path} must hold a JSON object with size, depth_units_per_m and K.")
     try:
-        units = meta.get("depth_units_per_m")
-        units = None if units is None else checked_units(units)
+        stated = (meta.get(key) for key in ("depth_units_per_m", "gt_units_per_m"))
+        units, truth_units = (None if value is None else checked_units(value) for value in stated)
         camera = None if meta.get("K") is None else intrinsics_from({"K": meta["K"]})
         size, name = _meta_size(meta.get("size")), meta.get("name") or root.name
-        named = {key: meta.get(key) for key in ("rgb", "depth", "run")}
+        named = {key: meta.get(key) for key in ("rgb", "depth", "gt", "run")}
         for key, value in {"name": name, **named}.items():
             if not isinstance(value, str | None):
                 raise InputError(f"{key} must be text, not {value!r:.60}.")
@@ -188,7 +215,14 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
             f" with depth units {meta.get('gt_units_per_m')}."
         )
     depth = _named_image(root, named["depth"]) or _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint)
-    return FrameFiles(rgb, depth, units, camera, size, name)
+    return FrameFiles(rgb, depth, units, camera, size, name, truth_in(root, named["gt"]), truth_units)
+
+
+def truth_in(root: Path, worth: str | None) -> Path | None:
+    """The file of a frame folder's truth: what meta.json names or calls a truth, or `gt.*`; None if there is none."""
+    if worth and Path(worth).suffix.lower() in DEPTH_FILE_SUFFIXES and not re.search(r"\s", worth):
+        return _named_image(root, worth)
+    return _found(root, "gt", DEPTH_FILE_SUFFIXES) if is_truth(worth) else None
 
 
 def frame_beside(rgb: str | os.PathLike[str], depth: str | os.PathLike[str]) -> FrameFiles | None:
@@ -234,12 +268,15 @@ def _named_image(root: Path, named: str | None) -> Path | None:
 
 
 def _image_in(root: Path, stem: str, suffixes: tuple[str, ...], hint: str) -> Path:
-    for suffix in suffixes:
-        if (root / (stem + suffix)).is_file():
-            return root / (stem + suffix)
+    if path := _found(root, stem, suffixes):
+        return path
     others = ", ".join(sorted(entry.name for entry in root.iterdir() if entry.name != META_NAME)) or "nothing else"
     what = "raw depth" if stem == "depth" else "colour image"
     raise InputError(f"{root} has no {what} ({stem}{suffixes[0]}); it holds {others}.{hint}")
+
+
+def _found(root: Path, stem: str, suffixes: tuple[str, ...]) -> Path | None:
+    return next((root / (stem + suffix) for suffix in suffixes if (root / (stem + suffix)).is_file()), None)
 
 
 def _meta_size(size: Any) -> tuple[int, int] | None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import FormatError, InputError, ParameterError
-from ..frame import FrameInputs, InputFile
+from ..frame import FrameInputs, InputFile, TruthFile
 from ..io.files import read_json
 from ..numbers import as_float
 from ..outcomes import BlockOutcome, Status
@@ -171,7 +171,14 @@ def _parsed_inputs(inputs: _Section) -> FrameInputs:
     if numbers is not None and len(numbers) != 4:
         raise FormatError(f"'intrinsics' in the inputs must be [fx, fy, cx, cy], not {len(numbers)} numbers.")
     camera = None if numbers is None else (numbers[0], numbers[1], numbers[2], numbers[3])
-    return FrameInputs(rgb, depth, inputs.get("depth_units", float), camera)
+    return FrameInputs(rgb, depth, inputs.get("depth_units", float), camera, _parsed_truth(inputs))
+
+
+def _parsed_truth(inputs: _Section) -> TruthFile | None:
+    if "truth" not in inputs.values:  # the frame had none
+        return None
+    truth = inputs.section("truth")
+    return TruthFile(truth.get("path", str), truth.get("sha256", str), truth.get("units", float))
 
 
 def _parsed_options(options: _Section) -> ExportOptions:

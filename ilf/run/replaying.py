@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..ebs import extract
 from ..errors import InputError
 from ..frame import InputFile, RGBDFrame
-from ..io import load_frame, read_labels
+from ..io import load_frame, load_truth, read_labels
 from ..io.depth_files import depth_in_metres, read_depth_values
 from ..io.files import file_sha256
 from ..io.label_files import read_mask
@@ -136,8 +136,9 @@ def replay(
     (True, ())
     """
     record, folder = read_record(path), Path(path).absolute().parent
-    frame = _recorded_frame(record, folder, rgb, depth)
+    frame, without_truth = _with_recorded_truth(record, _recorded_frame(record, folder, rgb, depth), folder)
     differences = [
+        *without_truth,
         *missing_or_changed(record, folder),
         *network_differences(record),
         *networks_that_were_missing(record),
@@ -181,6 +182,7 @@ def _recorded_frame(
         depth_units=inputs.depth_units,
         intrinsics=inputs.intrinsics,
         name=record.name or None,
+        beside=False,
     )
     if (
         frame.inputs is None
@@ -188,11 +190,21 @@ def _recorded_frame(
         or frame.inputs.depth.sha256 != inputs.depth.sha256
     ):
         raise InputError("The colour or the depth file of the recorded run changed while it was read. Try again.")
-    # a meta.json that has come beside the files since then does not count
-    camera = None if inputs.intrinsics is None else frame.intrinsics
-    frame = dataclasses.replace(frame, inputs=inputs, intrinsics=camera)
+    frame = dataclasses.replace(frame, inputs=dataclasses.replace(inputs, truth=None))
     distrusted = _recorded_mask(record.distrusted, "distrusted depth", folder, frame.shape)
     return frame.distrusting(distrusted)
+
+
+def _with_recorded_truth(record: RunRecord, frame: RGBDFrame, folder: Path) -> tuple[RGBDFrame, tuple[str, ...]]:
+    """The frame with the recorded truth, or as it is, and why: no depth depends on it."""
+    recorded = None if record.inputs is None else record.inputs.truth
+    if recorded is None:
+        return frame, ()
+    try:
+        found = _recorded_file(recorded, "truth", folder, None)
+        return frame.with_truth(load_truth(found, frame.shape, recorded.units), recorded), ()
+    except InputError as error:
+        return frame, (f"The run is judged by no truth, and its curves have no error. {error}",)
 
 
 def _recorded_file(recorded: InputFile, what: str, folder: Path, given: str | os.PathLike[str] | None) -> Path:

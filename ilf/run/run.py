@@ -17,6 +17,7 @@ from ..dense import guess_steps
 from ..ebs import extract
 from ..filter.convergence import IterationRecord
 from ..frame import RGBDFrame
+from ..masks import fixed
 from ..outcomes import Completion, Progress, compose
 from ..parameters import BlockParameters, Parameters, preset
 
@@ -82,9 +83,7 @@ class Run:
     drawn: NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:
-        labels = checked_labels(self.blocks, self.frame.shape).astype(np.int32)
-        labels.flags.writeable = False
-        object.__setattr__(self, "blocks", labels)
+        object.__setattr__(self, "blocks", fixed(checked_labels(self.blocks, self.frame.shape)))
         object.__setattr__(self, "drawn", checked_drawn(self.drawn, self.frame.shape))
         object.__setattr__(self, "own", MappingProxyType(dict(self.own)))
         object.__setattr__(self, "edited", self.edited or self.extraction is None)

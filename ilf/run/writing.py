@@ -169,7 +169,8 @@ def check_not_an_input(frame: RGBDFrame, paths: Sequence[Path]) -> None:
     """Raise ExportError if one of the paths is a file that the frame was read from, or may have been."""
     if frame.inputs is None:
         return
-    inputs = [Path(file.path) for file in (frame.inputs.rgb, frame.inputs.depth)]
+    files = frame.inputs.rgb, frame.inputs.depth, frame.inputs.truth
+    inputs = [Path(file.path) for file in files if file is not None]
     own = [*inputs, *(path.with_name(META_NAME) for path in inputs)]
     for path in paths:
         if path.exists() and any(source.exists() and path.samefile(source) for source in own):

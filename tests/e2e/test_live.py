@@ -66,6 +66,7 @@ def test_a_slider_solves_the_chosen_block_anew_and_no_other(
     alone = ilf.complete(workspace.session.frame, workspace.session.labels, after[chosen].parameters)
     assert np.array_equal(after[chosen].depth, alone.results[chosen].depth)
     qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
+    opened.refresh.now()
     assert len(opened.curves.records) == after[chosen].outcome.iterations
     assert _states(opened)[chosen] == "completed"
     assert (_states(opened)[other] == "values changed") is not own

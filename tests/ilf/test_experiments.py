@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from ilf import CameraIntrinsics, RGBDFrame
-from ilf.bench.patterns import RANDOM_KEPT
 from ilf.cli import main
 from ilf.errors import Cancelled, FormatError, InputError, ParameterError
 from ilf.experiments import (
@@ -36,6 +35,7 @@ from ilf.experiments.surfaces import Surface, continuous_defect, sensed
 from ilf.experiments.sweep import POLYNOMIALS, Case, run_case
 from ilf.experiments.verdicts import how_it_compares, spans, won_rates
 from ilf.filter.convergence import IterationRecord
+from ilf.judgement.hiding import RANDOM_KEPT
 
 from .small_frames import write_small_frame
 

@@ -1,0 +1,246 @@
+"""The list of kept runs as text, colours, marks and sort keys."""
+
+from __future__ import annotations
+
+import html
+import math
+import re
+from enum import IntEnum
+from typing import Any
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QColor, QFont, QPalette
+from PySide6.QtWidgets import QWidget
+
+from gui import theme
+from gui.kept.run_rows import RunRow
+from gui.state.kept_runs import MOST_COMPARED
+from gui.widgets.row_model import Index, RowModel
+from ilf.parameters import PRESETS, Parameters
+from ilf.preset_words import likeness
+
+SORT_ROLE = Qt.ItemDataRole.UserRole
+
+
+class Column(IntEnum):
+    """Columns of the list, from the left."""
+
+    COMPARED = 0
+    COLOUR = 1
+    NAME = 2
+    VALUES = 3
+    SECONDS = 4
+    ITERATIONS = 5
+    TRUTH = 6
+    HIDDEN = 7
+    EXPECTED = 8
+    NOTE = 9
+
+
+EDITABLE = (Column.NAME, Column.NOTE)
+ERROR_COLUMNS = (Column.TRUTH, Column.HIDDEN, Column.EXPECTED)
+"""In the order of `ERRORS`."""
+
+_BEST = "Bold with a star: the best of the runs that have filled about as many pixels."
+HEADERS = {
+    Column.COMPARED: ("", f"Compare: show the run beside the present result, {MOST_COMPARED} at most. Click the tick."),
+    Column.COLOUR: ("", "Colour of the run in curves and profiles."),
+    Column.NAME: ("Run", "Name of the run; “present” is whose results are shown now. Press F2 to rename."),
+    Column.VALUES: ("Values", "The nearest preset, and what differs from it."),
+    Column.SECONDS: ("Time [s]", "How long the run took, in seconds."),
+    Column.ITERATIONS: ("Iter.", "Iterations of the low-pass filter, in all blocks that were run."),
+    Column.TRUTH: (
+        "Truth [mm]",
+        f"Root mean square error against the frame's truth, over the pixels that blocks have filled. {_BEST}",
+    ),
+    Column.HIDDEN: (
+        "Hidden [mm]",
+        f"Root mean square error on known depth that was hidden to test the run's parameters. {_BEST}",
+    ),
+    Column.EXPECTED: (
+        "Expected [mm]",
+        f"Root mean square of the expected error, over the pixels that blocks have filled. {_BEST}",
+    ),
+    Column.NOTE: (
+        "Note",
+        "What you want to remember of the run. Double-click to write; runs with a note are not dropped.",
+    ),
+}
+_NUMBERS = (Column.SECONDS, Column.ITERATIONS, *ERROR_COLUMNS)
+
+
+class RunModel(RowModel[RunRow]):
+    """Rows of kept runs, the latest first.
+
+    Signals
+    -------
+    edited(object, str, str)
+        A kept run, "name" or "note", and what the user typed.
+    ticked(object, bool)
+        A kept run, and whether it is to be compared.
+    """
+
+    edited = Signal(object, str, str)
+    ticked = Signal(object, bool)
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(len(Column), parent)
+        self._bold = QFont(parent.font())
+        self._bold.setBold(True)
+        self.set_palette(parent.palette())
+
+    def set_palette(self, palette: QPalette) -> None:
+        """Take the colours of a palette."""
+        self._colours = theme.colours(palette)
+        self.announce_all()
+
+    def key(self, row: RunRow) -> object:
+        return row.kept
+
+    def look(self, row: RunRow, column: int) -> object:
+        if column in ERROR_COLUMNS:
+            place = ERROR_COLUMNS.index(Column(column))
+            return row.errors[place], row.best[place]
+        looks: dict[int, object] = {
+            Column.COMPARED: row.compared,
+            Column.COLOUR: row.colour,
+            Column.NAME: (row.name, row.title, row.present, row.seconds),
+            Column.VALUES: row.values,
+            Column.SECONDS: row.seconds,
+            Column.ITERATIONS: row.iterations,
+            Column.NOTE: row.note,
+        }
+        return looks[column]
+
+    def flags(self, index: Index) -> Qt.ItemFlag:
+        flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+        if index.column() in EDITABLE:
+            return flags | Qt.ItemFlag.ItemIsEditable
+        return flags | Qt.ItemFlag.ItemIsUserCheckable if index.column() == Column.COMPARED else flags
+
+    def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
+        if orientation != Qt.Orientation.Horizontal:
+            return None
+        column = Column(section)
+        if role == Qt.ItemDataRole.DisplayRole:
+            return HEADERS[column][0]
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return HEADERS[column][1]
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return _alignment(column)
+        return None
+
+    def data(self, index: Index, role: int = 0) -> Any:
+        row, column = self.rows[index.row()], Column(index.column())
+        best = column in ERROR_COLUMNS and row.best[ERROR_COLUMNS.index(column)]
+        if role == Qt.ItemDataRole.DisplayRole:
+            return _text(row, column)
+        if role == Qt.ItemDataRole.EditRole:
+            return row.note if column == Column.NOTE else row.name
+        if role == SORT_ROLE:
+            return _sort_key(row, column)
+        if role == Qt.ItemDataRole.CheckStateRole and column == Column.COMPARED:
+            return Qt.CheckState.Checked if row.compared else Qt.CheckState.Unchecked
+        if role == Qt.ItemDataRole.DecorationRole:
+            return QColor(*row.colour) if column == Column.COLOUR else None
+        if role == Qt.ItemDataRole.FontRole:
+            return self._bold if best or (column == Column.NAME and row.present) else None
+        if role == Qt.ItemDataRole.ForegroundRole:
+            return self._colours.good if best else None
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return _alignment(column)
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return _tooltip(row, column)
+        if role == Qt.ItemDataRole.AccessibleTextRole and column == Column.COMPARED:
+            return f"Compare {row.name}"
+        return None
+
+    def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
+        row, column = self.rows[index.row()], Column(index.column())
+        if role == Qt.ItemDataRole.CheckStateRole:
+            self.ticked.emit(row.kept, Qt.CheckState(value) == Qt.CheckState.Checked)
+            return True
+        text = str(value).strip()
+        if column == Column.NOTE and text != row.note:
+            self.edited.emit(row.kept, "note", text)
+        elif column == Column.NAME and text and text != row.name:
+            self.edited.emit(row.kept, "name", text)
+        else:
+            return False
+        return True
+
+
+def _text(row: RunRow, column: Column) -> str:
+    if column in ERROR_COLUMNS:
+        place = ERROR_COLUMNS.index(column)
+        return f"★ {_millimetres(row.errors[place])}" if row.best[place] else _millimetres(row.errors[place])
+    texts = {
+        Column.NAME: f"{row.title} · present" if row.present else row.title,
+        Column.VALUES: row.values,
+        Column.SECONDS: f"{row.seconds:.2f}",
+        Column.ITERATIONS: str(row.iterations),
+        Column.NOTE: row.note,
+    }
+    return texts.get(column, "")
+
+
+def _millimetres(error: float | None) -> str:
+    return "" if error is None else "–" if math.isnan(error) else f"{1000 * error:.1f}"
+
+
+def _sort_key(row: RunRow, column: Column) -> str | float:
+    if column in ERROR_COLUMNS:
+        error = row.errors[ERROR_COLUMNS.index(column)]
+        return math.inf if error is None or math.isnan(error) else error
+    keys: dict[Column, str | float] = {
+        Column.COMPARED: not row.compared,
+        Column.COLOUR: QColor(*row.colour).hsvHueF(),
+        # "Run 10" after "Run 9"
+        Column.NAME: re.sub(r"\d+", lambda digits: digits[0].zfill(9), row.name.casefold()),
+        Column.VALUES: row.values.casefold(),
+        Column.SECONDS: row.seconds,
+        Column.ITERATIONS: row.iterations,
+        Column.NOTE: row.note.casefold(),
+    }
+    return keys[column]
+
+
+def _tooltip(row: RunRow, column: Column) -> str:
+    if column == Column.NAME:
+        return _story(row)
+    if column == Column.VALUES:
+        return _all_values(row.kept.run.parameters, row.values)
+    if column in ERROR_COLUMNS:
+        error = row.errors[ERROR_COLUMNS.index(column)]
+        if error is None:
+            return f"{HEADERS[column][1]} It has not been worked out."
+        if math.isnan(error):
+            return f"{HEADERS[column][1]} There is none for this run."
+    return row.note if column == Column.NOTE and row.note else HEADERS[column][1]
+
+
+def _story(row: RunRow) -> str:
+    kept = row.kept
+    lines = [
+        row.name,
+        f"{row.when:%H:%M:%S}: {len(kept.done)} of {kept.block_count} blocks in {row.seconds:.2f} s, "
+        f"{row.iterations} iterations, {kept.how}.",
+        f"{kept.recovered} pixels filled by blocks" + (", and the rest guessed." if kept.guess is not None else "."),
+    ]
+    return "\n".join([*lines, "Its results are the present ones."] if row.present else lines)
+
+
+def _all_values(parameters: Parameters, values: str) -> str:
+    """All values that have an effect as rich text; those that differ from the preset are bold."""
+    differs = likeness(parameters, PRESETS).differs
+    lines = []
+    for name, declaration in Parameters.declarations().items():
+        if parameters.matters(name):
+            text = html.escape(f"{declaration.label}: {declaration.in_words(getattr(parameters, name))}")
+            lines.append(f"<b>{text}</b>" if name in differs else text)
+    return f"<p>{html.escape(values)}</p><p>{'<br>'.join(lines)}</p>"
+
+
+def _alignment(column: Column) -> Qt.AlignmentFlag:
+    side = Qt.AlignmentFlag.AlignRight if column in _NUMBERS else Qt.AlignmentFlag.AlignLeft
+    return side | Qt.AlignmentFlag.AlignVCenter

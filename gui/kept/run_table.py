@@ -1,0 +1,196 @@
+"""The list of kept runs: which there are, how good they are, and which of them are meant."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QEvent, QPoint, QSize, QSortFilterProxyModel, Qt, Signal
+from PySide6.QtGui import QAction, QKeyEvent, QPaintEvent, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QAbstractItemView, QHBoxLayout, QHeaderView, QTableView, QToolButton, QVBoxLayout, QWidget
+
+from gui.kept.run_model import EDITABLE, SORT_ROLE, Column, RunModel
+from gui.kept.run_rows import RunRow
+from gui.state.kept_runs import KeptRun
+from gui.widgets.hint import paint_hint
+from gui.widgets.soft_rows import ICON_SIZE, SoftRows
+
+_WIDTHS = {
+    Column.COMPARED: 26,
+    Column.COLOUR: 26,
+    Column.NAME: 136,
+    Column.SECONDS: 64,
+    Column.ITERATIONS: 54,
+    Column.TRUTH: 84,
+    Column.HIDDEN: 92,
+    Column.EXPECTED: 106,
+    Column.NOTE: 110,
+}
+_VALUES_WIDTH = 150  # at least; below, the table scrolls sideways
+
+
+class RunTable(QWidget):
+    """Table of kept runs with its buttons. It shows rows and reports wishes; the rows change only by `set_rows`.
+
+    Parameters
+    ----------
+    buttons : sequence of (QAction, bool) or None
+        What stands above the table, and whether with its text; None separates.
+
+    Signals
+    -------
+    selectionChanged()
+        Other rows are chosen.
+    edited(object, str, str), ticked(object, bool)
+        As of `RunModel`.
+    deleteWished()
+        Of the chosen rows.
+    contextMenuRequested(QPoint)
+        Global position.
+    shown()
+        The table has come into view.
+    """
+
+    selectionChanged = Signal()
+    edited = Signal(object, str, str)
+    ticked = Signal(object, bool)
+    deleteWished = Signal()
+    contextMenuRequested = Signal(QPoint)
+    shown = Signal()
+
+    def __init__(self, buttons: Sequence[tuple[QAction, bool] | None], parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._model = RunModel(self)
+        self._proxy = QSortFilterProxyModel(self)
+        self._proxy.setSourceModel(self._model)
+        self._proxy.setSortRole(SORT_ROLE)
+        self.view = _RunView(self)
+        self.view.setModel(self._proxy)
+        self.view.arrange()
+        row = QHBoxLayout()
+        row.setContentsMargins(4, 2, 4, 2)
+        row.setSpacing(2)
+        for button in buttons:
+            if button is None:
+                row.addSpacing(10)
+                continue
+            action, with_text = button
+            tool = QToolButton(autoRaise=True)
+            tool.setDefaultAction(action)
+            tool.setIconSize(QSize(ICON_SIZE, ICON_SIZE))
+            if with_text:
+                tool.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            row.addWidget(tool)
+        row.addStretch()
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addLayout(row)
+        layout.addWidget(self.view, 1)
+        self.setFocusProxy(self.view)
+        self._model.edited.connect(self.edited)
+        self._model.ticked.connect(self.ticked)
+        self.view.delete_wished.connect(self.deleteWished)
+        self.view.selectionModel().selectionChanged.connect(lambda *_: self.selectionChanged.emit())
+        self._model.rowsRemoved.connect(lambda *_: self.selectionChanged.emit())
+        self.view.customContextMenuRequested.connect(
+            lambda at: self.contextMenuRequested.emit(self.view.viewport().mapToGlobal(at))
+        )
+
+    def set_rows(self, rows: Sequence[RunRow]) -> None:
+        """Show these rows; selection, scroll position and sorting stay."""
+        self._model.set_rows(rows)
+
+    def runs(self) -> list[KeptRun]:
+        """All runs in table order."""
+        return [self._run(row) for row in range(self._proxy.rowCount())]
+
+    def selected(self) -> list[KeptRun]:
+        """The chosen runs in table order."""
+        return [self._run(row) for row in sorted(index.row() for index in self.view.selectionModel().selectedRows())]
+
+    def select(self, kept: KeptRun) -> None:
+        """Choose a run and no other, and bring it into view."""
+        row = self.runs().index(kept)
+        self.view.selectRow(row)
+        self.view.scrollTo(self._proxy.index(row, Column.NAME))
+
+    def edit(self, column: Column) -> None:
+        """Let the user type the name or the note of the chosen run."""
+        rows = self.view.selectionModel().selectedRows(column)
+        if rows:
+            index = self._proxy.index(rows[0].row(), column)
+            self.view.setCurrentIndex(index)
+            self.view.edit(index)
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._model.set_palette(self.palette())
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self.shown.emit()
+
+    def sizeHint(self) -> QSize:
+        return QSize(700, 170)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(240, 90)
+
+    def _run(self, row: int) -> KeptRun:
+        return self._model.rows[self._proxy.mapToSource(self._proxy.index(row, 0)).row()].kept
+
+
+class _RunView(QTableView):
+    """Mouse and keyboard of the table."""
+
+    delete_wished = Signal()
+
+    def arrange(self) -> None:
+        """Columns, selection and look; once, after the model is set."""
+        self.setItemDelegate(SoftRows((Column.COLOUR,), self))
+        self.setAccessibleName("Kept runs")
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.DoubleClicked)
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setIconSize(QSize(ICON_SIZE, ICON_SIZE))
+        self.setShowGrid(False)
+        self.setWordWrap(False)
+        self.setTabKeyNavigation(False)
+        self.setFrameShape(QTableView.Shape.NoFrame)
+        self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(26)
+        header = self.horizontalHeader()
+        header.setMinimumSectionSize(26)
+        header.setHighlightSections(False)
+        header.setSortIndicatorClearable(True)
+        for column, width in _WIDTHS.items():
+            header.resizeSection(column, width)
+        for column in (Column.COMPARED, Column.COLOUR):
+            header.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
+        header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
+        self.setSortingEnabled(True)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        header = self.horizontalHeader()
+        others = header.length() - header.sectionSize(Column.VALUES)
+        header.resizeSection(Column.VALUES, max(_VALUES_WIDTH, self.viewport().width() - others))
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        current = self.currentIndex()
+        if event.key() == Qt.Key.Key_F2 and current.isValid():
+            column = current.column() if current.column() in EDITABLE else Column.NAME
+            self.edit(current.siblingAtColumn(column))
+        elif event.key() == Qt.Key.Key_Delete:
+            self.delete_wished.emit()
+        else:
+            super().keyPressEvent(event)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        super().paintEvent(event)
+        if self.model().rowCount() == 0:
+            paint_hint(self, "No runs yet. Every run is kept here, with what it was made of and how good it is.")

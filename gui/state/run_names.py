@@ -1,0 +1,42 @@
+"""What runs were made with, in words: their names, and what the list of kept runs says of them. No widgets."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from gui.state.own_values import own_values
+from gui.state.session import Session
+from ilf.parameters import Parameters
+from ilf.preset_words import in_words, likeness
+from ilf.run import Run
+
+_IN_NAMES = 2
+"""Values that a name has at most."""
+
+
+def values_text(session: Session, run: Run, most: int | None = None) -> str:
+    """The nearest preset, what differs from it, and what blocks have of their own; `most` values of each at most."""
+    texts = [_likeness_text(run.parameters, most)]
+    own = {label: own_values(parameters, run.parameters) for label, parameters in run.own.items()}
+    own = {label: values for label, values in own.items() if values}
+    if most is not None and len(own) > 1:
+        return f"{texts[0]}; {len(own)} blocks with own values"
+    texts += [f"{session.info(label).name}: {', '.join(in_words(values, most))}" for label, values in own.items()]
+    return "; ".join(texts)
+
+
+def run_name(session: Session, number: int, run: Run, edit: str = "", live: bool = False) -> str:
+    """What a kept run is called at first: its number, what was edited before it if it came of that, and its values."""
+    what = "; ".join(([edit] if edit else []) + [values_text(session, run, _IN_NAMES)])
+    return f"{'Live' if live else 'Run'} {number}: {what}"
+
+
+def title_of(name: str, session: Session, run: Run) -> str:
+    """A name without the values that it was given at first; as it is, if they are not in it."""
+    return name.removesuffix(values_text(session, run, _IN_NAMES)).rstrip(":; ") or name
+
+
+@lru_cache(maxsize=256)
+def _likeness_text(parameters: Parameters, most: int | None) -> str:
+    """Asked for by every row whenever the list changes."""
+    return likeness(parameters).text(most)

@@ -1,0 +1,171 @@
+"""Keeping what runs have given: every run, and what blocks that are solved anew have come to when values rest."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+from weakref import WeakKeyDictionary, WeakSet
+
+from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtGui import QUndoCommand
+
+from gui.state.commands import EditParameters
+from gui.state.kept_runs import MOST_KEPT, KeptRun, next_colour, sharing
+from gui.state.run_names import run_name
+from gui.state.session import Session
+from gui.state.workspace import Workspace
+from gui.work.runs import Ended, RunController, RunState
+from ilf.outcomes import BlockResult
+from ilf.run import Run
+
+REST_MS = 400
+"""How long no block may have been solved anew for values to be at rest."""
+
+
+class _Solved(NamedTuple):
+    """A re-solve, and the step of the history that it came after."""
+
+    ended: Ended
+    step: QUndoCommand | None
+
+
+class _LiveRow(NamedTuple):
+    """The kept run of the latest step that had blocks solved anew, and the name that it was given."""
+
+    step: QUndoCommand | None
+    kept: KeptRun
+    name: str
+
+
+class RunKeeper(QObject):
+    """Keeps runs as they end. Blocks that are solved anew after one step of the history make one run, which follows as
+    long as the step goes on; a state that undo brings back is none.
+
+    Signals
+    -------
+    message(str)
+        Something that needs no answer.
+    """
+
+    message = Signal(str)
+
+    def __init__(self, workspace: Workspace, runs: RunController, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._workspace = workspace
+        self._runs = runs
+        self._waiting: dict[Session, _Solved] = {}
+        self._live: WeakKeyDictionary[Session, _LiveRow] = WeakKeyDictionary()
+        self._warned: WeakSet[Session] = WeakSet()
+        self._rest = QTimer(self, singleShot=True, interval=REST_MS)
+        self._rest.timeout.connect(self._keep_rested)
+        runs.run_ended.connect(self._take)
+        runs.finished.connect(self._take_guess)
+
+    @property
+    def waits(self) -> bool:
+        """Whether blocks have been solved anew that are to be kept when values rest."""
+        return bool(self._waiting)
+
+    def shutdown(self) -> bool:
+        """Keep nothing any more. True, since no thread is left."""
+        self._rest.stop()
+        return True
+
+    def _take(self, ended: Ended) -> None:
+        session = ended.session
+        if session not in self._workspace.sessions:
+            self._waiting.pop(session, None)
+            return
+        if ended.done and ended.resolved:
+            self._waiting[session] = _Solved(ended, _last_step(session))
+        elif ended.done:
+            self._waiting.pop(session, None)
+            self._live.pop(session, None)
+            run = replace(ended.run, only=None)
+            self._keep(run, session.results_of(run), ended)
+        if session in self._waiting:
+            self._rest.start()
+
+    def _keep_rested(self) -> None:
+        for session, solved in list(self._waiting.items()):
+            if session not in self._workspace.sessions:
+                del self._waiting[session]
+            elif self._runs.of(session).state is RunState.IDLE:  # else it is heard of when that ends
+                del self._waiting[session]
+                self._keep_solved(session, solved)
+
+    def _keep_solved(self, session: Session, solved: _Solved) -> None:
+        results = session.valid_results()
+        if not results:
+            return
+        same = next((kept for kept in reversed(session.kept_runs) if kept.equals(results)), None)
+        if same is not None:
+            same.results = dict(results)  # those that are present, so that others need not be held
+            self._workspace.note_run_changed(session, same)
+            return
+        ended, step = solved
+        run = session.run(session.common)
+        live = self._live.get(session)
+        if live is not None and live.step is step and live.kept in session.kept_runs:
+            kept, former = live.kept, live.name
+            kept.take(sharing(run, session.kept_runs), dict(results))
+            kept.seconds, kept.done = ended.seconds, kept.done | ended.done
+            name = run_name(session, kept.number, run, _edit(step), live=True)
+            kept.name = name if kept.name == former else kept.name
+            self._workspace.note_run_changed(session, kept)
+        else:
+            kept = self._keep(run, dict(results), ended, _edit(step), live=True)
+            name = kept.name
+        self._live[session] = _LiveRow(step, kept, name)
+
+    def _keep(
+        self, run: Run, results: dict[int, BlockResult], ended: Ended, edit: str = "", live: bool = False
+    ) -> KeptRun:
+        session = ended.session
+        number = next(session.run_numbers)
+        kept = KeptRun(
+            number,
+            run_name(session, number, run, edit, live),
+            sharing(run, session.kept_runs),
+            results,
+            ended.seconds,
+            next_colour(session.kept_runs),
+            done=ended.done,
+            how=ended.how,
+        )
+        self._workspace.keep_run(session, kept)
+        self._drop_oldest(session)
+        return kept
+
+    def _drop_oldest(self, session: Session) -> None:
+        """Beyond a number, the oldest run goes that has no note and is not compared."""
+        free = [kept for kept in session.kept_runs[:-1] if not kept.note and kept not in session.compared]
+        if len(session.kept_runs) <= MOST_KEPT or not free:
+            return
+        self._workspace.drop_run(session, free[0])
+        if session not in self._warned:
+            self._warned.add(session)
+            self.message.emit(
+                f"{session.name}: {MOST_KEPT} runs are kept. From now on the oldest goes for every new one; those with "
+                "a note stay."
+            )
+
+    def _take_guess(self, session: Session) -> None:
+        completion = session.completion()
+        if completion is None or not session.guessed:
+            return
+        results = session.valid_results()
+        kept = next((kept for kept in reversed(session.kept_runs) if kept.is_of(results)), None)
+        if kept is not None:
+            kept.take_guess(completion)
+            self._workspace.note_run_changed(session, kept)
+
+
+def _last_step(session: Session) -> QUndoCommand | None:
+    stack = session.undo_stack
+    return stack.command(stack.index() - 1) if stack.index() > 0 else None
+
+
+def _edit(step: QUndoCommand | None) -> str:
+    """What an edit is called; values say themselves what they are."""
+    return "" if step is None or isinstance(step, EditParameters) else step.text()

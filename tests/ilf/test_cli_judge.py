@@ -1,0 +1,175 @@
+"""The command line where it judges: truths, `ilf judge`, presets from files."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+import ilf
+from ilf.cli import main
+from ilf.judgement import HiddenTest, Sweep, compare_hidden, judge_completion, judge_hidden, run_sweep
+from ilf.parameters import BlockParameters
+from ilf.preset_files import OwnPreset, save_preset, write_preset
+
+from .small_frames import write_small_frame
+from .test_cli import QUICK, fails
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    """Colour and depth file, and the truth in 0.2 mm, relative to the working directory."""
+    monkeypatch.chdir(tmp_path)
+    write_small_frame(tmp_path / "in")
+    rows, columns = np.mgrid[:60, :80]
+    truth = np.where(columns < 40, 1500 + 4 * rows, 2600 + 3 * columns) + 10
+    cv2.imwrite("in/gt.png", (5 * truth).astype(np.uint16))
+    return ["in/rgb.png", "in/depth.png"]
+
+
+TRUTH = ["--truth", "in/gt.png", "--truth-units", "5000"]
+
+
+def figures(text: str, name: str) -> list[str]:
+    """The cells of a line of a table that begins so."""
+    return next(line.split() for line in text.splitlines() if line.startswith(name))
+
+
+def test_complete_tells_the_error_against_the_truth(files, capsys):
+    assert main(["complete", *files, *TRUTH, "--no-cloud", "--out", "out", *QUICK]) == 0
+    text = capsys.readouterr().out
+    frame = ilf.load_frame(*files, truth="in/gt.png", truth_units=5000)
+    run = ilf.Run.extracted(frame, parameters=ilf.preset(max_iterations=25))
+    judgement = judge_completion(frame, run.complete())
+    assert f"over {judgement.pixels} filled pixels: RMSE {1000 * judgement.rmse:.2f} mm" in text
+    assert "RMSE [mm]" in text.splitlines()[0]
+    assert json.loads(Path("out/run.json").read_text())["inputs"]["truth"]["units"] == 5000
+    assert main(["complete", "--replay", "out/run.json", "--out", "again", "--quiet"]) == 0
+    assert Path("again/curves.csv").read_bytes() == Path("out/curves.csv").read_bytes()
+    assert main(["info", "out/run.json"]) == 0
+    assert "gt.png, 5000 units per metre" in capsys.readouterr().out
+
+
+def test_info_tells_what_is_known_of_the_truth(files, capsys):
+    assert main(["info", *files, *TRUTH]) == 0
+    text = capsys.readouterr().out
+    assert "gt.png, known at 100.0%, 100.0% of what is missing" in text
+    assert "truth units:  5000 per metre" in text
+    Path("in/meta.json").write_text(json.dumps({"depth_units_per_m": 1000, "gt": "exact"}))
+    assert main(["info", "in"]) == 0
+    assert "5.03 times the measured depth. Give 5000" in capsys.readouterr().out
+    assert "Give 5000 as its units" in fails(capsys, "complete", "in", "--out", "out")
+
+
+def test_judge_against_the_truth_gives_the_librarys_figures(files, capsys):
+    assert main(["judge", *files, *TRUTH, "--preset", "best", "--preset", "paper", "--by-block", *QUICK]) == 0
+    text = capsys.readouterr().out
+    frame = ilf.load_frame(*files, truth="in/gt.png", truth_units=5000)
+    for name in ("best", "paper"):
+        run = ilf.Run.extracted(frame, parameters=ilf.preset(name, max_iterations=25))
+        judgement = judge_completion(frame, run.complete())
+        assert figures(text, name)[1].rstrip("*") == f"{1000 * judgement.rmse:.2f}"
+    assert "against its truth, over 485 pixels" in text
+    assert "RMSE [mm], paper" in text
+    assert figures(text, "    1")[1] == "210"
+
+
+def test_judge_on_hidden_depth_is_the_default_without_truth(files, capsys):
+    assert main(["judge", *files, "--seeds", "2", "--csv", "table.csv", "--progress", *QUICK]) == 0
+    captured = capsys.readouterr()
+    assert "2 times" in captured.out
+    assert "0 % |" in captured.err
+    run = ilf.Run.extracted(ilf.load_frame(*files), parameters=ilf.preset(max_iterations=25))
+    result = judge_hidden(run, HiddenTest("areas", (0, 1)))
+    with open("table.csv", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [row["block"] for row in rows] == ["", "1", "2"]
+    assert float(rows[0]["rmse"]) == result.whole.rmse
+    assert float(rows[2]["mae"]) == result.blocks[2].mae
+
+
+def test_judge_takes_presets_from_files_each_with_its_extraction(files, capsys):
+    one_block = OwnPreset("one block", ilf.preset("paper"), "paper", BlockParameters(granularity=0.0, use_depth=False))
+    write_preset("file.json", one_block)
+    hidden = ["--hidden", "random", "--seeds", "1", "--by-block"]
+    assert main(["judge", *files, "--preset", "best", "--preset", "file.json", *hidden, *QUICK]) == 0
+    text = capsys.readouterr().out
+    assert text.count("block  pixels") == 2, "other blocks, another table"
+    frame = ilf.load_frame(*files)
+    runs = [
+        ilf.Run.extracted(frame, extraction, preset.replace(max_iterations=25))
+        for extraction, preset in ((None, ilf.preset()), (one_block.extraction, one_block.parameters))
+    ]
+    expected = compare_hidden(runs, HiddenTest("random", (0,)))[1].whole.rmse
+    assert figures(text, "one block")[2].rstrip("*") == f"{1000 * expected:.2f}"
+
+
+def test_judge_sweeps_one_parameter_or_two(files, capsys):
+    assert main(["judge", *files, *TRUTH, "--sweep", "max-iterations=3,25"]) == 0
+    text = capsys.readouterr().out
+    run = ilf.Run.extracted(ilf.load_frame(*files, truth="in/gt.png", truth_units=5000))
+    for point in run_sweep(Sweep(run, {"max_iterations": [3, 25]})).points:
+        name = f"max_iterations {point.values['max_iterations']} "
+        assert figures(text, name)[2].rstrip("*") == f"{1000 * point.whole.rmse:.2f}"
+    grid = ["--sweep", "smoothness=1,3", "--sweep", "trend=on,off", "--hidden", "random", "--seeds", "1"]
+    assert main(["judge", *files, *grid, *QUICK]) == 0
+    lines = capsys.readouterr().out.splitlines()[2:]
+    assert [line.split("  ")[0] for line in lines] == [
+        "smoothness 1, trend on", "smoothness 1, trend off", "smoothness 3, trend on", "smoothness 3, trend off",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("flags", "message"),
+    [
+        (["--sweep", "smoothnes=1"], "Did you mean smoothness"),
+        (["--sweep", "smoothness"], "a parameter and its values, as smoothness=0.3,1,3"),
+        (["--sweep", "smoothness=much"], "'much' is not a number"),
+        (["--sweep", "trend=maybe"], "trend must be on or off, not 'maybe'"),
+        (["--sweep", "smoothness=1", "--preset", "best", "--preset", "paper"], "goes with one --preset"),
+        (["--hidden", "areas", *TRUTH], "two ways to judge"),
+        ([*TRUTH, "--seeds", "2"], "add --hidden"),
+        (["--preset", "bset"], "no preset 'bset', and no such file. Known: best"),
+        (["--padding", "2"], "padding has no effect"),
+    ],
+)
+def test_what_does_not_go_together_is_said_before_anything_runs(flags, message, files, capsys):
+    assert message in fails(capsys, "judge", *files, *flags, status=2)
+
+
+def test_judge_says_what_cannot_be_judged(files, capsys):
+    assert "padding has no effect" in fails(capsys, "judge", *files, "--sweep", "padding=2,3")
+    truth = np.where(cv2.imread("in/depth.png", cv2.IMREAD_UNCHANGED) == 0, 0, 2000).astype(np.uint16)
+    cv2.imwrite("in/known.png", truth)
+    error = fails(capsys, "judge", *files, "--truth", "in/known.png")
+    assert "no truth where depth is missing in the blocks" in error
+
+
+def test_complete_takes_ones_own_presets_by_name_and_by_file(files, capsys):
+    own = OwnPreset("quick", ilf.preset("paper", max_iterations=25), "paper", BlockParameters(granularity=0.9))
+    save_preset(own)
+    write_preset("file.json", own)
+    plain = ["--preset", "paper", "--max-iterations", "25", "--blocks-granularity", "0.9"]
+    for folder, flags in (("plain", plain), ("name", ["--preset", "quick"]), ("file", ["--preset", "file.json"])):
+        assert main(["complete", *files, "--no-cloud", "--quiet", "--out", folder, *flags]) == 0
+    assert Path("plain/run.json").read_bytes() == Path("name/run.json").read_bytes()
+    assert Path("plain/run.json").read_bytes() == Path("file/run.json").read_bytes()
+    Path("bad.json").write_text('{"kind": "ilf-studio preset", "schema": 9}')
+    assert "Install a newer" in fails(capsys, "complete", *files, "--preset", "bad.json", "--out", "x")
+    assert "--truth" in fails(capsys, "complete", "--replay", "plain/run.json", "--truth", "in/gt.png", status=2)
+
+
+def test_presets_lists_built_in_ones_and_ones_own(capsys):
+    save_preset(OwnPreset("soft", ilf.preset("best", smoothness=3)))
+    path = save_preset(OwnPreset("damaged", ilf.preset()))
+    path.write_text("{")
+    assert main(["presets"]) == 0
+    captured = capsys.readouterr()
+    assert figures(captured.out, "paper")[1] == "built-in"
+    assert captured.out.count("soft  ") == 1
+    assert "your own, from best  smoothness 3.0" in captured.out
+    assert "damaged.json is not valid JSON" in captured.err

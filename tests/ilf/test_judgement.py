@@ -1,0 +1,230 @@
+"""Errors against a truth, against hidden depth, and over values of parameters."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import ilf
+from ilf.errors import InputError, ParameterError
+from ilf.judgement import (
+    HiddenTest,
+    Judgement,
+    Step,
+    Sweep,
+    SweepPoint,
+    compare_hidden,
+    hidden_pixels,
+    hidden_steps,
+    judge,
+    judge_blocks,
+    judge_completion,
+    judge_hidden,
+    run_sweep,
+    sweep_steps,
+)
+from ilf.run import Run
+
+QUICK = ilf.preset("paper", max_iterations=30)
+
+
+@pytest.fixture
+def planes(small_frame: ilf.RGBDFrame) -> ilf.RGBDFrame:
+    """The two planes with their truth."""
+    rows, columns = np.mgrid[:48, :64]
+    return small_frame.with_truth(np.where(columns < 30, 1.5 + 0.004 * rows, 2.4 + 0.005 * columns))
+
+
+@pytest.fixture
+def run(planes: ilf.RGBDFrame, small_labels: np.ndarray) -> Run:
+    return Run(planes, small_labels, QUICK)
+
+
+def test_judgement_by_hand():
+    depth, truth = np.array([[2.0, 2.5, np.nan, 1.0]]), np.array([[2.1, 2.2, 3.0, np.nan]])
+    expected = np.array([[0.2, 0.2, 0.2, 0.2]])
+    found = judge(depth, truth, expected=expected)
+    assert found.pixels == 2
+    assert found.bias == pytest.approx(0.1)
+    assert found.mae == found.median == pytest.approx(0.2)
+    assert found.rmse == pytest.approx(np.sqrt((0.1**2 + 0.3**2) / 2))
+    assert found.within == 0.5
+    assert judge(depth, truth, np.array([[True, False, True, True]])).pixels == 1
+    assert judge(depth, truth, np.zeros((1, 4), bool)) == Judgement()
+    assert judge(depth, truth, expected=np.full((1, 4), np.nan)).within is None
+    with pytest.raises(InputError, match=r"truth \(4,\)"):
+        judge(depth, truth[0])
+
+
+def test_frame_blocks_and_box_are_judged_over_their_filled_pixels(run):
+    frame, completion = run.frame, run.complete()
+    expected = ilf.expected_error(frame, completion)
+    whole = judge_completion(frame, completion, expected=expected)
+    assert whole == judge(completion.depth, frame.truth, completion.filled, expected)
+    assert 0 <= whole.within <= 1
+    blocks = judge_blocks(frame, completion, run.blocks, expected=expected)
+    for label in (1, 2):
+        assert blocks[label] == judge_completion(frame, completion, run.blocks == label, expected=expected)
+    box = slice(8, 20), slice(4, 16)
+    assert judge_completion(frame, completion, box).pixels == np.count_nonzero(completion.filled[box])
+    every = judge_completion(frame, completion, every=True)
+    assert every.pixels == frame.depth.size
+    assert every.median == 0
+    assert judge_blocks(frame, completion, np.zeros_like(run.blocks)) == {}
+    with pytest.raises(InputError, match="no truth to be judged by"):
+        judge_completion(frame.with_truth(None), completion)
+
+
+@pytest.mark.parametrize("pattern", ["areas", "random"])
+def test_the_same_depth_is_hidden_whatever_else_changes(pattern, planes):
+    test = HiddenTest(pattern, (3,))
+    hidden = test.hidden(planes, 3)
+    assert not (hidden & ~planes.known).any()
+    assert 0.2 < hidden.sum() / planes.known.sum() < 0.6
+    mask = np.zeros(planes.shape, bool)
+    mask[:10] = True
+    np.testing.assert_array_equal(hidden, test.hidden(planes.distrusting(mask).with_truth(None), 3))
+    assert (hidden != test.hidden(planes, 4)).any()
+    assert (hidden != test.hidden(replace(planes, name="other"), 3)).any()
+
+
+@pytest.mark.parametrize("parameters", [QUICK, ilf.preset("best")], ids=["paper", "best"])
+def test_the_hidden_depth_reaches_no_filter(parameters, run):
+    test = HiddenTest("areas", (0,))
+    hidden = test.hidden(run.frame, 0)
+    lied = ilf.RGBDFrame(run.frame.rgb, np.where(hidden, run.frame.depth + 1.5, run.frame.depth), name=run.frame.name)
+    honest, other = (
+        judge_hidden(replace(run, frame=frame, parameters=parameters), test) for frame in (run.frame, lied)
+    )
+    np.testing.assert_array_equal(honest.errors[0].depth, other.errors[0].depth)
+    assert other.whole.bias == pytest.approx(honest.whole.bias - 1.5, abs=1e-5)
+
+
+def test_errors_on_hidden_depth_are_pooled_over_seeds_and_told_by_block(run):
+    result = judge_hidden(run, HiddenTest("areas", (0, 1)))
+    assert len(result.by_seed) == 2
+    sizes, squares = zip(*((part.pixels, part.pixels * part.rmse**2) for part in result.by_seed), strict=True)
+    assert result.whole.pixels == sum(sizes)
+    assert result.whole.rmse == pytest.approx(np.sqrt(sum(squares) / sum(sizes)))
+    assert sum(judgement.pixels for judgement in result.blocks.values()) == result.whole.pixels
+    assert result.hidden == sum(int(result.test.hidden(run.frame, seed).sum()) for seed in (0, 1))
+    assert result.coverage == pytest.approx(result.whole.pixels / result.hidden)
+    alone = judge_hidden(run, HiddenTest("areas", (0, 1)), only=[2])
+    # the expected error at its border goes by what is filled beyond
+    assert alone.blocks == {2: replace(result.blocks[2], within=alone.blocks[2].within)}
+
+
+def test_runs_are_compared_on_what_both_fill(run):
+    test = HiddenTest("areas", (0,))
+    # of block 2, whose known depth is too little for it, nothing comes back
+    refusing = replace(run, own={2: QUICK.replace(min_known_share=1.0)})
+    other = replace(run, parameters=ilf.preset("best"))
+    steps: list[Step] = []
+    first, second, third = compare_hidden([run, other, refusing], test, on_step=steps.append)
+    assert first.whole.pixels == second.whole.pixels == first.hidden
+    assert first.whole == judge_hidden(run, test).whole
+    assert third.coverage < 0.9
+    assert set(third.blocks) == {1, 2}
+    assert third.blocks[2].pixels == 0
+    assert steps[-1].share == pytest.approx(1)
+    assert all(one.share <= two.share + 1e-9 for one, two in pairwise(steps))
+
+
+def test_depth_that_is_distrusted_in_one_run_is_compared_in_none(run):
+    mask = np.zeros(run.frame.shape, bool)
+    mask[:, :30] = True
+    test = HiddenTest("random", (0,))
+    trusting, doubting = compare_hidden([run, replace(run, frame=run.frame.distrusting(mask))], test)
+    assert trusting.whole.pixels == doubting.whole.pixels == doubting.hidden < trusting.hidden
+    assert not mask.ravel()[doubting.errors[0].places].any()
+
+
+def test_a_test_on_hidden_depth_can_be_stopped_between_iterations(run):
+    before = threading.active_count()
+    steps = hidden_steps(run, threads=2)
+    assert next(steps).share == 0
+    steps.close()
+    assert threading.active_count() == before
+
+
+def test_bad_tests_are_refused(planes):
+    with pytest.raises(ParameterError, match="no pattern 'stripes'"):
+        HiddenTest("stripes")
+    with pytest.raises(ParameterError, match="needs seeds"):
+        HiddenTest(seeds=())
+    with pytest.raises(ParameterError, match="from 0 on"):
+        HiddenTest(seeds=(-1,))
+    with pytest.raises(InputError, match="no pattern"):
+        hidden_pixels(planes, "truth")
+    one = np.zeros((40, 60))
+    one[3, 4] = 2
+    frame = ilf.RGBDFrame(np.zeros((40, 60, 3), np.uint8), one)
+    with pytest.raises(InputError, match="all of it would be hidden"):
+        judge_hidden(Run(frame, np.ones((40, 60), np.int32)), HiddenTest("random", (0,)))
+
+
+def test_a_sweep_against_the_truth_finds_the_best_value(run):
+    items: list[Step | SweepPoint] = []
+    result = run_sweep(Sweep(run, {"shortest_wavelength": [200, 15]}), on_step=items.append)
+    assert [point.values for point in result.points] == [{"shortest_wavelength": 200.0}, {"shortest_wavelength": 15.0}]
+    for point in result.points:
+        completion = replace(run, parameters=QUICK.replace(**point.values)).complete()
+        np.testing.assert_array_equal(point.depth, completion.depth)
+        assert point.whole.rmse == judge_completion(run.frame, completion).rmse
+        assert point.run.parameters.shortest_wavelength == point.values["shortest_wavelength"]
+    assert result.best is min(result.points, key=lambda point: point.whole.rmse)
+    assert [type(item) for item in items].count(SweepPoint) == 2
+
+
+def test_a_sweep_of_two_on_hidden_depth_for_one_blocks_own_values(run):
+    own = QUICK.replace(max_iterations=5)
+    values = {"shortest_wavelength": [100, 15], "centred": [False, True]}
+    sweep = Sweep(replace(run, own={2: own}), values, HiddenTest("random", (0,)), only=[2])
+    result = run_sweep(sweep)
+    assert [tuple(point.values.values()) for point in result.points] == [
+        (100.0, False), (100.0, True), (15.0, False), (15.0, True),
+    ]  # fmt: skip
+    best = result.best_by("mae")
+    assert best.run.own[2] == own.replace(**best.values)
+    assert best.run.parameters == QUICK, "the common values are as they were"
+    assert best.values["centred"], "nothing is to be lifted from 0 m"
+    assert set(best.judged.blocks) == {2}
+    assert np.isnan(best.depth[:, :30][np.isnan(run.frame.depth[:, :30])]).all(), "block 1 was not run"
+
+
+def test_a_value_that_refuses_to_fill_is_never_the_best(run):
+    result = run_sweep(Sweep(run, {"min_known_share": [0.02, 1.0]}))
+    assert result.best is result.points[0]
+    assert result.points[1].coverage == 0
+    assert result.points[1].whole == Judgement()
+    nothing = run_sweep(Sweep(run, {"min_known_share": [1.0]}))
+    assert nothing.best is None
+
+
+def test_bad_sweeps_are_refused_before_anything_is_run(run):
+    with pytest.raises(ParameterError, match="Did you mean padding"):
+        Sweep(run, {"paddin": [1]})
+    with pytest.raises(ParameterError, match="padding must lie between 1 and 4 x, not 9"):
+        Sweep(run, {"padding": [2, 9]})
+    with pytest.raises(ParameterError, match="smoothness has no effect with filter ideal"):
+        Sweep(run, {"smoothness": [2, 3]})
+    assert len(Sweep(run, {"filter": ["ideal", "edge-aware"], "smoothness": [2, 3]}).points) == 4
+    for values in ({}, {"padding": []}, {"padding": [1], "centred": [True], "staged_start": [1]}):
+        with pytest.raises(ParameterError, match="one or two parameters"):
+            Sweep(run, values)
+    with pytest.raises(InputError, match="There are no blocks 9"):
+        Sweep(run, {"padding": [2]}, only=[9])
+    bare = replace(run, frame=run.frame.with_truth(None))
+    with pytest.raises(InputError, match="no truth where depth is missing"):
+        Sweep(bare, {"padding": [2]})
+
+
+def test_a_sweep_can_be_stopped(run):
+    steps = sweep_steps(Sweep(run, {"padding": [1, 2]}), threads=1)
+    seen = [next(steps) for _ in range(5)]
+    steps.close()
+    assert all(isinstance(step, Step) and step.share < 0.5 for step in seen)

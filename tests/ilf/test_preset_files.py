@@ -1,0 +1,153 @@
+"""Presets of one's own: in files and in their folder."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import ilf
+from ilf.errors import ExportError, FormatError, InputError, ParameterError
+from ilf.parameters import BlockParameters
+from ilf.preset_files import (
+    OwnPreset,
+    delete_preset,
+    find_preset,
+    import_preset,
+    list_presets,
+    nearest_preset,
+    presets_folder,
+    read_preset,
+    rename_preset,
+    save_preset,
+    write_preset,
+)
+
+SOFT = OwnPreset("weich, größer", ilf.preset("best", smoothness=3.5, noise=0.002))
+PAPER = OwnPreset("paper 300", ilf.preset("paper", max_iterations=300), "paper", BlockParameters(granularity=0.8))
+
+
+@pytest.mark.parametrize("preset", [SOFT, PAPER], ids=lambda preset: preset.name)
+def test_a_preset_comes_back_from_its_file(preset, tmp_path):
+    path = tmp_path / "mine.json"
+    write_preset(path, preset)
+    assert read_preset(path) == preset
+    data = json.loads(path.read_text(encoding="utf-8"))
+    assert data["parameters"] == preset.changes, "only what differs is in it"
+    assert ("extraction" in data) == (preset.extraction is not None)
+
+
+def test_what_a_file_leaves_out_is_as_in_its_base(tmp_path):
+    path = tmp_path / "short.json"
+    path.write_text('{"kind": "ilf-studio preset", "schema": 1}')
+    assert read_preset(path) == OwnPreset("short", ilf.preset())
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", "empty"),
+        ("{", "not valid JSON"),
+        ("[1]", "is no preset"),
+        ('{"program": "ilf-studio"}', "is no preset"),
+        ({"schema": 2}, "has schema 2; this version reads up to 1. Install a newer"),
+        ({"schema": None}, "schema must be a whole number"),
+        ({"base": "bestest"}, "builds on a preset 'bestest', which there is not"),
+        ({"base": ["best"]}, "builds on a preset"),
+        ({"parameters": {"smoothnes": 1}}, "Did you mean smoothness.* another version"),
+        ({"parameters": {"smoothness": "much"}}, "smoothness must be a number"),
+        ({"parameters": [1]}, "parameters must be an object"),
+        ({"extraction": None}, "extraction must be an object"),
+        ({"extraction": {"granularity": 7}}, "granularity must lie between 0 and 1"),
+        ({"name": 7}, "name must be text"),
+    ],
+    ids=lambda value: str(value)[:30],
+)
+def test_damaged_and_newer_files_get_one_clear_sentence(content, message, tmp_path):
+    path = tmp_path / "bad.json"
+    whole = {"kind": "ilf-studio preset", "schema": 1}
+    path.write_text(content if isinstance(content, str) else json.dumps(whole | content))
+    with pytest.raises(FormatError, match=message) as caught:
+        read_preset(path)
+    assert str(path) in str(caught.value)
+
+
+def test_ones_own_presets_are_kept_renamed_and_deleted(tmp_path):
+    assert list_presets().presets == {}
+    path = save_preset(SOFT)
+    assert path.parent == presets_folder()
+    save_preset(PAPER)
+    assert list(list_presets().presets) == ["paper 300", "weich, größer"]
+    with pytest.raises(InputError, match="a preset 'paper 300' already"):
+        save_preset(OwnPreset("Paper 300", SOFT.parameters))
+    save_preset(OwnPreset("paper 300", SOFT.parameters), replace=True)
+    assert list_presets().presets["paper 300"].parameters == SOFT.parameters
+    rename_preset("paper 300", "Paper 300")
+    rename_preset("Paper 300", "other")
+    with pytest.raises(InputError, match="already"):
+        rename_preset("other", SOFT.name)
+    with pytest.raises(InputError, match="by the name 'paper 300', only other, weich"):
+        rename_preset("paper 300", "x")
+    assert delete_preset("other").stem == "other"
+    assert list(list_presets().presets) == [SOFT.name]
+
+
+def test_a_damaged_file_in_the_folder_hides_no_other(tmp_path):
+    save_preset(SOFT)
+    (presets_folder() / "bad.json").write_text("{")
+    found = list_presets()
+    assert list(found.presets) == [SOFT.name]
+    assert "bad.json" in found.problems[0]
+
+
+@pytest.mark.parametrize(
+    "name", ["", "a/b", "..", " a", "a ", "a.", "x" * 61, "con", "COM1.x", "a:b", "Best", "paper", "a\nb"]
+)
+def test_names_that_no_file_can_have_everywhere_are_refused(name):
+    with pytest.raises(InputError, match=r"cannot be the name|built-in preset"):
+        save_preset(OwnPreset(name, SOFT.parameters))
+    assert not presets_folder().exists()
+
+
+def test_import_takes_the_name_in_the_file_or_another(tmp_path):
+    write_preset(tmp_path / "file.json", SOFT)
+    assert import_preset(tmp_path / "file.json") == SOFT
+    with pytest.raises(InputError, match="already"):
+        import_preset(tmp_path / "file.json")
+    import_preset(tmp_path / "file.json", "second")
+    import_preset(tmp_path / "file.json", replace=True)
+    assert list(list_presets().presets) == ["second", SOFT.name]
+
+
+def test_presets_are_found_by_name_and_by_file(tmp_path, monkeypatch):
+    save_preset(SOFT)
+    write_preset(tmp_path / "file.json", PAPER)
+    monkeypatch.chdir(tmp_path)
+    assert find_preset("best").parameters == ilf.preset()
+    assert find_preset(SOFT.name) == SOFT
+    assert find_preset("file.json") == PAPER
+    with pytest.raises(ParameterError, match=r"no preset 'file', and no such file\. Known: best, paper.*größer"):
+        find_preset("file")
+
+
+def test_what_cannot_be_written_is_said(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("ILF_PRESETS", str(tmp_path / "file" / "presets"))
+    with pytest.raises(ExportError, match="cannot be made a folder"):
+        save_preset(SOFT)
+
+
+def test_the_folder_is_among_the_users_settings_unless_said_otherwise(monkeypatch):
+    monkeypatch.delenv("ILF_PRESETS")
+    assert presets_folder().parts[-2:] == ("ilf-studio", "presets")
+    assert Path(presets_folder()).is_absolute()
+
+
+def test_the_nearest_preset_and_what_differs_from_it():
+    assert nearest_preset(ilf.preset()) == ("best", {})
+    assert nearest_preset(PAPER.parameters) == ("paper", {"max_iterations": 300})
+    own = {"mine": PAPER.parameters, "best": ilf.preset()}
+    assert nearest_preset(PAPER.parameters.replace(padding=3), own) == ("mine", {"padding": 3.0})
+    with pytest.raises(ParameterError, match="no preset 'mine'"):
+        OwnPreset("x", PAPER.parameters, "mine")
