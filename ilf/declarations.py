@@ -98,7 +98,7 @@ class Declaration:
         """
         if self.special and value == self.minimum:
             return self.special
-        number = f"{value:g}" if isinstance(value, float) else _words(value)
+        number = f"{value:g}" if isinstance(value, float) else in_words(value)
         return f"{number} {self.unit}".strip()
 
     def checked(self, value: object) -> Value:
