@@ -79,6 +79,7 @@ class BlockTable(QWidget):
         self._proxy.setSourceModel(self._model)
         self._proxy.setSortRole(SORT_ROLE)
         self.view = _BlockView(self)
+        self.view.setAccessibleName("Blocks")
         self.view.setModel(self._proxy)
         self.view.arrange()
         layout = QVBoxLayout(self)

@@ -71,6 +71,7 @@ class OpenFrameDialog(QDialog):
         self.camera = QComboBox()
         self.camera.addItems([_FROM_META, *INTRINSICS, _NUMBERS, _FILE])
         self.camera_text = QLineEdit()
+        self.camera_text.setAccessibleName("Numbers or file of the intrinsics")
         self.camera_browse = QPushButton("File…", autoDefault=False)
         self.message = Message(lines=4)
         self.colour_preview, self.depth_preview = Preview("Colour"), Preview("Depth")

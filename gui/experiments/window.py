@@ -82,6 +82,7 @@ class ExperimentsWindow(QWidget):
 
     def _make_list(self) -> None:
         self.list = QListWidget()
+        self.list.setAccessibleName("Experiments")
         self.list.setFrameShape(QFrame.Shape.StyledPanel)
         self.list.setIconSize(QSize(18, 18))
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -100,6 +101,7 @@ class ExperimentsWindow(QWidget):
         self.run_all_button = _button("Run all", "Run every experiment, one after the other", self.run_all)
         self.cancel_button = _button("Cancel", "Stop; experiments that are done keep their results", self.runner.cancel)
         self.progress = QProgressBar()
+        self.progress.setAccessibleName("Progress")
         self.progress.setTextVisible(False)
         self.progress.setFixedHeight(8)
         self.state = Message()

@@ -42,6 +42,7 @@ class FilterPanel(QWidget):
         self.presets.activated.connect(lambda _: self.preset_chosen.emit(PRESETS[self.presets.currentData()]))
         self._scope = QComboBox()
         self._scope.addItems(["All blocks", "Chosen blocks"])
+        self._scope.setAccessibleName("Values for")
         self._scope.setToolTip("Whether the values below go for all blocks, or for the chosen ones alone")
         self._scope.activated.connect(self.scope_changed)
         self.form = ParameterForm(Parameters)
