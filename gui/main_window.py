@@ -318,7 +318,10 @@ class MainWindow(QMainWindow):
         stage_cell = self.views.extraction
         self.actions_[f"stage_{stage_cell.stage}"].setChecked(True)
         stage_cell.stageChanged.connect(lambda name: self.actions_[f"stage_{name}"].setChecked(True))
-        stage_cell.set_hints({name: self.actions_[f"stage_{name}"].toolTip() for name in STAGES})
+        stages = {name: self.actions_[f"stage_{name}"] for name in STAGES}
+        for action in stages.values():  # also when it is given other keys
+            action.changed.connect(lambda: stage_cell.set_hints({name: stages[name].toolTip() for name in stages}))
+        stage_cell.set_hints({name: stages[name].toolTip() for name in stages})
         self.loader.extracted.connect(self.stages.hold)
         self.loader.extracted.connect(self.editor.guides.hold)
         self.loader.replayed.connect(self.replays.show_differences)

@@ -32,6 +32,7 @@ class ConvergencePlot(pg.PlotWidget):
     def __init__(self, axis: pg.AxisItem, label: str) -> None:
         super().__init__(viewBox=IterationView(enableMenu=False), axisItems={"left": axis}, enableMenu=False)
         self._label = label
+        self.setAccessibleName(f"Plot: {label or 'errors'}")
         self._span_name: pg.InfLineLabel | None = None
         self.curve = pg.PlotCurveItem(antialias=True, connect="finite")
         self._stages = pg.VTickGroup(yrange=[0, 1])

@@ -12,6 +12,8 @@ from gui.status.pace import Pace
 from gui.tools.editor import Editor
 from gui.work.runs import RunController, RunState
 
+_NO_FRAME = "Open a frame by the menu File, or drop its files here"
+
 
 class StatusPresenter(QObject):
     """Hint and progress."""
@@ -36,7 +38,7 @@ class StatusPresenter(QObject):
 
     def show_hint(self) -> None:
         """What is being opened or extracted, or else what a click would do now."""
-        idle = self._editor.tool.hint if self._workspace.has_session else "Open a frame: Ctrl+O"
+        idle = self._editor.tool.hint if self._workspace.has_session else _NO_FRAME
         self._bar.hint.setText(self._loader.present or idle)
         self._bar.hint.setToolTip(idle)  # where the window is too narrow for it
 

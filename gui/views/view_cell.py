@@ -107,6 +107,7 @@ class ViewCell(QWidget):
         super().__init__()
         self.strip = TitleStrip(title)
         self.view = ImageView(on_event)
+        self.view.setAccessibleName(title)
         self.bar = ColourBar(unit, self)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
