@@ -262,7 +262,7 @@ COMMANDS = (
     Command("previous_frame", "Previous frame", "", "Ctrl+PgUp"),
     Command("palette", "Command &palette…", "ph.magnifying-glass", "Ctrl+Shift+P", "Find any command by some letters"),
     Command(
-        "shortcuts", "&Keyboard shortcuts…", "ph.keyboard", "", "See which keys give which command, and change them"
+        "shortcuts", "&Keyboard shortcuts…", "ph.keyboard", "F1", "See which keys give which command, and change them"
     ),
     Command("about", "&About ILF Studio", "ph.info"),
 )

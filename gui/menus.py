@@ -84,14 +84,15 @@ def entries(actions: Mapping[str, QAction] | Actions, names: str) -> list[QActio
     return [None if name == "|" else actions[name] for name in names.split()]
 
 
-def insert_menu(bar: QMenuBar, menu: QMenu, before: QAction) -> None:
-    """Put a menu into the one of the bar's in which an action stands, before that."""
+def insert_menu(bar: QMenuBar, menu: QMenu, after: QAction) -> None:
+    """Put a menu into the one of the bar's in which an action stands, after that."""
     for action in bar.actions():
         holder = action.menu()
-        if isinstance(holder, QMenu) and before in holder.actions():
-            holder.insertMenu(before, menu)
+        entries = holder.actions() if isinstance(holder, QMenu) else []
+        if isinstance(holder, QMenu) and after in entries[:-1]:
+            holder.insertMenu(entries[entries.index(after) + 1], menu)
             return
-    raise ValueError(f"no menu has {before.text()!r}")
+    raise ValueError(f"no menu has {after.text()!r}, or it is the last there")
 
 
 def _fill(menu: QMenu | QToolBar, actions: Iterable[QAction | None]) -> None:

@@ -52,7 +52,7 @@ class LayoutsPart(Part):
     def begin(self) -> None:
         """Stand in the menus, and take the layout of the last time."""
         bar = self.desk.window.menuBar()
-        insert_menu(bar, self.menu, self.desk.actions["fold_panels"])
+        insert_menu(bar, self.menu, self.desk.actions["full_screen"])
         bar.setCornerWidget(self.bar)
         self._take(self.store.left(self.store.present))
         self._show()

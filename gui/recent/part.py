@@ -33,7 +33,7 @@ class RecentPart(Part):
     def begin(self) -> None:
         """Stand in the menu beside what opens frames otherwise."""
         self.menu.setIcon(theme.icon("ph.clock-counter-clockwise", self.menu.palette()))
-        insert_menu(self.desk.window.menuBar(), self.menu, self.desk.actions["load_blocks"])
+        insert_menu(self.desk.window.menuBar(), self.menu, self.desk.actions["open_run"])
         self._fill()
 
     def _note(self) -> None:

@@ -34,14 +34,14 @@ class StatusBar(QStatusBar):
         """
         progress = self.progress
         progress.setVisible(bool(text))
+        said = ""
         if share is None:
             progress.setRange(0, 0)
-            said = text
         else:
             progress.setRange(0, 100)
             progress.setValue(round(100 * share))
-            said = f"{text} {round(100 * share)} %" + (f", {left}" if left else "")
-        room = progress.width() - 2 * progress.fontMetrics().averageCharWidth()
-        shown = progress.fontMetrics().elidedText(said, Qt.TextElideMode.ElideMiddle, room)
-        progress.setFormat(shown)
-        progress.setToolTip(said)
+            said = f" {round(100 * share)} %" + (f", {left}" if left else "")
+        metrics = progress.fontMetrics()
+        room = progress.width() - 2 * metrics.averageCharWidth() - metrics.horizontalAdvance(said)
+        progress.setFormat(metrics.elidedText(text, Qt.TextElideMode.ElideRight, room) + said)
+        progress.setToolTip(text + said)

@@ -67,4 +67,4 @@ class StatusPresenter(QObject):
         self._pace.note(share, going=runs.state is not RunState.PAUSED)
         if present:
             return runs.state.value, share
-        return (f"{going[0].name}: running" if len(going) == 1 else f"{len(going)} other frames running"), share
+        return (going[0].name if len(going) == 1 else f"{len(going)} other frames running"), share

@@ -62,6 +62,8 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(
 
     keymap = _part(opened, ShortcutsPart).keymap
     assert keymap is not None
+    given = [(entry.key, keys) for entry in keymap.entries for keys in entry.action.shortcuts()]
+    assert [key for key, keys in given if keymap.clashes(key, keys) or keymap.fixed(keys)] == [], "one key, one command"
     opened.actions_["shortcuts"].trigger()
     (dialog,) = _dialogs(opened)
     assert isinstance(dialog, ShortcutsDialog)
