@@ -10,6 +10,9 @@ from PySide6.QtWidgets import QHBoxLayout, QToolButton, QWidget
 
 from gui import theme
 
+_MOST_WIDTH = 460
+"""Layouts for which there is no room in so many pixels are in the menu alone."""
+
 
 class LayoutBar(QWidget):
     """A button for each layout; that of the present one is marked."""
@@ -25,8 +28,15 @@ class LayoutBar(QWidget):
     def set_actions(self, actions: Iterable[QAction]) -> None:
         """Have buttons for these."""
         wanted = list(actions)
-        if list(self._buttons) == wanted:
-            return
+        if list(self._buttons) != wanted:
+            self._make(wanted)
+        width = 0
+        for action, button in self._buttons.items():
+            width += button.sizeHint().width() + self._row.spacing()
+            button.setVisible(width <= _MOST_WIDTH or action.isChecked())
+        self.adjustSize()
+
+    def _make(self, wanted: list[QAction]) -> None:
         for button in self._buttons.values():
             button.hide()
             button.deleteLater()
@@ -38,7 +48,6 @@ class LayoutBar(QWidget):
             button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
             self._row.addWidget(button)
             self._buttons[action] = button
-        self.adjustSize()
 
     def changeEvent(self, event: QEvent) -> None:
         """Take the colours of another theme."""

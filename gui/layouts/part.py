@@ -51,9 +51,7 @@ class LayoutsPart(Part):
 
     def begin(self) -> None:
         """Stand in the menus, and take the layout of the last time."""
-        bar = self.desk.window.menuBar()
-        insert_menu(bar, self.menu, self.desk.actions["full_screen"])
-        bar.setCornerWidget(self.bar)
+        insert_menu(self.desk.window.menuBar(), self.menu, self.desk.actions["full_screen"])
         self._take(self.store.left(self.store.present))
         self._show()
         if self.desk.panels.remembers:
@@ -217,5 +215,6 @@ class LayoutsPart(Part):
         self.menu.addSeparator()
         self.menu.addAction(actions["reset_layout"])
         self.bar.set_actions(shown)
+        self.desk.window.menuBar().setCornerWidget(self.bar)  # with the room that it needs now
         actions.allow("" if self.store.is_own(self.present) else _NOT_OWN, "rename_layout", "delete_layout")
         actions.allow("" if self._deleted is not None else "No layout has been deleted.", "restore_layout")

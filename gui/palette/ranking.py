@@ -13,6 +13,8 @@ _IN_HINT = -30.0
 """What only the explanation of a command has in it comes after what its name has."""
 _RECENT = 10.0
 """For the command that was given last, less for those before."""
+_DISABLED = -8.0
+"""What cannot be given now comes after its like."""
 
 
 class Offer(NamedTuple):
@@ -32,7 +34,8 @@ def offers(entries: Iterable[Entry], query: str, recent: RecentCommands) -> list
         if found is not None:
             score, letters = found
             bonus = _RECENT / (1 + recent.rank(entry.key)) if entry.key in recent else 0.0
-            fitting.append((score + bonus, Offer(entry, letters)))
+            able = 0.0 if entry.action.isEnabled() else _DISABLED
+            fitting.append((score + bonus + able, Offer(entry, letters)))
     return [offer for _, offer in sorted(fitting, key=lambda fit: -fit[0])]
 
 
