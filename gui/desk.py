@@ -10,6 +10,8 @@ from PySide6.QtWidgets import QMainWindow
 from gui.actions import Actions
 from gui.dialogs.documents import Documents
 from gui.docks import Docks
+from gui.filtering.filter_panel import FilterPanel
+from gui.filtering.presenter import FilterPresenter
 from gui.frames.loader import FrameLoader
 from gui.state.workspace import Workspace
 from gui.tools.editor import Editor
@@ -35,6 +37,8 @@ class Desk:
     panels: Docks
     refresh: Refresh
     notes: Notes
+    filter_panel: FilterPanel
+    filter_presenter: FilterPresenter
     documents: Documents
 
 

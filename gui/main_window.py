@@ -10,6 +10,7 @@ from PySide6.QtCore import QEvent, QSignalBlocker, Qt
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QPixmap, QShowEvent
 from PySide6.QtWidgets import QMainWindow, QTabWidget, QVBoxLayout, QWidget
 
+from gui.accuracy.part import AccuracyPart
 from gui.actions import Actions
 from gui.blocks.block_table import BlockTable
 from gui.blocks.presenter import BlocksPresenter
@@ -37,6 +38,7 @@ from gui.kept.part import KeptRunsPart
 from gui.layouts.part import LayoutsPart
 from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar
 from gui.palette.part import PalettePart
+from gui.presets.part import PresetsPart
 from gui.recent.part import RecentPart
 from gui.review.distrust import DistrustPresenter
 from gui.review.presenter import ReviewPresenter
@@ -47,6 +49,7 @@ from gui.status.bar import StatusBar
 from gui.status.commands import CommandsPresenter
 from gui.status.presenter import StatusPresenter
 from gui.status.readout import ReadoutPresenter
+from gui.sweep.part import SweepPart
 from gui.tools.block_commands import BlockCommands
 from gui.tools.context_menu import ContextMenu
 from gui.tools.editor import Editor
@@ -65,7 +68,16 @@ from gui.work.refresh import Refresh
 from gui.work.runs import RunController, RunState
 from ilf.drawing.stages import STAGES
 
-_PARTS: tuple[type[Part], ...] = (KeptRunsPart, RecentPart, LayoutsPart, ShortcutsPart, PalettePart)
+_PARTS: tuple[type[Part], ...] = (
+    KeptRunsPart,
+    PresetsPart,
+    SweepPart,
+    AccuracyPart,
+    RecentPart,
+    LayoutsPart,
+    ShortcutsPart,
+    PalettePart,
+)
 
 
 class MainWindow(QMainWindow):
@@ -198,6 +210,8 @@ class MainWindow(QMainWindow):
             self.panels,
             self.refresh,
             self.notes,
+            self.filter_panel,
+            self.filter_presenter,
             self.documents,
         )
         self.parts: list[Part] = [make(desk) for make in _PARTS]
@@ -229,7 +243,7 @@ class MainWindow(QMainWindow):
         add(
             "table",
             self.block_presenter.show,
-            (turned, blocks, infos, selected, values, results, running),
+            (turned, blocks, infos, selected, values, results, running, workspace.block_errors_changed),
             (coming, workspace.records_added),
         )
         add("filter", self.filter_presenter.show, (turned, infos, selected, values, self.filter_panel.scope_changed))

@@ -57,6 +57,8 @@ class BlockRow:
     visible, locked : bool
     own : str
         Which parameters of the filter have values of the block's own, in words; "" for none.
+    error : float
+        Root mean square error [m]; NaN where it is not known.
     """
 
     label: int
@@ -71,6 +73,7 @@ class BlockRow:
     visible: bool = True
     locked: bool = False
     own: str = ""
+    error: float = math.nan
 
 
 class Column(IntEnum):
@@ -79,15 +82,17 @@ class Column(IntEnum):
     COLOUR = 0
     NAME = 1
     MISSING = 2
-    STATE = 3
-    VISIBLE = 4
-    LOCKED = 5
-    ITERATIONS = 6
-    SIGMA = 7
-    PIXELS = 8
+    ERROR = 3
+    STATE = 4
+    VISIBLE = 5
+    LOCKED = 6
+    ITERATIONS = 7
+    SIGMA = 8
+    PIXELS = 9
 
 
 OPTIONAL = {
+    Column.ERROR: "Error",
     Column.VISIBLE: "Shown",
     Column.LOCKED: "Locked",
     Column.ITERATIONS: "Iterations",
@@ -104,13 +109,14 @@ _HEADERS = {
     Column.NAME: ("Name", "Name of the block. Press F2 to rename."),
     Column.PIXELS: ("Pixels", "Size of the block in pixels."),
     Column.MISSING: ("Missing", "Defect rate: the share of the block's pixels without depth."),
+    Column.ERROR: ("Error", "Root mean square error in millimetres"),
     Column.STATE: ("", "What became of the block in the last run. Point at an icon to read it."),
     Column.ITERATIONS: ("Iter.", "Iterations of the low-pass filter."),
     Column.SIGMA: ("σ [mm]", "Deviation sigma_i between the last two iterations, Eq. (2), in millimetres."),
 }
 TOOL_ICONS = {Column.VISIBLE: "ph.eye", Column.LOCKED: "ph.lock-simple", Column.COLOUR: "ph.palette"}
 ICON_COLUMNS = (*TOOL_ICONS, Column.STATE)
-_NUMBERS = (Column.PIXELS, Column.MISSING, Column.ITERATIONS, Column.SIGMA)
+_NUMBERS = (Column.PIXELS, Column.MISSING, Column.ERROR, Column.ITERATIONS, Column.SIGMA)
 
 
 class BlockModel(RowModel[BlockRow]):
@@ -126,6 +132,8 @@ class BlockModel(RowModel[BlockRow]):
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(len(Column), parent)
+        self.error_source = ""
+        """What errors are against, in words; "" where none is known."""
         self.set_palette(parent.palette())
 
     def set_palette(self, palette: QPalette) -> None:
@@ -164,7 +172,7 @@ class BlockModel(RowModel[BlockRow]):
         if role == Qt.ItemDataRole.DisplayRole:
             return _HEADERS[column][0]
         if role == Qt.ItemDataRole.ToolTipRole:
-            return _HEADERS[column][1]
+            return self._hint(column)
         if role == Qt.ItemDataRole.DecorationRole:
             return self._header_icons.get(column)
         if role == Qt.ItemDataRole.TextAlignmentRole:
@@ -190,7 +198,7 @@ class BlockModel(RowModel[BlockRow]):
                 return f"{row.state}\n{row.detail}".strip()
             if column == Column.NAME and row.own:
                 return f"Has values of its own: {row.own}"
-            return _HEADERS[column][1]
+            return self._hint(column)
         return None
 
     def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
@@ -199,6 +207,13 @@ class BlockModel(RowModel[BlockRow]):
             return False
         self.renamed.emit(row.label, name)
         return True
+
+    def _hint(self, column: Column) -> str:
+        hint = _HEADERS[column][1]
+        if column != Column.ERROR:
+            return hint
+        known = f"{hint}, against {self.error_source}." if self.error_source else f"{hint}: not known."
+        return f"{known} The panel Accuracy loads a truth, or tests on hidden depth."
 
     def _decoration(self, row: BlockRow, column: Column) -> QIcon | QColor | None:
         if column == Column.VISIBLE:
@@ -226,6 +241,8 @@ def _text(row: BlockRow, column: Column) -> str:
         return str(row.iterations) if row.iterations else ""
     if column == Column.SIGMA:
         return "" if math.isnan(row.sigma_i) else f"{1000 * row.sigma_i:.3f}"
+    if column == Column.ERROR:
+        return "\u2013" if math.isnan(row.error) else f"{1000 * row.error:.{0 if row.error >= 0.09995 else 1}f}"
     return ""
 
 
@@ -241,6 +258,7 @@ def _sort_key(row: BlockRow, column: Column) -> str | float:
         Column.STATE: list(_STATES).index(row.state),
         Column.ITERATIONS: row.iterations,
         Column.SIGMA: math.inf if math.isnan(row.sigma_i) else row.sigma_i,
+        Column.ERROR: math.inf if math.isnan(row.error) else row.error,
     }
     return keys[column]
 

@@ -51,6 +51,7 @@ def block_rows(session: Session, runs: RunController) -> list[BlockRow]:
                 sigma_i=sigma,
                 visible=info.visible,
                 locked=info.locked,
+                error=session.block_errors.rmse.get(label, math.nan),
                 own=", ".join(parameter_labels(session.notes.own.get(label, ()))),
             )
         )

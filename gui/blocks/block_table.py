@@ -41,10 +41,10 @@ from gui.blocks.block_model import (
 from gui.widgets.hint import paint_hint
 from gui.widgets.soft_rows import ICON_SIZE, SoftRows
 
-_WIDTHS = {Column.MISSING: 62, Column.ITERATIONS: 42, Column.SIGMA: 56, Column.PIXELS: 60}
+_WIDTHS = {Column.MISSING: 58, Column.ERROR: 46, Column.ITERATIONS: 42, Column.SIGMA: 56, Column.PIXELS: 60}
 _ICON_WIDTH = 26
 _HIDDEN_KEY = "blocks/hidden_columns"
-_NAME_WIDTH = 72  # at least; below, the table scrolls sideways
+_NAME_WIDTH = 62  # at least; below, the table scrolls sideways
 
 
 class BlockTable(QWidget):
@@ -101,6 +101,10 @@ class BlockTable(QWidget):
         """
         with self._silence():
             self._model.set_rows(sorted(rows, key=lambda row: row.label))
+
+    def set_error_source(self, source: str) -> None:
+        """Say what errors are against ("the truth"); "" where none is known."""
+        self._model.error_source = source
 
     def select(self, labels: Iterable[int]) -> None:
         """Select these blocks and no others, and bring the first into view; `selectionChanged` is not emitted."""

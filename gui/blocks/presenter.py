@@ -48,6 +48,7 @@ class BlocksPresenter(QObject):
         if self._workspace.has_session:
             session = self._workspace.session
             rows = block_rows(session, self._runs)
+            self._table.set_error_source(session.block_errors.source)
             self._table.set_rows(rows)
             if self._table.selected() != [label for label in self._table.labels() if label in session.selected]:
                 self._table.select(session.selected)

@@ -8,8 +8,9 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QStandardItemModel
 from PySide6.QtWidgets import QComboBox, QFormLayout, QHBoxLayout, QToolButton, QVBoxLayout, QWidget
 
+from gui.filtering.preset_box import PresetBox
 from gui.widgets.parameter_form import ParameterForm
-from ilf.parameters import DEFAULT_PRESET, PRESETS, Parameters
+from ilf.parameters import DEFAULT_PRESET, Parameters
 
 
 class FilterPanel(QWidget):
@@ -31,15 +32,9 @@ class FilterPanel(QWidget):
 
     def __init__(self, run_actions: list[QAction], own_actions: list[QAction], parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.presets = QComboBox()
-        for name in PRESETS:
-            self.presets.addItem(name, name)
+        self.presets = PresetBox()
         self._bases = {False: DEFAULT_PRESET, True: DEFAULT_PRESET}  # by for_chosen
-        self.presets.setToolTip(
-            "best: follows edges and noise. paper: as the text describes it. "
-            "released-code: as the authors' program does it."
-        )
-        self.presets.activated.connect(lambda _: self.preset_chosen.emit(PRESETS[self.presets.currentData()]))
+        self.presets.chosen.connect(self._choose_preset)
         self._scope = QComboBox()
         self._scope.addItems(["All blocks", "Chosen blocks"])
         self._scope.setAccessibleName("Values for")
@@ -98,14 +93,17 @@ class FilterPanel(QWidget):
         scope = self.for_chosen
         for button in self._own_buttons:
             button.setVisible(scope)
-        base = next((name for name, values in PRESETS.items() if values == parameters), self._bases[scope])
-        self._bases[scope] = base
-        changed = parameters != PRESETS[base]
-        for position, name in enumerate(PRESETS):
-            self.presets.setItemText(position, f"{name} (changed)" if changed and name == base else name)
-        self.presets.setCurrentIndex(self.presets.findData(base))
+        self._bases[scope] = self.presets.show_parameters(parameters, self._bases[scope])
         if scope:
             self.form.set_base(common, "all blocks")
         else:
-            self.form.set_base(PRESETS[base])
+            self.form.set_base(self.presets.parameters(self._bases[scope]))
         self.form.set_parameters(parameters)
+
+    def note_base(self, name: str) -> None:
+        """The values that show are those of this preset from now on, as it has just got them or its name."""
+        self._bases[self.for_chosen] = name
+
+    def _choose_preset(self, name: str) -> None:
+        self.note_base(name)
+        self.preset_chosen.emit(self.presets.parameters(name))

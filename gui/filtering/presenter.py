@@ -6,7 +6,7 @@ from PySide6.QtCore import QObject, QSettings, Signal
 from PySide6.QtGui import QAction
 
 from gui.filtering.filter_panel import FilterPanel
-from gui.state.own_values import own_values, parameter_labels
+from gui.state.own_values import OwnValues, own_values, parameter_labels
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.runs import RunController
@@ -40,18 +40,33 @@ class FilterPresenter(QObject):
         panel.edited.connect(self.take)
         panel.preset_chosen.connect(self.take_preset)
 
+    @property
+    def shown(self) -> Parameters:
+        """The values that the panel shows: those of all blocks, or of the first chosen one."""
+        common = self._workspace.parameters
+        return self._workspace.session.parameters_of(self._workspace.chosen, common) if self._for_chosen else common
+
     def show(self) -> None:
         """The parameters of all blocks, or of the chosen ones: the first of them."""
         chosen = self._workspace.session.selected if self._workspace.has_session else []
         names = [self._workspace.session.info(label).name for label in chosen]
-        self._panel.show_parameters(self._shown(), self._workspace.parameters, names)
+        self._panel.show_parameters(self.shown, self._workspace.parameters, names)
 
     def take(self, parameters: Parameters) -> None:
         """A value set in the form goes to all blocks or to the chosen ones, which are solved anew if it is wanted."""
         if self._for_chosen:
-            self._workspace.set_own(own_values(parameters, self._shown()), self._workspace.session.selected)
+            self._workspace.set_own(own_values(parameters, self.shown), self._workspace.session.selected)
         else:
             self._workspace.set_parameters(parameters)
+        self._resolve()
+
+    def set_values(self, values: OwnValues, label: int = 0) -> None:
+        """Some values go to all blocks, or to one, as if they were set in the form."""
+        workspace = self._workspace
+        if label:
+            workspace.set_own(values, [label])
+        else:
+            workspace.set_parameters(workspace.parameters.replace(**values))
         self._resolve()
 
     def take_preset(self, parameters: Parameters) -> None:
@@ -79,10 +94,6 @@ class FilterPresenter(QObject):
     @property
     def _for_chosen(self) -> bool:
         return bool(self._workspace.chosen) and self._panel.for_chosen
-
-    def _shown(self) -> Parameters:
-        common = self._workspace.parameters
-        return self._workspace.session.parameters_of(self._workspace.chosen, common) if self._for_chosen else common
 
     def _resolve(self) -> None:
         if self._workspace.chosen and self._live.isChecked():

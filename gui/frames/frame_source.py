@@ -15,13 +15,16 @@ if TYPE_CHECKING:
 class FrameSource:
     """What to open: a folder with meta.json, or a colour file with its depth file.
 
-    `depth_units` are file units per metre; `intrinsics` anything that `ilf.load_frame` takes.
+    `depth_units` are file units per metre; `intrinsics` anything that `ilf.load_frame` takes. `truth` is the file with
+    the true depth, None for that of the folder if it has one, and `truth_units` are its file units per metre.
     """
 
     rgb: str
     depth: str | None = None
     depth_units: float | None = None
     intrinsics: IntrinsicsSpec | None = None
+    truth: str | None = None
+    truth_units: float | None = None
 
     @property
     def key(self) -> str:

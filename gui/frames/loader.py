@@ -223,7 +223,14 @@ def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
 
 
 def _open(source: FrameSource, parameters: BlockParameters) -> Steps:
-    frame = load_frame(source.rgb, source.depth, depth_units=source.depth_units, intrinsics=source.intrinsics)
+    frame = load_frame(
+        source.rgb,
+        source.depth,
+        depth_units=source.depth_units,
+        intrinsics=source.intrinsics,
+        truth=source.truth,
+        truth_units=source.truth_units,
+    )
     no_blocks = np.zeros(frame.shape, np.int32)
     yield _Opened(Run(frame, no_blocks, extraction=parameters), source, source.key)
     found = find(frame, parameters)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QUndoStack
 
+from gui.state.block_errors import BlockErrors
 from gui.state.block_notes import BlockInfo, BlockNotes
 from gui.state.kept_runs import Guess, KeptRun
 from gui.state.results import Held, Kept, Preview, Results
@@ -21,7 +22,7 @@ from ilf.drawing.block_pictures import block_colour
 from ilf.ebs.edit import LabelPatch
 from ilf.ebs.reextraction import made_by_hand
 from ilf.filter.convergence import IterationRecord
-from ilf.frame import RGBDFrame
+from ilf.frame import RGBDFrame, TruthFile
 from ilf.outcomes import BlockResult, Completion, compose
 from ilf.parameters import Parameters
 from ilf.run import Replay, Run
@@ -56,6 +57,7 @@ class Session:
         self.selected: list[int] = []
         self.undo_stack = QUndoStack()
         self.results = Results()
+        self.block_errors = BlockErrors()
         self.kept_runs: list[KeptRun] = []
         self.compared: list[KeptRun] = []
         """Those of the kept runs that are shown beside the present result."""
@@ -200,9 +202,9 @@ class Session:
         self._shown.take_frame(frame)
         self._forget_results()
 
-    def take_truth(self, truth: NDArray[np.float32] | None) -> None:
+    def take_truth(self, truth: NDArray[np.float32] | None, file: TruthFile | None = None) -> None:
         """Take over another truth [m], float32 (H, W), or none; results are none the worse for it."""
-        self.frame = self.frame.with_truth(truth)
+        self.frame = self.frame.with_truth(truth, file)
         for kept in self.kept_runs:
             kept.truth_error = None
 

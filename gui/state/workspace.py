@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoGroup, QUndoStack
 
+from gui.state.block_errors import BlockErrors
 from gui.state.block_notes import BlockInfo, BlockNotes
 from gui.state.commands import Change, ClearResults, Distrust, EditInfo, EditLabels, EditParameters, OwnChange
 from gui.state.kept_commands import AcceptRun, DeleteRuns
@@ -25,7 +26,7 @@ from ilf.ebs import Extraction
 from ilf.ebs.edit import LabelPatch, patch_between
 from ilf.ebs.reextraction import flow_around, keep_under
 from ilf.filter.convergence import IterationRecord
-from ilf.frame import RGBDFrame
+from ilf.frame import RGBDFrame, TruthFile
 from ilf.outcomes import BlockResult, Completion
 from ilf.parameters import DEFAULT_PRESET, BlockParameters, Parameters, preset
 from ilf.run import Run
@@ -74,6 +75,8 @@ class Workspace(QObject):
     """Other depth of the present frame is distrusted."""
     truth_changed = Signal()
     """The present frame has another truth, or none."""
+    block_errors_changed = Signal()
+    """Other errors of blocks are known."""
     region_changed = Signal()
     """Another rectangle of the present frame is chosen, or none."""
     kept_runs_changed = Signal()
@@ -341,16 +344,25 @@ class Workspace(QObject):
             self.session.region = box
             self.region_changed.emit()
 
-    def set_truth(self, truth: NDArray[np.float32] | None) -> None:
+    def set_truth(self, truth: NDArray[np.float32] | None, file: TruthFile | None = None) -> None:
         """Judge the present frame's results by a truth [m], float32 (H, W), NaN unknown, or by none.
+
+        With `file`, it comes from there.
 
         Raises
         ------
         InputError
             If it does not fit the frame.
         """
-        self.session.take_truth(truth)
+        self.session.take_truth(truth, file)
         self.truth_changed.emit()
+
+    def set_block_errors(self, session: Session, errors: BlockErrors) -> None:
+        """Take over how far off blocks are known to be."""
+        if errors != session.block_errors:
+            session.block_errors = errors
+            if session is self._session:
+                self.block_errors_changed.emit()
 
     # kept runs
 

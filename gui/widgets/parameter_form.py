@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from PySide6.QtCore import QEvent, QLocale, QObject, QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QLocale, QObject, QPoint, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QCheckBox,
@@ -50,9 +50,12 @@ class ParameterForm(QScrollArea):
     -------
     changed(ParameterSet)
         After every change by the user, with the new values.
+    menu_wished(str, QPoint)
+        The user wants to know what can be done with a parameter, by the right button at this place of the screen.
     """
 
     changed = Signal(object)
+    menu_wished = Signal(str, QPoint)
 
     def __init__(self, set_class: type[ParameterSet], parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -177,6 +180,8 @@ class ParameterForm(QScrollArea):
         reset.setSizePolicy(policy)
         grid.addWidget(reset, 0, 2)
         widget.setToolTip(_tooltip(declaration, getattr(self._base, name), self._source))
+        widget.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        widget.customContextMenuRequested.connect(lambda at: self.menu_wished.emit(name, widget.mapToGlobal(at)))
         return _Row(declaration, widget, caption, reset, slider, show)
 
     def _slider(self, declaration: Declaration) -> ValueSlider:

@@ -6,6 +6,7 @@ from .hidden import HiddenResult, HiddenTest, compare_hidden, comparison_steps, 
 from .hiding import HIDDEN_PATTERNS, hidden_pixels
 from .judged import Judged, PixelErrors, RunJudged
 from .judging import Judgement, judge, judge_blocks, judge_completion
+from .shared_pixels import shared_pixels
 from .step import Step
 from .sweep import Sweep, SweepPoint, SweepResult, run_sweep, sweep_steps
 
@@ -32,6 +33,7 @@ __all__ = [
     "judge_completion",
     "judge_hidden",
     "run_sweep",
+    "shared_pixels",
     "sweep_steps",
     "truth_steps",
 ]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..run import Run
 from .judging import Judgement, by_label, judge
 
-_ENOUGH = 0.9
+ENOUGH = 0.9
 """Who fills a smaller share of what the best fills is not compared: the others would be judged on the easy pixels only
 that are left."""
 
@@ -171,7 +171,7 @@ def over_shared(several: Sequence[Judged]) -> list[Judged]:
 
 def fills_enough(judged: Judged, several: Sequence[Judged]) -> bool:
     """Whether it fills enough, beside others, for its errors to be compared with theirs."""
-    return judged.coverage > 0 and judged.coverage >= _ENOUGH * max(other.coverage for other in several)
+    return judged.coverage > 0 and judged.coverage >= ENOUGH * max(other.coverage for other in several)
 
 
 def _judgement(parts: Sequence[PixelErrors]) -> Judgement:

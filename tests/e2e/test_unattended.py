@@ -117,6 +117,14 @@ def test_intrinsics_that_are_none(start: Start, frame_folder: Path, picture: Pat
     refused(start(frame_folder, "--run", "--intrinsics", "a,b"), picture, "a,b")
 
 
+def test_a_truth_that_does_not_fit(start: Start, frame_folder: Path, tmp_path: Path, picture: Path) -> None:
+    truth = tmp_path / "truth.png"
+    cv2.imwrite(str(truth), np.full((48, 64), 30_000, np.uint16))
+    refused(start(frame_folder, "--truth", truth), picture, "this truth would be", "truth.png")
+    with pytest.raises(SystemExit):
+        app.main([str(frame_folder), str(tmp_path), "--truth", str(truth)])
+
+
 def test_a_run_whose_frame_is_gone(start: Start, frame_folder: Path, tmp_path: Path, picture: Path) -> None:
     assert command_line(["complete", str(frame_folder), "--out", str(tmp_path / "done"), "--quiet"]) == 0
     (frame_folder / "depth.png").unlink()

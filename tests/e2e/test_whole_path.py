@@ -226,7 +226,7 @@ def test_brush_size_by_keyboard(opened: MainWindow, qtbot: QtBot) -> None:
 
 
 def test_preset_box_tells_what_was_changed_and_brings_it_back(opened: MainWindow) -> None:
-    presets = opened.filter_panel.presets
+    presets = opened.filter_panel.presets.names
     opened.workspace.set_parameters(ilf.preset("released-code"))
     opened.refresh.now()
     assert presets.currentText() == "released-code"
@@ -377,7 +377,7 @@ def test_preset_box_keeps_the_two_scopes_apart(opened: MainWindow) -> None:
     workspace.set_parameters(ilf.preset("released-code"), 1)
     panel.set_scope(chosen=True)
     opened.refresh.now()
-    assert panel.presets.currentText() == "released-code"
+    assert panel.presets.names.currentText() == "released-code"
     panel.set_scope(chosen=False)
     opened.refresh.now()
-    assert panel.presets.currentText() == "paper (changed)"
+    assert panel.presets.names.currentText() == "paper (changed)"

@@ -116,7 +116,7 @@ def test_keyboard_renames_and_shows_and_space_changes_nothing(table, qtbot):
 
 
 def test_the_rest_of_the_columns_comes_on_demand_and_is_remembered(table, qtbot):
-    assert [column for column in Column if not table.view.isColumnHidden(column)] == list(Column)[:6]
+    assert [column for column in Column if not table.view.isColumnHidden(column)] == list(Column)[:7]
     entries = {action.text(): action for action in table.view.column_menu().actions()}
     entries["Pixels"].setChecked(True)
     entries["Locked"].setChecked(False)

@@ -1,0 +1,153 @@
+"""The test on hidden depth: asked for by the dialog, made in the background, kept with its frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from weakref import WeakKeyDictionary
+
+from PySide6.QtCore import QObject, Qt, Signal
+
+from gui.accuracy.accuracy_panel import AccuracyPanel
+from gui.accuracy.hidden_dialog import HiddenTestDialog
+from gui.accuracy.hidden_tests import PRESENT, Candidate, HiddenOutcome, outcome_steps
+from gui.accuracy.rows import hidden_rows
+from gui.desk import Desk
+from gui.state.session import Session
+from gui.work.worker import Worker
+from ilf.judgement import HiddenTest, Step
+from ilf.parameters import PRESETS
+from ilf.preset_files import list_presets
+from ilf.run import Run
+
+_NOT_TESTED = "Not tested yet: Test on hidden depth… says how far off known depth comes out when it is hidden."
+_OUTDATED = "Outdated: blocks or depth have changed since. Test again."
+_OTHER_VALUES = "The present values are other ones by now."
+
+
+class HiddenPresenter(QObject):
+    """The page of hidden depth.
+
+    Signals
+    -------
+    tested()
+        What is known of the blocks on hidden depth has changed.
+    """
+
+    tested = Signal()
+
+    def __init__(self, desk: Desk, panel: AccuracyPanel) -> None:
+        super().__init__(panel)
+        self._desk = desk
+        self._panel = panel
+        self._outcomes: WeakKeyDictionary[Session, HiddenOutcome] = WeakKeyDictionary()
+        self._testing: Session | None = None
+        self.worker = Worker(self)
+        self.worker.progressed.connect(self._take_steps)
+        self.worker.finished.connect(self._finish)
+        self.worker.failed.connect(self._fail)
+        self.worker.cancelled.connect(lambda: self._end("The test on hidden depth was cancelled."))
+        panel.cancelled.connect(self.worker.cancel)
+        desk.workspace.sessions_changed.connect(self._leave_closed)
+
+    @property
+    def outcome(self) -> HiddenOutcome | None:
+        """The test of the present frame, if it has been made."""
+        workspace = self._desk.workspace
+        return self._outcomes.get(workspace.session) if workspace.has_session else None
+
+    def ask(self) -> None:
+        """Test, by the dialog."""
+        workspace = self._desk.workspace
+        if not workspace.has_session:
+            return
+        if self.worker.busy:
+            self._desk.notes.tell("A test on hidden depth is under way already.")
+            return
+        session = workspace.session
+        present = session.run(session.common)
+        dialog = HiddenTestDialog(session.name, _candidates(session, present), self._desk.window)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.accepted.connect(lambda: self.start(session, dialog.chosen(), present, dialog.test()))
+        dialog.open()
+
+    def start(self, session: Session, candidates: Sequence[Candidate], present: Run, test: HiddenTest) -> None:
+        """Test some candidates; `present` is the frame with its blocks and values as they are."""
+        if self.worker.busy:
+            return
+        self._testing = session
+        self._panel.work.begin()
+        self.worker.start(lambda: outcome_steps(candidates, present, test))
+        self.show()
+
+    def show(self) -> None:
+        """What is known of the present frame."""
+        workspace, outcome = self._desk.workspace, self.outcome
+        chosen = workspace.chosen
+        self._panel.set_chosen(workspace.session.info(chosen).name if chosen else "")
+        if outcome is None:
+            testing = self.worker.busy and workspace.has_session and workspace.session is self._testing
+            self._panel.show_hidden([], "", "muted", "Testing…" if testing else _NOT_TESTED)
+            return
+        text, tone = _described(outcome, workspace.session)
+        label = chosen if self._panel.over_chosen else 0
+        empty = "Choose a block to see its errors." if self._panel.over_chosen and not chosen else ""
+        self._panel.show_hidden([] if empty else hidden_rows(outcome, label), text, tone, empty)
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the thread has ended."""
+        return self.worker.shutdown()
+
+    def _take_steps(self, batch: list[Step]) -> None:
+        self._panel.work.show_share(batch[-1].share)
+
+    def _finish(self, outcome: HiddenOutcome) -> None:
+        session = self._testing
+        if session is not None and session in self._desk.workspace.sessions:
+            self._outcomes[session] = outcome
+            for one in outcome.tested:
+                if one.candidate.kept in session.kept_runs:
+                    self._desk.workspace.change_run(session, one.candidate.kept, hidden_error=one.whole.rmse)
+        self._end("")
+
+    def _fail(self, error: Exception) -> None:
+        self._end("")
+        self._desk.notes.report("Test on hidden depth", error)
+
+    def _end(self, text: str) -> None:
+        self._testing = None
+        self._panel.work.end()
+        self.show()
+        if text:
+            self._desk.notes.tell(text)
+        self.tested.emit()
+
+    def _leave_closed(self) -> None:
+        """Nothing goes on for a frame that is no longer open."""
+        if self._testing is not None and self._testing not in self._desk.workspace.sessions:
+            self.worker.cancel()
+
+
+def _candidates(session: Session, present: Run) -> list[tuple[Candidate, bool]]:
+    """What can be tested, and whether it is ticked at first: the present values, and the runs that are compared."""
+    found = [(Candidate(PRESENT, present), True)]
+    for kept in session.kept_runs:
+        # of what was run, not only the blocks that were
+        run = replace(kept.run, only=None, dense=False)
+        found.append((Candidate(kept.name, run, kept), kept in session.compared))
+    presets = PRESETS | {name: preset.parameters for name, preset in list_presets().presets.items()}
+    for name, parameters in presets.items():
+        found.append((Candidate(f"Preset {name}", replace(present, parameters=parameters, own={})), False))
+    return found
+
+
+def _described(outcome: HiddenOutcome, session: Session) -> tuple[str, str]:
+    """What was tested when, and whether it still holds; and the tone to say it in."""
+    seeds = len(outcome.test.seeds)
+    pattern = {"areas": "areas", "random": "random pixels"}.get(outcome.test.pattern, outcome.test.pattern)
+    text = f"Hidden: {pattern}, {seeds} seed{'s' * (seeds != 1)}, at {outcome.when:%H:%M}."
+    if not outcome.holds_for(session):
+        return f"{text} {_OUTDATED}", "warning"
+    if outcome.of_present is not None and not outcome.has_values_of(session):
+        return f"{text} {_OTHER_VALUES}", "warning"
+    return text, "muted"

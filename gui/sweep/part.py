@@ -1,0 +1,154 @@
+"""The sweep: many values of one parameter or of two, each judged and shown, and the one that is clicked taken."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QMenu
+
+from gui.desk import Desk, Part
+from gui.sweep.commands import COMMANDS
+from gui.sweep.found import Found
+from gui.sweep.window import SweepWindow
+from gui.work.worker import Worker
+from ilf.errors import IlfError
+from ilf.judgement import Step, Sweep, SweepPoint, SweepResult, sweep_steps
+from ilf.judgement.ranges import can_be_swept
+from ilf.parameters import Parameters
+
+
+class SweepPart(Part):
+    """Runs sweeps in the background, one at a time, and brings what comes to their window."""
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        desk.actions.add(COMMANDS)
+        self.window_ = SweepWindow(desk.window)
+        self.found: Found | None = None
+        self.worker = Worker(self)
+        self.worker.progressed.connect(self._take_steps)
+        self.worker.finished.connect(self._finish)
+        self.worker.failed.connect(self._fail)
+        self.worker.cancelled.connect(lambda: self.window_.end("Cancelled: what had come stays."))
+        self.window_.begun.connect(self.start)
+        self.window_.cancelled.connect(self.worker.cancel)
+        self.window_.taken.connect(self.take)
+        self.window_.criterion.changed.connect(lambda: desk.refresh.mark("sweep"))
+        desk.actions["sweep"].triggered.connect(lambda _=False: self.open())
+        desk.filter_panel.form.menu_wished.connect(self._show_menu)
+        workspace = desk.workspace
+        turned, values, chosen = workspace.session_changed, workspace.parameters_changed, workspace.selection_changed
+        desk.refresh.add(
+            "sweep",
+            self.show,
+            (turned, values, chosen, workspace.infos_changed, workspace.truth_changed, self.window_.looked_at),
+        )
+        workspace.sessions_changed.connect(self._leave_closed)
+        workspace.session_changed.connect(self._allow)
+        self._allow()
+
+    def open(self, name: str = "") -> None:
+        """Open the window, with a parameter if one is meant."""
+        if not self.desk.workspace.has_session:
+            return
+        self.window_.show()
+        self.window_.raise_()
+        self.window_.activateWindow()
+        self.show()
+        if name and not self.worker.busy:
+            if self.desk.filter_panel.for_chosen:
+                self.window_.criterion.blocks.setCurrentIndex(1)
+                self.show()
+            self.window_.choose(name)
+
+    def show(self) -> None:
+        """Bring the window up to date with the present frame, if it is looked at."""
+        workspace = self.desk.workspace
+        if not self.window_.isVisible() or not workspace.has_session:
+            return
+        session, chosen = workspace.session, workspace.chosen
+        name = session.info(chosen).name if chosen else ""
+        for_chosen = bool(chosen) and self.window_.criterion.for_chosen
+        parameters = session.parameters_of(chosen, workspace.parameters) if for_chosen else workspace.parameters
+        self.window_.set_frame(parameters, session.frame.truth is not None, name)
+
+    def start(self) -> None:
+        """Sweep what the window says."""
+        workspace = self.desk.workspace
+        if self.worker.busy or not workspace.has_session:
+            return
+        session = workspace.session
+        label = workspace.chosen if self.window_.criterion.for_chosen else 0
+        run = session.run(workspace.parameters)
+        try:
+            sweep = Sweep(
+                run, self.window_.variation(), criterion=self.window_.criterion.test(), only=[label] if label else None
+            )
+        except IlfError as error:
+            self.window_.state.say(str(error), "error")
+            return
+        self.found = Found(session, sweep, label)
+        self.window_.begin(self.found)
+        self.worker.start(lambda: sweep_steps(sweep))
+
+    def take(self, number: int) -> None:
+        """Set the values of a point: of all blocks, or of the block that alone was swept."""
+        found, workspace = self.found, self.desk.workspace
+        if found is None or found.session not in workspace.sessions:
+            return
+        workspace.show_session(found.session)
+        if found.label and found.label not in found.session.counts():
+            self.window_.state.say("The block that was swept is gone.", "warning")
+            return
+        self.desk.filter_presenter.set_values(found.values(number), found.label)
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the thread has ended."""
+        ended = self.worker.shutdown()
+        self.window_.close()
+        return ended
+
+    def _take_steps(self, batch: list[Step | SweepPoint]) -> None:
+        found = self.found
+        if found is None:
+            return
+        points = [item for item in batch if isinstance(item, SweepPoint)]
+        for point in points:
+            found.add(point)
+        if points:
+            self.window_.show_found()
+        shares = [item.share for item in batch if isinstance(item, Step)]
+        if shares:
+            self.window_.work.show_share(shares[-1])
+
+    def _finish(self, result: SweepResult) -> None:
+        if self.found is not None:
+            self.found.finish(result)
+        self.window_.end()
+
+    def _fail(self, error: Exception) -> None:
+        self.window_.end()
+        if isinstance(error, IlfError):
+            self.window_.state.say(str(error), "error")
+        else:
+            self.desk.notes.report("The sweep stopped", error)
+
+    def _leave_closed(self) -> None:
+        """Nothing goes on for a frame that is no longer open."""
+        if self.found is not None and self.found.session not in self.desk.workspace.sessions:
+            self.worker.cancel()
+            self.found = None
+            self.window_.forget()
+
+    def _allow(self) -> None:
+        self.desk.actions.enable(self.desk.workspace.has_session, "sweep")
+
+    def _show_menu(self, name: str, place: QPoint) -> None:
+        """What can be done with a parameter of the filter's form."""
+        declaration = Parameters.declarations()[name]
+        menu = QMenu(self.desk.window)
+        action = menu.addAction(f"Sweep {declaration.label}…")
+        action.setToolTip("Try many values and see which is best")
+        action.setEnabled(can_be_swept(declaration) and self.desk.workspace.has_session)
+        action.triggered.connect(lambda _=False: self.open(name))
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.popup(place)

@@ -1,0 +1,77 @@
+"""How far some work in the background is, how long it still takes, and a button that ends it."""
+
+from __future__ import annotations
+
+import time
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QPushButton, QSizePolicy, QWidget
+
+_TELLING_SHARE = 0.03
+"""Before so much is done, nothing can be said of the time that is left."""
+
+
+class WorkRow(QWidget):
+    """A bar with share and time left, and *Cancel*; hidden while nothing is under way.
+
+    Signals
+    -------
+    cancelled()
+        The user wants it to end.
+    """
+
+    cancelled = Signal()
+
+    def __init__(self, what: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._begun = 0.0
+        self.bar = QProgressBar()
+        self.bar.setRange(0, 1000)
+        self.bar.setAccessibleName(f"Progress of the {what}")
+        self.bar.setToolTip(f"How far the {what} is, and how long it still takes")
+        self.cancel_button = QPushButton("Cancel", autoDefault=False)
+        self.cancel_button.setToolTip(f"End the {what}; what has come so far stays")
+        self.cancel_button.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.cancel_button.clicked.connect(self._cancel)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(6)
+        row.addWidget(self.bar, 1)
+        row.addWidget(self.cancel_button)
+        self.hide()
+
+    def begin(self) -> None:
+        """Work has begun."""
+        self._begun = time.monotonic()
+        self.cancel_button.setEnabled(True)
+        self.show_share(0.0)
+        self.show()
+
+    def show_share(self, share: float) -> None:
+        """So much is done, 0-1."""
+        self.bar.setValue(round(1000 * share))
+        left = time_left(time.monotonic() - self._begun, share)
+        self.bar.setFormat(f"{share:.0%}, {left}" if left else f"{share:.0%}")
+
+    def end(self) -> None:
+        """Nothing is under way any more."""
+        self.hide()
+
+    def _cancel(self) -> None:
+        self.cancel_button.setEnabled(False)
+        self.bar.setFormat("Stopping…")
+        self.cancelled.emit()
+
+
+def time_left(elapsed: float, share: float) -> str:
+    """How long work still takes, in words, if `share` of it took `elapsed` seconds; "" where nothing can be said.
+
+    Examples
+    --------
+    >>> time_left(3.0, 0.25), time_left(60.0, 0.2), time_left(1.0, 0.0)
+    ('9 s left', '4 min left', '')
+    """
+    if not _TELLING_SHARE <= share < 1:
+        return ""
+    left = elapsed * (1 - share) / share
+    return f"{left:.0f} s left" if left < 100 else f"{left / 60:.0f} min left"

@@ -1,0 +1,286 @@
+"""Judging, sweeping and own presets in the real window."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint
+from PySide6.QtWidgets import QApplication, QWidget
+
+from gui.accuracy.hidden_dialog import HiddenTestDialog
+from gui.accuracy.part import AccuracyPart
+from gui.accuracy.texts import millimetres
+from gui.accuracy.truth_dialog import TruthDialog
+from gui.blocks.block_model import Column
+from gui.desk import Part
+from gui.frames.frame_source import FrameSource
+from gui.main_window import MainWindow
+from gui.presets.part import PresetsPart
+from gui.state.kept_runs import KeptRun
+from gui.sweep.part import SweepPart
+from ilf.ebs.edit import patch_between
+from ilf.frame import RGBDFrame
+from ilf.judgement import judge_blocks, judge_completion
+from ilf.parameters import PRESETS
+
+from .conftest import WAIT_MS, open_frame
+
+
+def part(window: MainWindow, kind: type[Part]) -> Part:
+    return next(one for one in window.parts if type(one) is kind)
+
+
+@pytest.fixture
+def truth_file(tmp_path: Path, small_frame: RGBDFrame) -> Path:
+    """The small frame's depth 10 mm farther, holes included, in millimetres."""
+    rows, columns = np.mgrid[:48, :64]
+    depth = np.where(columns < 30, 1.51 + 0.004 * rows, 2.41 + 0.005 * columns)
+    path = tmp_path / "true.png"
+    cv2.imwrite(str(path), (1000 * depth).round().astype(np.uint16))
+    return path
+
+
+def settle(window: MainWindow) -> None:
+    """Draw what is stale, and what has become so by that."""
+    for _ in range(3):
+        window.refresh.now()
+
+
+def errors_shown(window: MainWindow) -> list[str]:
+    model = window.blocks.view.model()
+    return [model.index(row, Column.ERROR).data() for row in range(model.rowCount())]
+
+
+def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder, truth_file, run_all):
+    accuracy = part(window, AccuracyPart)
+    assert isinstance(accuracy, AccuracyPart)
+    panel, workspace, actions = accuracy.panel, window.workspace, window.actions_
+    assert not actions["load_truth"].isEnabled()
+    assert not actions["test_hidden"].isEnabled()
+    open_frame(window, qtbot, FrameSource(str(frame_folder)))
+    run_all(window)
+    window.panels.offer("Accuracy")
+    assert errors_shown(window) == ["–"] * len(workspace.session.counts())
+    assert panel.tabs.currentIndex() == 1  # without a truth, hidden depth is what there is
+
+    # a truth by the dialog: what does not fit is said, what fits is taken
+    actions["load_truth"].trigger()
+    dialog = window.findChild(TruthDialog)
+    dialog.units.setEditText("many")
+    dialog.path.setText(str(truth_file))
+    dialog.read()
+    assert dialog.message.tone() == "error"
+    assert "Units per metre must be a number" in dialog.message.text()
+    dialog.units.setEditText("100")
+    dialog.read()
+    qtbot.waitUntil(lambda: "Give 1000" in dialog.message.text(), timeout=WAIT_MS)
+    assert not dialog.load_button.isEnabled()
+    dialog.units.setCurrentIndex(0)
+    dialog.read()
+    qtbot.waitUntil(dialog.load_button.isEnabled, timeout=WAIT_MS)
+    dialog.accept()
+    settle(window)
+    session = workspace.session
+    assert session.frame.inputs.truth.path == str(truth_file)
+    assert "true.png" in panel.source.text()
+
+    # numbers are those of the library, for frame, block and rectangle, and in the table of blocks
+    label = next(iter(session.counts()))
+    box = slice(8, 24), slice(4, 24)
+    workspace.select([label])
+    workspace.set_region(box)
+    qtbot.waitUntil(lambda: len(panel.truth_table.rows) == 3 and not accuracy.truth.busy, timeout=WAIT_MS)
+    completion = session.completion()
+    blocks = judge_blocks(session.frame, completion, session.labels)
+    wanted = [
+        judge_completion(session.frame, completion),
+        blocks[label],
+        judge_completion(session.frame, completion, box),
+    ]
+    assert [row.cells[0] for row in panel.truth_table.rows] == [millimetres(one.rmse) for one in wanted]
+    assert [row.name for row in panel.truth_table.rows] == ["Frame", session.info(label).name, "Rectangle"]
+    settle(window)
+    assert errors_shown(window)[0] == f"{1000 * blocks[label].rmse:.1f}"
+    panel.pixels.setCurrentIndex(1)
+    panel.pixels.activated.emit(1)
+    everything = judge_completion(session.frame, completion, every=True)
+    qtbot.waitUntil(lambda: panel.truth_table.rows[0].cells[0] == millimetres(everything.rmse), timeout=WAIT_MS)
+
+    # runs that are compared stand below each other
+    run = session.run(session.common)
+    other = replace(run, parameters=PRESETS["paper"].replace(max_iterations=20))
+    kept = KeptRun(1, "paper", other, other.complete().results, 0.1, (200, 0, 0))
+    workspace.keep_run(session, kept)
+    workspace.compare([kept])
+    qtbot.waitUntil(lambda: len(panel.truth_table.rows) == 9, timeout=WAIT_MS)
+    assert [row.is_best for row in panel.truth_table.rows[:3]].count(True) == 1
+    actions["remove_truth"].trigger()
+    settle(window)
+    assert session.frame.truth is None
+    assert errors_shown(window)[0] == "–"
+    assert not actions["remove_truth"].isEnabled()
+
+    # on hidden depth: the present values, a kept run and a preset, all on the same pixels
+    actions["test_hidden"].trigger()
+    dialog = window.findChild(HiddenTestDialog)
+    assert [one.name for one in dialog.chosen()] == ["Present values", "paper"]
+    dialog.seeds.setValue(2)
+    dialog.candidates.item(dialog.candidates.count() - 1).setCheckState(dialog.candidates.item(0).checkState())
+    dialog.accept()
+    qtbot.waitUntil(lambda: accuracy.hidden.outcome is not None and not accuracy.hidden.worker.busy, timeout=WAIT_MS)
+    settle(window)
+    rows = panel.hidden_table.rows
+    assert [row.name for row in rows] == ["Present values", "paper", "Preset released-code"]
+    assert len({row.cells[3] for row in rows}) == 1
+    assert 1000 * kept.hidden_error == pytest.approx(float(rows[1].cells[0]), abs=0.06)
+    assert errors_shown(window)[0] == f"{1000 * accuracy.hidden.outcome.of_present.blocks[label].rmse:.1f}"
+    assert panel.tested.tone() == "muted"
+    panel.hidden_table.selectAll()
+    assert panel.hidden_table.text().splitlines()[1].startswith("Present values\t")
+
+    # other blocks: it is outdated until undo brings them back; other values: those of the blocks no longer hold
+    labels = session.labels.copy()
+    labels[40:44, 2:20] = session.next_label()
+    workspace.edit_labels(patch_between(session.labels, labels), "Move a border")
+    settle(window)
+    assert panel.tested.tone() == "warning"
+    assert "Outdated" in panel.tested.text()
+    assert errors_shown(window)[0] == "–"
+    actions["undo"].trigger()
+    settle(window)
+    assert panel.tested.tone() == "muted"
+    assert errors_shown(window)[0] != "–"
+    workspace.set_parameters(session.common.replace(smoothness=3.0), label)
+    settle(window)
+    assert errors_shown(window)[0] == "–"
+    assert errors_shown(window)[1] != "–"
+
+    # a test that is cancelled leaves the last one
+    former = accuracy.hidden.outcome
+    actions["test_hidden"].trigger()
+    window.findChildren(HiddenTestDialog)[-1].accept()
+    panel.work.cancel_button.click()
+    qtbot.waitUntil(lambda: not accuracy.hidden.worker.busy, timeout=WAIT_MS)
+    assert accuracy.hidden.outcome is former
+    assert panel.work.isHidden()
+
+
+def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame_folder, truth_file):
+    sweep = part(window, SweepPart)
+    assert isinstance(sweep, SweepPart)
+    workspace, shown = window.workspace, sweep.window_
+    open_frame(window, qtbot, FrameSource(str(frame_folder), truth=str(truth_file)))
+    session = workspace.session
+    # from the menu of a parameter in the form
+    row = window.filter_panel.form.findChild(QWidget, "smoothness").parentWidget()
+    row.customContextMenuRequested.emit(QPoint(2, 2))
+    menu = QApplication.activePopupWidget()
+    assert menu.actions()[0].text() == "Sweep Smoothness…"
+    menu.actions()[0].trigger()
+    menu.close()
+    assert shown.isVisible()
+    assert shown.first.declaration.name == "smoothness"
+    assert shown.criterion.by_truth
+    shown.first.low.setValue(9.0)
+    shown.first.high.setValue(1.0)
+    assert not shown.start_button.isEnabled()
+    assert "must rise" in shown.state.text()
+    shown.first.low.setValue(0.01)
+    shown.first.high.setValue(100.0)
+    shown.first.steps.setValue(3)
+    shown.start_button.click()
+    qtbot.waitUntil(lambda: not sweep.worker.busy, timeout=WAIT_MS)
+    assert [tile.caption for tile in shown.multiples.tiles] == ["0.01", "1", "100"]
+    assert [tile.present for tile in shown.multiples.tiles] == [False, True, False]
+    assert sum(tile.best for tile in shown.multiples.tiles) == 1
+    assert "over what all of them filled" in shown.state.text()
+    assert sweep.found.errors.keys() == {0, 1, 2}
+    shown.multiples.tiles[2].click()
+    assert session.common.smoothness == 100.0
+    settle(window)
+    assert [tile.present for tile in shown.multiples.tiles] == [False, False, True]
+    window.actions_["undo"].trigger()
+    assert session.common.smoothness == 1.0
+
+    # two of the chosen block alone, by hidden depth: its own values are taken
+    label = next(iter(session.counts()))
+    workspace.select([label])
+    settle(window)
+    shown.criterion.kind.setCurrentIndex(shown.criterion.kind.findData("areas"))
+    shown.criterion.blocks.setCurrentIndex(1)
+    shown.second.setChecked(True)
+    assert "two different" in shown.state.text()
+    shown.second.choose("slope_weight")
+    shown.second.steps.setValue(2)
+    shown.start_button.click()
+    assert not shown.first.isEnabled()
+    qtbot.waitUntil(lambda: not sweep.worker.busy, timeout=WAIT_MS)
+    assert len(sweep.found.errors) == len(shown.multiples.tiles) == 9  # with the present value among the second's
+    wanted = sweep.found.values(0)
+    shown.grid.taken.emit(0)
+    assert session.notes.own[label] == wanted
+    assert set(wanted) == {"smoothness", "slope_weight"}
+
+    # what had come stays when it is cancelled; what is of a closed frame goes
+    shown.start_button.click()
+    shown.work.cancel_button.click()
+    qtbot.waitUntil(lambda: not sweep.worker.busy, timeout=WAIT_MS)
+    assert "Cancelled" in shown.state.text()
+    assert shown.first.isEnabled()
+    window.actions_["close_frame"].trigger()
+    assert sweep.found is None
+    assert not shown.multiples.tiles
+
+
+def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
+    monkeypatch.setattr("gui.state.commands.DRAG_S", 0.0)  # a user takes longer from one choice to the next
+    window, presets = opened, part(opened, PresetsPart)
+    assert isinstance(presets, PresetsPart)
+    box, workspace, actions = window.filter_panel.presets, window.workspace, window.actions_
+    window.workspace.set_parameters(PRESETS["paper"].replace(padding=3.0))
+    settle(window)
+    assert not actions["rename_preset"].isEnabled()
+    assert presets.save("wide", with_extraction=True)
+    assert not presets.save("wide")  # it is there already
+    settle(window)
+    assert box.present == "wide"
+    assert box.names.currentText() == "wide"
+    assert actions["rename_preset"].isEnabled()
+    window.filter_panel.form.changed.emit(PRESETS["paper"].replace(padding=4.0))
+    settle(window)
+    assert box.names.currentText() == "wide (changed)"
+
+    # choosing it is one undoable step
+    workspace.set_parameters(PRESETS["best"])
+    settle(window)
+    assert box.present == "best"
+    box.names.setCurrentIndex(box.names.findData("wide"))
+    box.names.activated.emit(box.names.currentIndex())
+    assert workspace.parameters.padding == 3.0
+    actions["undo"].trigger()
+    assert workspace.parameters == PRESETS["best"]
+    actions["redo"].trigger()
+    settle(window)
+
+    assert presets.rename("wide", "broad")
+    settle(window)
+    assert box.names.findData("wide") < 0
+    assert box.present == "broad"
+    exported = tmp_path / "broad.json"
+    assert presets.write(exported)
+    assert presets.delete("broad")
+    settle(window)
+    assert box.names.findData("broad") < 0
+    assert box.present == "paper"
+    assert "(changed)" in box.names.currentText()
+    assert presets.take_file(exported)
+    assert box.parameters("broad").padding == 3.0
+    reported = []
+    window.notes.reported.connect(reported.append)
+    assert not presets.take_file(tmp_path / "none.json")
+    assert reported
+    assert "none.json" in reported[0]

@@ -1,0 +1,137 @@
+"""The sweep's widgets: what they propose, what they mark, and what a click takes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+
+from gui.sweep.error_curve import ErrorCurve
+from gui.sweep.error_grid import ErrorGrid
+from gui.sweep.multiples import Multiples, Scale
+from gui.sweep.options import CriterionBox, RangeBox
+from gui.views.colour_maps import depth_table
+from gui.widgets.work_row import WorkRow
+from ilf.errors import ParameterError
+from ilf.parameters import PRESETS
+
+
+def test_a_range_box_offers_what_matters_and_proposes_a_range_around_the_present_value(qtbot):
+    box = RangeBox("Parameter")
+    qtbot.addWidget(box)
+    box.set_parameters(PRESETS["best"].replace(smoothness=2.0))
+    names = [box.names.itemData(position) for position in range(box.names.count())]
+    assert {"smoothness", "edge_scale"} <= set(names)
+    assert not {"padding", "mode", "trend"} & set(names)  # of the other filter, or no number
+    box.choose("smoothness")
+    assert (box.low.value(), box.high.value(), box.logarithmic) == (0.25, 16.0, True)
+    assert 2.0 in box.values()
+    box.low.setValue(3.0)
+    box.set_parameters(PRESETS["best"])  # another value of the same parameters: the range is the user's
+    assert box.low.value() == 3.0
+    box.low.setValue(20.0)
+    with pytest.raises(ParameterError, match="must rise"):
+        box.values()
+    box.set_parameters(PRESETS["paper"])
+    assert box.declaration.name != "smoothness"
+
+
+def test_the_truth_is_the_criterion_where_there_is_one(qtbot):
+    box = CriterionBox()
+    qtbot.addWidget(box)
+    assert box.test().pattern == "areas"
+    box.set_frame(has_truth=True, chosen="Wall")
+    assert box.by_truth
+    assert box.test() is None
+    box.kind.setCurrentIndex(box.kind.findData("random"))
+    box.kind.activated.emit(box.kind.currentIndex())
+    box.seeds.setValue(2)
+    box.set_frame(has_truth=True, chosen="")
+    assert (box.test().pattern, box.test().seeds) == ("random", (0, 1))
+    assert not box.for_chosen
+
+
+def test_a_click_on_the_curve_takes_the_nearest_value(qtbot):
+    curve = ErrorCurve()
+    qtbot.addWidget(curve)
+    curve.resize(500, 200)
+    curve.show()
+    qtbot.waitExposed(curve)
+    curve.set_scale("Smoothness", [0.1, 1.0, 10.0], logarithmic=True)
+    curve.set_points([2, 0], [0.03, 0.01], best=0)
+    curve.set_present(1.0)
+    qtbot.wait(1)
+    assert curve.curve.getData()[1].tolist() == [10.0, 30.0]
+    assert curve.present.isVisible()
+    assert curve.present.value() == 0.0
+    first, middle, last = (curve.point(number).x() for number in range(3))
+    assert middle - first == pytest.approx(last - middle, abs=1)
+    with qtbot.waitSignal(curve.taken) as taken:
+        qtbot.mouseClick(curve.viewport(), Qt.MouseButton.LeftButton, pos=curve.point(2).toPoint())
+    assert taken.args == [2]
+    curve.set_present(99.0)
+    assert not curve.present.isVisible()
+
+
+def test_a_click_on_the_grid_takes_the_pair_whose_second_value_rises_upwards(qtbot):
+    grid = ErrorGrid()
+    qtbot.addWidget(grid)
+    grid.resize(400, 300)
+    grid.set_scale(("one", "two"), ([1.0, 2.0, 3.0], [10.0, 20.0]))
+    grid.set_errors({0: 0.01, 5: 0.02}, best=0)
+    grid.set_present(5)
+    grid.show()
+    qtbot.waitExposed(grid)
+    assert grid.cell(0).top() > grid.cell(1).top()
+    assert grid.cell(0).left() == grid.cell(1).left() < grid.cell(2).left()
+    with qtbot.waitSignal(grid.taken) as taken:
+        qtbot.mouseClick(grid, Qt.MouseButton.LeftButton, pos=grid.cell(3).center().toPoint())
+    assert taken.args == [3]
+    picture = grid.grab().toImage()
+    best, worst, untried = (
+        picture.pixelColor(grid.cell(number).center().toPoint().x() - 14, int(grid.cell(number).top()) + 6)
+        for number in (0, 5, 1)
+    )
+    assert len({best.name(), worst.name(), untried.name()}) == 3
+
+
+def test_pictures_share_one_scale_and_say_what_they_are(qtbot):
+    multiples = Multiples()
+    qtbot.addWidget(multiples)
+    multiples.resize(420, 300)
+    multiples.set_captions(["0.1", "1", "10"])
+    multiples.show()
+    qtbot.waitExposed(multiples)
+    scale = Scale(depth_table("turbo"), 1.0, 2.0)
+    low, high = np.full((60, 80), 1.0, np.float32), np.full((60, 80), 2.0, np.float32)
+    multiples.set_pictures({0: low, 2: high}, scale)
+    one, none, other = multiples.tiles
+    one.set_marks("5 mm", best=True, present=False)
+    assert one.accessibleName() == "0.1, 5 mm, the best"
+    colours = [tile.grab().toImage().pixelColor(tile.width() // 2, 60).name() for tile in (one, none, other)]
+    assert len(set(colours)) == 3
+    with qtbot.waitSignal(multiples.taken) as taken:
+        qtbot.mouseClick(other, Qt.MouseButton.LeftButton)
+    assert taken.args == [2]
+    assert (one.y(), one.x() < none.x()) == (none.y(), True)
+    assert other.y() > one.y()
+    multiples.set_captions([str(number) for number in range(6)], rows=2)
+    first, above, beside = multiples.tiles[:3]
+    qtbot.waitUntil(lambda: first.y() > above.y())
+    assert beside.x() > first.x()
+    assert beside.y() == first.y()
+
+
+def test_progress_tells_share_and_time_and_is_ended_once(qtbot):
+    row = WorkRow("sweep")
+    qtbot.addWidget(row)
+    assert row.isHidden()
+    row.begin()
+    row.show_share(0.4)
+    assert row.bar.value() == 400
+    assert row.bar.format().startswith("40%")
+    with qtbot.waitSignal(row.cancelled):
+        row.cancel_button.click()
+    assert not row.cancel_button.isEnabled()
+    row.end()
+    assert row.isHidden()
