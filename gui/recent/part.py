@@ -28,6 +28,10 @@ class RecentPart(Part):
         self.menu = QMenu("Open re&cent", desk.window)
         self.menu.setToolTipsVisible(True)
         self.menu.aboutToShow.connect(self._fill)
+        self._entries: dict[str, QAction] = {}
+        self._remove = self._action("Take the grey ones out of this list", self.frames.remove_missing)
+        self._clear = self._action("Forget what was opened; no file is touched", self.frames.clear)
+        self._clear.setText("&Clear this list")
         desk.workspace.sessions_changed.connect(self._note)
 
     def begin(self) -> None:
@@ -50,38 +54,40 @@ class RecentPart(Part):
         for number, origin in enumerate(self.frames.origins, 1):
             self.menu.addAction(self._entry(number, origin))
         missing = sum(map(is_missing, self.frames.origins))
+        self._remove.setText(f"&Remove what is missing ({missing})")
+        self._remove.setVisible(missing > 0)
         self.menu.addSeparator()
-        if missing:
-            text = f"&Remove what is missing ({missing})"
-            self._add(text, "Take the grey ones out of this list", self.frames.remove_missing)
-        self._add("&Clear this list", "Forget what was opened; no file is touched", self.frames.clear)
+        self.menu.addActions([self._remove, self._clear])
         self._allow()
 
     def _allow(self) -> None:
         self.menu.menuAction().setEnabled(bool(self.frames.origins))
 
     def _entry(self, number: int, origin: Origin) -> QAction:
-        gone = is_missing(origin)
+        """The entry of an origin, once made always the same: whoever lists the commands may hold it."""
+        key, gone = key_of(origin), is_missing(origin)
+        action = self._entries.get(key)
+        if action is None:
+            action = self._entries[key] = self._action(key, lambda: self._open(key))
+            action.setObjectName(f"recent {key}")
+            action.setProperty(WHY_NOT, "Its files are not there any more.")
         name = name_of(origin).replace("&", "&&")
         text = f"&{number}  {name}" if number <= _DIGITS else f"{number}  {name}"
-        action = QAction(f"{text} (missing)" if gone else text, self.menu)
-        action.setObjectName(f"recent {key_of(origin)}")
-        action.setToolTip(key_of(origin))
-        action.setProperty(PASSING, True)
-        action.setProperty(WHY_NOT, "Its files are not there any more.")
+        action.setText(f"{text} (missing)" if gone else text)
         action.setEnabled(not gone)
-        action.triggered.connect(lambda: self._open(origin))
         return action
 
-    def _add(self, text: str, hint: str, do: Callable[[], None]) -> None:
-        action = self.menu.addAction(text)
+    def _action(self, hint: str, do: Callable[[], None]) -> QAction:
+        action = QAction(self.desk.window)
         action.setToolTip(hint)
         action.setProperty(PASSING, True)
         action.triggered.connect(lambda: do())
         action.triggered.connect(lambda: self._allow())
+        return action
 
-    def _open(self, origin: Origin) -> None:
+    def _open(self, key: str) -> None:
+        origin = next((origin for origin in self.frames.origins if key_of(origin) == key), None)
         if isinstance(origin, Path):
             self.desk.loader.open_run(origin)
-        else:
+        elif origin is not None:
             self.desk.documents.open_source(origin)

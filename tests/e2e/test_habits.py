@@ -35,7 +35,8 @@ def test_every_control_has_a_name(opened: MainWindow, qtbot: QtBot) -> None:
     for toggle in opened.panels.toggles():
         toggle.setChecked(True)
     assert unnamed(opened) == []
-    for name in ("open", "export", "load_blocks", "shortcuts", "save_layout", "about"):
+    files = "open", "export", "load_blocks", "load_truth"
+    for name in (*files, "test_hidden", "sweep", "save_preset", "shortcuts", "save_layout", "about"):
         opened.actions_[name].trigger()
         (dialog,) = _dialogs(opened)
         assert unnamed(dialog) == [], name
