@@ -186,6 +186,18 @@ class ParameterSet:
                 )
         return tuple(sentences)
 
+    def unlike(self, other: Self) -> dict[str, Value]:
+        """Name -> value of the parameters that have other values in another set.
+
+        Examples
+        --------
+        >>> from ilf.parameters import Parameters
+        >>> Parameters(smoothness=3).unlike(Parameters())
+        {'smoothness': 3.0}
+        """
+        others = other.to_dict()
+        return {name: value for name, value in self.to_dict().items() if value != others[name]}
+
     def same_effect(self, other: Self) -> bool:
         """Whether two sets differ at most in values that have no effect."""
         return all(

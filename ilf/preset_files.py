@@ -13,7 +13,7 @@ from typing import Any
 
 import platformdirs
 
-from .declarations import ParameterSet, Value
+from .declarations import Value
 from .errors import ExportError, FormatError, IlfError, InputError, ParameterError
 from .io.atomic import write_bytes
 from .io.files import read_json
@@ -70,12 +70,12 @@ class OwnPreset:
     @property
     def changes(self) -> dict[str, Value]:
         """The parameters of the filter that are not as in the base."""
-        return differences(self.parameters, PRESETS[self.base])
+        return self.parameters.unlike(PRESETS[self.base])
 
     @property
     def extraction_changes(self) -> dict[str, Value]:
         """The parameters of the extraction that are not the defaults."""
-        return {} if self.extraction is None else differences(self.extraction, BlockParameters())
+        return {} if self.extraction is None else self.extraction.unlike(BlockParameters())
 
 
 @dataclass(frozen=True)
@@ -92,25 +92,6 @@ class PresetList:
 
     presets: dict[str, OwnPreset]
     problems: tuple[str, ...]
-
-
-def differences(values: ParameterSet, base: ParameterSet) -> dict[str, Value]:
-    """Name -> value of the parameters that differ from those of a base of the same kind."""
-    usual = base.to_dict()
-    return {name: value for name, value in values.to_dict().items() if value != usual[name]}
-
-
-def nearest_preset(parameters: Parameters, presets: Mapping[str, Parameters] = PRESETS) -> tuple[str, dict[str, Value]]:
-    """The preset from which the fewest parameters differ, the first of several, and those that do.
-
-    Examples
-    --------
-    >>> from ilf import preset
-    >>> nearest_preset(preset("paper", max_iterations=300))
-    ('paper', {'max_iterations': 300})
-    """
-    found = ((name, differences(parameters, values)) for name, values in presets.items())
-    return min(found, key=lambda item: len(item[1]))
 
 
 def read_preset(path: str | os.PathLike[str]) -> OwnPreset:

@@ -75,8 +75,7 @@ def likeness(parameters: Parameters, presets: Mapping[str, Parameters] = PRESETS
 
 
 def _differing(parameters: Parameters, others: Parameters) -> dict[str, Value]:
-    values, usual = parameters.to_dict(), others.to_dict()
-    return {name: value for name, value in values.items() if value != usual[name] and parameters.matters(name)}
+    return {name: value for name, value in parameters.unlike(others).items() if parameters.matters(name)}
 
 
 def _in_a_list(label: str) -> str:

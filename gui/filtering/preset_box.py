@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QMenu, QToolButton, QWidge
 
 from gui import theme
 from ilf.parameters import DEFAULT_PRESET, PRESETS, Parameters
-from ilf.preset_files import nearest_preset
+from ilf.preset_words import likeness
 
 _ABOUT = (
     "best: follows edges and noise. paper: as the text describes it. released-code: as the authors' program does it."
@@ -82,7 +82,7 @@ class PresetBox(QWidget):
     def show_parameters(self, parameters: Parameters, base: str) -> str:
         """Show which preset these are, or else that they are `base`, changed; the preset's name is returned."""
         known = {**PRESETS, **self._own}
-        base = base if base in known else nearest_preset(parameters, known)[0]
+        base = base if base in known else likeness(parameters, known).preset
         # of presets with the same values, the one that was chosen
         same = [name for name, values in known.items() if values == parameters]
         shown = base if base in same or not same else same[0]

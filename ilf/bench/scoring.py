@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..confidence import DEFAULT_MODEL, depth_error
+from ..judgement import judge
 from ..metrics import ErrorMeasures, fill_rate, measure_errors
 from .patterns import Task
 from .peers.interpolation import nearest
@@ -43,12 +44,5 @@ def score(depth: NDArray[np.floating], task: Task, error_model: str = DEFAULT_MO
     return Score(
         measure_errors(dense, task.truth, task.scored),
         fill_rate(depth, task.scored),
-        _within(depth, task, task.scored & covered, error_model),
+        judge(depth, task.truth, task.scored & covered, depth_error(task.frame, depth, error_model)).within,
     )
-
-
-def _within(depth: NDArray[np.floating], task: Task, judged: NDArray[np.bool_], error_model: str) -> float | None:
-    if not judged.any():
-        return None
-    expected = depth_error(task.frame, depth, error_model)[judged]
-    return float(np.mean(np.abs(depth[judged] - task.truth[judged]) <= expected))

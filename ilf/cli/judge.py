@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 
@@ -28,7 +28,6 @@ from ..judgement import (
     truth_steps,
 )
 from ..judgement.step import run_out
-from ..judgement.sweep import point_in_words
 from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..run import Run
 from .comparison import Column, comparison_table
@@ -56,7 +55,7 @@ _SEEDS = 3
 
 @dataclass(frozen=True)
 class Line:
-    """What one preset or value came to, on a frame (block None) or one of its blocks. Metres.
+    """What one preset or value came to, on a frame (block None) or one of its blocks.
 
     Attributes
     ----------
@@ -65,8 +64,8 @@ class Line:
     block : int or None
     pixels : int
         That were compared.
-    rmse, mae, median, bias : float or None
-        None where no pixel was.
+    rmse_m, mae_m, median_m, bias_m : float or None
+        [m]; None where no pixel was.
     within, coverage, seconds : float or None
         Share within the expected error; share filled, and time, of the whole frame only.
     """
@@ -74,20 +73,20 @@ class Line:
     method: str
     block: int | None
     pixels: int
-    rmse: float | None
-    mae: float | None
-    median: float | None
-    bias: float | None
+    rmse_m: float | None
+    mae_m: float | None
+    median_m: float | None
+    bias_m: float | None
     within: float | None
     coverage: float | None = None
     seconds: float | None = None
 
 
 _COLUMNS = (
-    Column("RMSE [mm]", lambda line: _mm(line.rmse), ".2f"),
-    Column("MAE [mm]", lambda line: _mm(line.mae), ".2f"),
-    Column("median [mm]", lambda line: _mm(line.median), ".2f"),
-    Column("bias [mm]", lambda line: _mm(line.bias), "+.2f", None),
+    Column("RMSE [mm]", lambda line: _mm(line.rmse_m), ".2f"),
+    Column("MAE [mm]", lambda line: _mm(line.mae_m), ".2f"),
+    Column("median [mm]", lambda line: _mm(line.median_m), ".2f"),
+    Column("bias [mm]", lambda line: _mm(line.bias_m), "+.2f", None),
     Column("within", lambda line: line.within, ".1%", None),
     Column("coverage", lambda line: line.coverage, ".1%", max),
     Column("seconds", lambda line: line.seconds, ".2f"),
@@ -160,7 +159,7 @@ def run(arguments: argparse.Namespace) -> None:
                 sweep_steps(Sweep(runs[0], swept, test)),
                 lambda item: progress.update(item) if isinstance(item, Step) else None,
             )
-            results, names = found.points, [point_in_words(point.values) for point in found.points]
+            results, names = found.points, [_point_text(point.values) for point in found.points]
         else:
             several = [truth_steps(run) if test is None else hidden_steps(run, test) for run in runs]
             results, names = run_out(compared_steps(several), progress.update), [preset.name for preset in presets]
@@ -216,6 +215,12 @@ def _swept(text: str) -> tuple[str, list[Value]]:
         return name, [value_from(known[name], value.strip()) for value in values.split(",") if value.strip()]
     except ParameterError as error:
         raise UsageError(f"--sweep {text:.60}: {error}") from error
+
+
+def _point_text(values: Mapping[str, Value]) -> str:
+    """The values of a point, by the names that the command line has for them."""
+    declared = Parameters.declarations()
+    return ", ".join(f"{name} {declared[name].in_words(value)}" for name, value in values.items())
 
 
 def _report(

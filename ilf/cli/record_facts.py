@@ -8,7 +8,7 @@ from ..declarations import ParameterSet, Value
 from ..frame import CameraIntrinsics
 from ..io.camera_files import intrinsics_from
 from ..parameters import BlockParameters
-from ..preset_files import differences, nearest_preset
+from ..preset_words import likeness
 from ..run import RunRecord
 
 
@@ -32,8 +32,9 @@ def record_facts(record: RunRecord) -> list[tuple[str, str]]:
     facts.append(("blocks", f"{len(record.outcomes)} run, {record.shape[1]} x {record.shape[0]}, {origin}"))
     if record.extraction is not None:
         facts.append(("extraction", _changes(record.extraction, BlockParameters()) or "defaults"))
-    name, changes = nearest_preset(record.common)
-    facts.append(("parameters", f"preset {name}" + (f" with {_text(changes)}" if changes else "")))
+    nearest = likeness(record.common)
+    changes = _text(nearest.differs)
+    facts.append(("parameters", f"preset {nearest.preset}" + (f" with {changes}" if changes else "")))
     facts += [
         (f"block {label}", _changes(own, record.common))
         for label, own in record.parameters.items()
@@ -53,7 +54,7 @@ def record_facts(record: RunRecord) -> list[tuple[str, str]]:
 
 
 def _changes(values: ParameterSet, base: ParameterSet) -> str:
-    return _text(differences(values, base))
+    return _text(values.unlike(base))
 
 
 def _text(values: Mapping[str, Value]) -> str:

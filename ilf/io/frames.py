@@ -215,10 +215,10 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
             f" with depth units {meta.get('gt_units_per_m')}."
         )
     depth = _named_image(root, named["depth"]) or _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint)
-    return FrameFiles(rgb, depth, units, camera, size, name, truth_in(root, named["gt"]), truth_units)
+    return FrameFiles(rgb, depth, units, camera, size, name, _truth_in(root, named["gt"]), truth_units)
 
 
-def truth_in(root: Path, worth: str | None) -> Path | None:
+def _truth_in(root: Path, worth: str | None) -> Path | None:
     """The file of a frame folder's truth: what meta.json names or calls a truth, or `gt.*`; None if there is none."""
     if worth and Path(worth).suffix.lower() in DEPTH_FILE_SUFFIXES and not re.search(r"\s", worth):
         return _named_image(root, worth)

@@ -100,8 +100,11 @@ def scale_misfit(truth: NDArray[np.floating], depth: NDArray[np.floating], units
     if 1 / _FARTHEST <= ratio <= _FARTHEST:
         return ""
     fitting = [other for other in COMMON_DEPTH_UNITS if 1 / _FARTHEST <= ratio * units / other <= _FARTHEST]
-    hint = f"Give {fitting[0]:g} as its units." if fitting else "Check that it belongs to this frame."
-    return f"With {units:g} units per metre, this truth would be {ratio:.3g} times the measured depth. {hint}"
+    way_out = f"give {fitting[0]:g} as its units" if fitting else "check that it belongs to this frame"
+    return (
+        f"With {units:g} units per metre, this truth would be {ratio:.3g} times the measured depth: {way_out}, "
+        "or correct those of the depth."
+    )
 
 
 def read_truth(

@@ -10,9 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..declarations import Value, in_words
+from ..declarations import Value
 from ..errors import InputError, ParameterError
 from ..parameters import Parameters
+from ..preset_words import in_words
 from ..run import Run
 from .against_truth import pixels_with_truth, truth_steps
 from .completing import completion_steps
@@ -71,8 +72,8 @@ class Sweep:
             for name, values in self.values.items()
         }
         object.__setattr__(self, "values", checked)
-        if self.only is not None and not np.isin(list(self.only), self.run.blocks).all():
-            raise InputError(f"There are no blocks {', '.join(map(str, sorted(self.only)))} to vary the values of.")
+        if self.only is not None and not (self.only and np.isin(list(self.only), self.run.blocks).all()):
+            raise InputError(f"There are no such blocks to vary the values of: {sorted(self.only)}.")
         bases = [self.run.parameters] if self.only is None else [self.run.parameters_of(label) for label in self.only]
         variants = [base.replace(**values) for base in bases for values in self.points]
         for name in checked:
@@ -167,7 +168,7 @@ def sweep_steps(sweep: Sweep, *, threads: int | None = None) -> Generator[Step |
     width = 1 / len(sweep.points)
     for number, values in enumerate(sweep.points):
         steps = _one_point(sweep, values, threads)
-        point = yield from part_of(steps, number * width, width, f"{point_in_words(values)}: ")
+        point = yield from part_of(steps, number * width, width, f"{', '.join(in_words(values))}: ")
         points.append(point)
         yield point
     shared = over_shared([point.judged for point in points])
@@ -210,12 +211,6 @@ def run_sweep(
     ([400, 400], {'filter': 'edge-aware'})
     """
     return run_out(sweep_steps(sweep, threads=threads), on_step)
-
-
-def point_in_words(values: Mapping[str, Value]) -> str:
-    """The values of a point in words."""
-    texts = (f"{value:g}" if type(value) is float else in_words(value) for value in values.values())
-    return ", ".join(f"{name} {text}" for name, text in zip(values, texts, strict=True))
 
 
 def _one_point(sweep: Sweep, values: dict[str, Value], threads: int | None) -> Generator[Step, None, SweepPoint]:

@@ -77,7 +77,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     assert "Units per metre must be a number" in dialog.message.text()
     dialog.units.setEditText("100")
     dialog.read()
-    qtbot.waitUntil(lambda: "Give 1000" in dialog.message.text(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: "give 1000" in dialog.message.text(), timeout=WAIT_MS)
     assert not dialog.load_button.isEnabled()
     dialog.units.setCurrentIndex(0)
     dialog.read()

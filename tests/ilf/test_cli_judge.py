@@ -61,8 +61,11 @@ def test_info_tells_what_is_known_of_the_truth(files, capsys):
     assert "truth units:  5000 per metre" in text
     Path("in/meta.json").write_text(json.dumps({"depth_units_per_m": 1000, "gt": "exact"}))
     assert main(["info", "in"]) == 0
-    assert "5.03 times the measured depth. Give 5000" in capsys.readouterr().out
-    assert "Give 5000 as its units" in fails(capsys, "complete", "in", "--out", "out")
+    assert "5.03 times the measured depth: give 5000" in capsys.readouterr().out
+    assert "give 5000 as its units" in fails(capsys, "complete", "in", "--out", "out")
+    Path("in/meta.json").write_text(json.dumps({"depth_units_per_m": 1000, "gt": "filled by hand"}))
+    assert main(["info", "in"]) == 0
+    assert "none: meta.json says of gt.png" in capsys.readouterr().out
 
 
 def test_judge_against_the_truth_gives_the_librarys_figures(files, capsys):
@@ -88,8 +91,8 @@ def test_judge_on_hidden_depth_is_the_default_without_truth(files, capsys):
     with open("table.csv", newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert [row["block"] for row in rows] == ["", "1", "2"]
-    assert float(rows[0]["rmse"]) == result.whole.rmse
-    assert float(rows[2]["mae"]) == result.blocks[2].mae
+    assert float(rows[0]["rmse_m"]) == result.whole.rmse
+    assert float(rows[2]["mae_m"]) == result.blocks[2].mae
 
 
 def test_judge_takes_presets_from_files_each_with_its_extraction(files, capsys):
@@ -118,9 +121,8 @@ def test_judge_sweeps_one_parameter_or_two(files, capsys):
     grid = ["--sweep", "smoothness=1,3", "--sweep", "trend=on,off", "--hidden", "random", "--seeds", "1"]
     assert main(["judge", *files, *grid, *QUICK]) == 0
     lines = capsys.readouterr().out.splitlines()[2:]
-    assert [line.split("  ")[0] for line in lines] == [
-        "smoothness 1, trend on", "smoothness 1, trend off", "smoothness 3, trend on", "smoothness 3, trend off",
-    ]  # fmt: skip
+    points = [f"smoothness {value} x, trend {switch}" for value in (1, 3) for switch in ("on", "off")]
+    assert [line.split("  ")[0] for line in lines] == points
 
 
 @pytest.mark.parametrize(

@@ -216,8 +216,9 @@ def test_bad_sweeps_are_refused_before_anything_is_run(run):
     for values in ({}, {"padding": []}, {"padding": [1], "centred": [True], "staged_start": [1]}):
         with pytest.raises(ParameterError, match="one or two parameters"):
             Sweep(run, values)
-    with pytest.raises(InputError, match="There are no blocks 9"):
-        Sweep(run, {"padding": [2]}, only=[9])
+    for only in ([9], []):
+        with pytest.raises(InputError, match="no such blocks"):
+            Sweep(run, {"padding": [2]}, only=only)
     bare = replace(run, frame=run.frame.with_truth(None))
     with pytest.raises(InputError, match="no truth where depth is missing"):
         Sweep(bare, {"padding": [2]})

@@ -16,7 +16,6 @@ from ilf.preset_files import (
     find_preset,
     import_preset,
     list_presets,
-    nearest_preset,
     presets_folder,
     read_preset,
     rename_preset,
@@ -144,10 +143,6 @@ def test_the_folder_is_among_the_users_settings_unless_said_otherwise(monkeypatc
     assert Path(presets_folder()).is_absolute()
 
 
-def test_the_nearest_preset_and_what_differs_from_it():
-    assert nearest_preset(ilf.preset()) == ("best", {})
-    assert nearest_preset(PAPER.parameters) == ("paper", {"max_iterations": 300})
-    own = {"mine": PAPER.parameters, "best": ilf.preset()}
-    assert nearest_preset(PAPER.parameters.replace(padding=3), own) == ("mine", {"padding": 3.0})
+def test_an_own_preset_builds_on_a_built_in_one():
     with pytest.raises(ParameterError, match="no preset 'mine'"):
         OwnPreset("x", PAPER.parameters, "mine")

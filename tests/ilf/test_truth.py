@@ -93,7 +93,7 @@ def test_a_given_truth_takes_the_units_of_whole_numbers_from_the_depth(folder):
 
 def test_what_cannot_be_the_truth_is_refused_with_a_way_out(folder):
     frame = ilf.load_frame(folder / "rgb.png", folder / "depth.png")
-    with pytest.raises(InputError, match=r"gt\.png: With 1000 units.* 5 times the measured depth\. Give 5000"):
+    with pytest.raises(InputError, match=r"gt\.png: With 1000 units.* 5 times the measured depth: give 5000"):
         with_truth_file(frame, folder / "gt.png", 1000)
     with pytest.raises(InputError, match=r"cannot be a truth: The median depth would be"):
         load_truth(folder / "gt.png", frame.shape, 1)

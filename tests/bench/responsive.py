@@ -1,0 +1,186 @@
+"""Whether the window answers while it works, and what it keeps: `python -m tests.bench.responsive`.
+
+The longest time for which the window's thread does not come round, while each of the things goes on that take long, and
+while all of them do; and the memory that many frames, opened, run and closed one after the other, leave behind.
+Real time on a machine with nothing else to do. `--frames 0` leaves the frames out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+import cv2
+import numpy as np
+from PySide6.QtCore import QTimer
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+import ilf
+from gui import theme
+from gui.accuracy.part import AccuracyPart
+from gui.main_window import MainWindow
+from gui.sweep.part import SweepPart
+from ilf.assets import asset_path
+
+from .memory import resident
+
+_BEAT_MS = 2
+_LIMIT_S = 120
+
+
+class Heart:
+    """Beats as often as the window's thread lets it, and knows the longest silence."""
+
+    def __init__(self) -> None:
+        self._timer = QTimer(interval=_BEAT_MS)
+        self._timer.timeout.connect(self._beat)
+        self._last = 0.0
+        self.gaps: list[float] = []
+
+    def start(self) -> None:
+        """Listen from now on."""
+        self.gaps = []
+        self._last = time.perf_counter()
+        self._timer.start()
+
+    def stop(self) -> str:
+        """Listen no more; the gaps in words."""
+        self._timer.stop()
+        gaps = 1000 * np.sort(self.gaps)
+        return f"longest {gaps[-1]:6.1f} ms, 2nd {gaps[-2]:6.1f}, over 50 ms: {int((gaps > 50).sum())} of {gaps.size}"
+
+    def _beat(self) -> None:
+        now = time.perf_counter()
+        self.gaps.append(now - self._last)
+        self._last = now
+
+
+def wait(reached: Callable[[], object]) -> None:
+    """Let the window work until something holds."""
+    deadline = time.perf_counter() + _LIMIT_S
+    while not reached():
+        if time.perf_counter() > deadline:
+            raise TimeoutError("the window has not come to an end")
+        QTest.qWait(2)
+
+
+def sample(folder: Path, size: tuple[int, int], number: int = 0) -> Path:
+    """The bundled sample in a size, as a frame folder; with a number, a little other than with another."""
+    frame = ilf.load_frame(asset_path("samples/room"))
+    assert frame.truth is not None
+    place = folder / f"{size[0]}x{size[1]}-{number}"
+    place.mkdir()
+    rgb = cv2.resize(frame.rgb, size)
+    rgb[0, 0] = number % 256
+    cv2.imwrite(str(place / "rgb.png"), rgb[..., ::-1])
+    for name, depth in (("depth", frame.depth), ("gt", frame.truth)):
+        metres = np.nan_to_num(cv2.resize(depth, size, interpolation=cv2.INTER_NEAREST))
+        cv2.imwrite(str(place / f"{name}.png"), (1000 * metres).round().astype(np.uint16))
+    (place / "meta.json").write_text(
+        '{"depth_units_per_m": 1000, "gt_units_per_m": 1000, "K": [525, 525, 319.5, 239.5]}'
+    )
+    return place
+
+
+def new_window() -> MainWindow:
+    """A window with all panels that show numbers."""
+    window = MainWindow(remembers=False)
+    window.documents.discard_silently = True
+    window.resize(1440, 900)
+    window.show()
+    QTest.qWait(300)
+    return window
+
+
+def open_frame(window: MainWindow, folder: Path) -> None:
+    """Open a frame, and wait for its blocks."""
+    window.documents.open_paths([folder])
+    wait(lambda: window.workspace.has_session and window.workspace.session.counts() and not window.loader.busy)
+
+
+def listen(window: MainWindow, folder: Path) -> None:
+    """Print the gaps of everything that takes long."""
+    heart = Heart()
+    workspace, runs = window.workspace, window.runs
+    accuracy = next(part for part in window.parts if isinstance(part, AccuracyPart))
+    sweep = next(part for part in window.parts if isinstance(part, SweepPart))
+
+    def say(what: str, begin: Callable[[], object], over: Callable[[], object]) -> None:
+        QTest.qWait(500)
+        heart.start()
+        begin()
+        wait(over)
+        QTest.qWait(300)
+        print(f"  {what:<22} {heart.stop()}", flush=True)
+
+    def drag() -> None:
+        for step in range(40):
+            window.filter_panel.edited.emit(workspace.parameters.replace(smoothness=0.5 + 0.02 * step))
+            QTest.qWait(20)
+
+    def everything() -> None:
+        accuracy.ask_test()
+        window.actions_["run_all"].trigger()
+        sweep.start()
+        for _ in range(20):
+            window.views.fit()
+            window.actions_["undo"].trigger()
+            QTest.qWait(30)
+
+    say("opening", lambda: open_frame(window, folder), lambda: True)
+    say("run, best", window.actions_["run_all"].trigger, lambda: runs.free)
+    counts = workspace.session.counts()
+    workspace.select([max(counts, key=lambda label: counts[label].pixels)])
+    say("a value dragged, live", drag, lambda: runs.free and not runs.resolving)
+    workspace.set_parameters(ilf.preset("released-code", max_iterations=40))
+    say("run, released-code", window.actions_["run_all"].trigger, lambda: runs.free)
+    workspace.set_parameters(ilf.preset())
+    sweep.open("noise")
+    say("sweep", sweep.start, lambda: not sweep.worker.busy)
+    window.actions_["live"].setChecked(True)
+    say("all of it", everything, lambda: runs.free and not sweep.worker.busy)
+
+
+def soak(window: MainWindow, folder: Path, count: int) -> None:
+    """Print the memory of the process while many frames come and go."""
+    for number in range(count):
+        place = sample(folder, (640, 480), 1 + number)
+        open_frame(window, place)
+        window.actions_["run_all"].trigger()
+        wait(lambda: window.runs.free and not window.errors.busy)
+        window.actions_["close_frame"].trigger()
+        QTest.qWait(20)
+        if number in (0, 4, 9, 19) or number % 50 == 49:
+            print(f"  after {number + 1:3d} frames {resident() / 2**20:7.0f} MB", flush=True)
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--frames", type=int, default=200, help="frames to open, run and close (default: 200)")
+    arguments = parser.parse_args()
+    app = QApplication([])
+    theme.apply_theme(app, "light")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for size in ((640, 480), (1280, 720)):
+            print(f"{size[0]} x {size[1]}, gaps of the window's thread:")
+            window = new_window()
+            listen(window, sample(folder, size))
+            window.close()
+        if arguments.frames:
+            print(f"{arguments.frames} frames of 640 x 480, opened, run and closed:")
+            window = new_window()
+            soak(window, folder, arguments.frames)
+            window.close()
+
+
+if __name__ == "__main__":
+    main()
