@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +58,7 @@ def key_of(origin: Origin) -> str:
 
 def is_missing(origin: Origin) -> bool:
     """Whether one of its files is not there any more."""
-    paths = (origin.rgb, origin.depth) if isinstance(origin, FrameSource) else (origin,)
+    paths = (origin.rgb, origin.depth, origin.truth) if isinstance(origin, FrameSource) else (origin,)
     return any(path is not None and not Path(path).exists() for path in paths)
 
 
@@ -79,9 +80,18 @@ def _entry(origin: Origin) -> dict[str, Any] | None:
         if not isinstance(camera, (tuple, list)):
             return None
         camera = [float(number) for number in camera]
-    depth = None if origin.depth is None else str(Path(origin.depth).absolute())
-    rgb = str(Path(origin.rgb).absolute())
-    return {"rgb": rgb, "depth": depth, "units": origin.depth_units, "camera": camera}
+    return {
+        "rgb": _absolute(origin.rgb),
+        "depth": _absolute(origin.depth),
+        "units": origin.depth_units,
+        "camera": camera,
+        "truth": _absolute(origin.truth),
+        "truth_units": origin.truth_units,
+    }
+
+
+def _absolute(path: str | None) -> str | None:
+    return None if path is None else os.path.abspath(path)
 
 
 def _read(text: str) -> list[Origin]:
@@ -97,10 +107,11 @@ def _origin(entry: dict[str, Any]) -> Origin:
     if "run" in entry:
         return Path(entry["run"])
     camera = entry["camera"]
-    units = entry["units"]
     return FrameSource(
         str(entry["rgb"]),
-        None if entry["depth"] is None else str(entry["depth"]),
-        None if units is None else float(units),
+        entry["depth"],
+        entry["units"],
         tuple(camera) if isinstance(camera, list) else camera,
+        entry["truth"],
+        entry["truth_units"],
     )

@@ -68,18 +68,7 @@ def _print_folder(folder: Path, arguments: argparse.Namespace) -> None:
             "back what was there before, first."
         )
     if is_frame or not record.is_file():
-<<<<<<< HEAD
         _print_frame(frame_folder(folder), arguments)
-=======
-        files = frame_folder(folder)
-        units = arguments.depth_units or files.depth_units
-        metres, found = _depth_facts(files.depth, units, arguments.intrinsics or files.intrinsics)
-        stated = files.truth_units if arguments.truth is None else None
-        truth = _truth_facts(arguments.truth or files.truth, arguments.truth_units or stated, metres, units)
-        if not truth and (filled := sorted(folder.glob("gt.*"))):
-            truth = [("truth", f"none: {META_NAME} says of {filled[0].name} that it is no measured or exact depth")]
-        _print_facts([("name", files.name), ("colour", _colour(files.rgb)), *found, *truth])
->>>>>>> main
         print()
     if record.is_file():
         _print_record(record)
@@ -91,6 +80,8 @@ def _print_frame(files: FrameFiles, arguments: argparse.Namespace) -> None:
     metres, found = _depth_facts(files.depth, units, arguments.intrinsics or files.intrinsics)
     stated = files.truth_units if arguments.truth is None else None
     truth = _truth_facts(arguments.truth or files.truth, arguments.truth_units or stated, metres, units)
+    if not truth and (filled := sorted(files.rgb.parent.glob("gt.*"))):
+        truth = [("truth", f"none: {META_NAME} says of {filled[0].name} that it is no measured or exact depth")]
     _print_facts([("name", files.name), ("colour", _colour(files.rgb)), *found, *truth])
 
 
