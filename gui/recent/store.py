@@ -53,7 +53,7 @@ class RecentFrames:
 
 def key_of(origin: Origin) -> str:
     """The path of what holds the depth, or of the record."""
-    return origin.key if isinstance(origin, FrameSource) else str(origin)
+    return os.path.abspath(origin.key if isinstance(origin, FrameSource) else origin)
 
 
 def is_missing(origin: Origin) -> bool:
