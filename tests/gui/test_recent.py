@@ -16,14 +16,8 @@ pytestmark = pytest.mark.usefixtures("qapp")
 def test_the_last_comes_first_once_and_how_it_was_read_is_kept(tmp_path: Path) -> None:
     frames = RecentFrames(remembers=True)
     folder, record = FrameSource(str(tmp_path)), tmp_path / "out" / "run.json"
-    pair = FrameSource(
-        str(tmp_path / "a.png"),
-        str(tmp_path / "b.png"),
-        5000.0,
-        (525.0, 525.0, 319.5, 239.5),
-        str(tmp_path / "t.npy"),
-        1.0,
-    )
+    colour, depth, truth = (str(tmp_path / name) for name in ("a.png", "b.png", "t.npy"))
+    pair = FrameSource(colour, depth, 5000.0, (525.0, 525.0, 319.5, 239.5), truth, 1.0)
     for origin in (folder, pair, record, folder):
         frames.note(origin)
     later = RecentFrames(remembers=True)
