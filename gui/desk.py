@@ -15,6 +15,7 @@ from gui.filtering.presenter import FilterPresenter
 from gui.frames.loader import FrameLoader
 from gui.state.workspace import Workspace
 from gui.tools.editor import Editor
+from gui.views.errors import ErrorPresenter
 from gui.views.linked_views import LinkedViews
 from gui.views.presenter import ViewsPresenter
 from gui.widgets.notes import Notes
@@ -39,6 +40,7 @@ class Desk:
     notes: Notes
     filter_panel: FilterPanel
     filter_presenter: FilterPresenter
+    errors: ErrorPresenter
     documents: Documents
 
 

@@ -18,6 +18,7 @@ from gui.cloud.cloud_view import CloudView
 from gui.cloud.presenter import CloudPresenter
 from gui.curves.curves_panel import CurvesPanel
 from gui.curves.presenter import CurvesPresenter
+from gui.curves.scrubbing import Scrubbing
 from gui.desk import Desk, Part
 from gui.dialogs.about import AboutDialog
 from gui.dialogs.documents import Documents
@@ -34,6 +35,7 @@ from gui.frames.loader import FrameLoader
 from gui.frames.presenter import FramesPresenter
 from gui.frames.replays import ReplayPresenter
 from gui.history.history_view import HistoryView
+from gui.inspect.part import InspectPart
 from gui.kept.part import KeptRunsPart
 from gui.layouts.part import LayoutsPart
 from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar
@@ -73,6 +75,7 @@ _PARTS: tuple[type[Part], ...] = (
     PresetsPart,
     SweepPart,
     AccuracyPart,
+    InspectPart,
     RecentPart,
     LayoutsPart,
     ShortcutsPart,
@@ -154,6 +157,7 @@ class MainWindow(QMainWindow):
         self.review = ReviewPresenter(workspace, self.views, self.review_strip, actions["leave_suspect"])
         self.distrust = DistrustPresenter(workspace, self.views, self.distrust_strip)
         self.curve_presenter = CurvesPresenter(workspace, self.curves)
+        self.scrubbing = Scrubbing(workspace, runs, self.curves)
         self.cloud_presenter = CloudPresenter(workspace, self.cloud)
         tools = {name: actions[f"tool_{name}"] for name in self.editor.tools}
         self.tool_presenter = ToolsPresenter(self.editor, tools, self.tool_bar.options)
@@ -212,6 +216,7 @@ class MainWindow(QMainWindow):
             self.notes,
             self.filter_panel,
             self.filter_presenter,
+            self.errors,
             self.documents,
         )
         self.parts: list[Part] = [make(desk) for make in _PARTS]
@@ -237,7 +242,8 @@ class MainWindow(QMainWindow):
             self.view_presenter.show_blocks,
             (turned, blocks, workspace.stroke_changed, infos, selected, named),
         )
-        add("depth", self.view_presenter.show_depth, (turned, blocks, results), (coming, depth))
+        past = workspace.past_changed
+        add("depth", self.view_presenter.show_depth, (turned, blocks, results, past), (coming, depth))
         add("error", self.errors.show, (turned, blocks, results, workspace.error_changed, running, *looked_at))
         add("cloud", self.cloud_presenter.show, (turned, blocks, results, *looked_at), (coming,))
         add(
@@ -248,7 +254,9 @@ class MainWindow(QMainWindow):
         )
         add("filter", self.filter_presenter.show, (turned, infos, selected, values, self.filter_panel.scope_changed))
         shown_records = turned, blocks, infos, selected, values, results, workspace.records_added
-        add("curves", self.curve_presenter.show, (*shown_records, self.curves.shown), (coming,))
+        shown_also = workspace.compared_changed, self.curves.shown
+        add("curves", self.curve_presenter.show, (*shown_records, *shown_also), (coming,))
+        add("scrubbing", self.scrubbing.show, (turned, blocks, results, values), (coming, workspace.records_added))
         add("stages", self.stages.show, (turned, workspace.extraction_changed, self.stages.changed, *looked_at))
         add("extraction", self.stages.describe, (blocks, infos, self.stages.described))
         # not a part: what is done next may come before the next turn, and must be allowed or not by then
@@ -262,7 +270,12 @@ class MainWindow(QMainWindow):
         )
         exporting = self.documents.exporting_changed
         add("progress", self.status_presenter.show_progress, (turned, running, loading, exporting), (coming,))
-        add("readout", self.readout.show, (turned, blocks, infos, results, workspace.error_changed), (coming, depth))
+        add(
+            "readout",
+            self.readout.show,
+            (turned, blocks, infos, results, workspace.error_changed, past),
+            (coming, depth),
+        )
 
     def _connect_commands(self) -> None:
         runs, editor, blocks, documents = self.runs, self.editor, self.block_commands, self.documents
@@ -428,7 +441,10 @@ class MainWindow(QMainWindow):
         if not (self.documents.may_close() and self._may_stop_experiments()):
             event.ignore()
             return
-        reviews, views = (self.review, self.distrust), (self.errors, self.effect, self.stages, self.editor)
+        reviews, views = (
+            (self.review, self.distrust),
+            (self.errors, self.effect, self.stages, self.editor, self.scrubbing),
+        )
         for worker in (self.runs, *reviews, *views, self.loader, self.documents, self.experiments):
             worker.shutdown()
         for part in self.parts:

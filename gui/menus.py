@@ -28,12 +28,17 @@ BLOCK_MENU = (
     "grow_blocks shrink_blocks smooth_blocks clean_up | new_block fit"
 )
 _TOOLS = "tool_select tool_border tool_outline tool_split tool_paint tool_erase tool_give tool_distrust"
+_INSPECT = (
+    "tool_profile tool_rectangle tool_measure remove_marks | save_profile save_profile_picture | copy_statistics | "
+    "copy_measurements save_measurements delete_measurements"
+)
 _MENUS = {
     "&File": "open open_sample open_run | load_truth remove_truth | load_blocks save_blocks export save_picture | "
     "close_frame quit",
     "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | give_up",
     "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",
+    "I&nspect": _INSPECT,
     "Re&view": "next_suspect previous_suspect leave_suspect | suggest_distrust",
     "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | guess clear_results | "
     "test_hidden sweep | show_runs compare_runs accept_run restore_run export_runs clear_runs",

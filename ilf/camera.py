@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from .errors import InputError
 
@@ -51,6 +51,31 @@ class CameraIntrinsics:
                 f"Focal lengths must be positive pixels, not fx={self.fx:g}, fy={self.fy:g}. "
                 "Give intrinsics as fx,fy,cx,cy."
             )
+
+    def points(self, columns: ArrayLike, rows: ArrayLike, depth: ArrayLike) -> NDArray[np.float64]:
+        """Where pixels with depth lie in space.
+
+        Parameters
+        ----------
+        columns, rows : array_like, shape (N,)
+            Pixels, whole numbers at their centres.
+        depth : array_like, shape (N,)
+            Depth along the optical axis [m]; where it is NaN, so is the point.
+
+        Returns
+        -------
+        ndarray of float64, shape (N, 3)
+            x to the right, y down, z forward [m].
+
+        Examples
+        --------
+        >>> CameraIntrinsics(100.0, 100.0, 50.0, 40.0).points([0], [40], [2.0]).tolist()
+        [[-1.0, 0.0, 2.0]]
+        """
+        z = np.asarray(depth, np.float64)
+        x = (np.asarray(columns) - self.cx) / self.fx * z
+        y = (np.asarray(rows) - self.cy) / self.fy * z
+        return np.stack([x, y, z], axis=-1)
 
 
 # name -> fx, fy, cx, cy and the (width, height) that they are for

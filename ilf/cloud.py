@@ -81,10 +81,8 @@ def point_cloud(depth: ArrayLike, rgb: ArrayLike, intrinsics: CameraIntrinsics |
             f"{colour.dtype} {colour.shape}."
         )
     rows, columns = np.nonzero(np.isfinite(z_image) & (z_image > 0))
-    z = z_image[rows, columns]
-    x = (columns - intrinsics.cx) / intrinsics.fx * z
-    y = (rows - intrinsics.cy) / intrinsics.fy * z
-    return PointCloud(np.column_stack([x, y, z]).astype(np.float32), colour[rows, columns])
+    points = intrinsics.points(columns, rows, z_image[rows, columns])
+    return PointCloud(points.astype(np.float32), colour[rows, columns])
 
 
 def in_axes(cloud: PointCloud, axes: str) -> PointCloud:

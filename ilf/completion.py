@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping
-from dataclasses import replace
 from typing import Self
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .blocks import Block, checked_drawn, checked_labels, drawn_of, find_blocks
 from .errors import InputError
-from .filter.convergence import IterationRecord, deviation
+from .filter.convergence import IterationRecord
 from .filter.stepper import Stepper, edge_parameters, edges_for, make_stepper
 from .frame import RGBDFrame
 from .outcomes import BlockOutcome, BlockResult, Completion, Progress, Status, compose, notes_of
@@ -19,6 +18,9 @@ from .parameters import BlockParameters, Parameters
 from .threads import available_cores, one_by_one, side_by_side
 
 ParameterChoice = Parameters | Mapping[int, Parameters]
+
+Watch = Callable[[Block, IterationRecord, Stepper], None]
+"""Is called after every iteration, in the thread that made it, with the block, the record and what iterates on it."""
 
 
 class CompletionRun(Iterator[Progress]):
@@ -45,6 +47,8 @@ class CompletionRun(Iterator[Progress]):
         Canny and depth jumps. Those of the defaults if left out.
     drawn : array_like of bool, shape (H, W), optional
         Pixels of blocks whose border, to another block or to none, was drawn by hand; see `complete`.
+    watch : callable, optional
+        A `Watch`, for those who want to look at the surface of every single iteration. The run waits for it.
 
     Raises
     ------
@@ -61,6 +65,7 @@ class CompletionRun(Iterator[Progress]):
         threads: int | None = None,
         extraction: BlockParameters | None = None,
         drawn: ArrayLike | None = None,
+        watch: Watch | None = None,
     ) -> None:
         self._frame = frame
         borders = checked_drawn(drawn, frame.shape)
@@ -69,7 +74,9 @@ class CompletionRun(Iterator[Progress]):
         self._parameters = {label: _parameters_for(parameters, label) for label in self.blocks}
         self._live: dict[int, Stepper] = {}
         tasks = {
-            label: _block_steps(frame, block, self._parameters[label], extraction, drawn_of(block, borders), self._live)
+            label: _block_steps(
+                frame, block, self._parameters[label], extraction, drawn_of(block, borders), self._live, watch
+            )
             for label, block in self.blocks.items()
         }
         width = min(available_cores() if threads is None else threads, len(tasks))
@@ -106,7 +113,7 @@ class CompletionRun(Iterator[Progress]):
         return [
             (
                 self.blocks[label],
-                _block_depth(self._frame, self.blocks[label], iteration.surface, self._parameters[label].mode),
+                block_depth(self._frame, self.blocks[label], iteration.surface, self._parameters[label].mode),
             )
             for label, iteration in list(self._live.items())
         ]
@@ -241,6 +248,7 @@ def _block_steps(
     extraction: BlockParameters | None,
     drawn: NDArray[np.bool_] | None,
     live: dict[int, Stepper],
+    watch: Watch | None,
 ) -> Generator[Progress, None, None]:
     """All steps of one block; while they go on, its stepper stands in `live`."""
     refusal = _refusal(frame, block, parameters)
@@ -253,13 +261,15 @@ def _block_steps(
     live[block.label] = stepper
     history: list[IterationRecord] = []
     truth = _hidden_truth(frame, block)
+    if truth is not None:
+        stepper.judge(*truth)
     for record in stepper:
-        if truth is not None:
-            record = _with_error(record, stepper, *truth)
         history.append(record)
+        if watch is not None:
+            watch(block, record, stepper)
         yield Progress(block.label, record=record)
     del live[block.label]
-    depth = _block_depth(frame, block, stepper.surface, parameters.mode)
+    depth = block_depth(frame, block, stepper.surface, parameters.mode)
     outcome = _outcome(block, raw, depth, history, stepper)
     result = BlockResult(
         block, depth, outcome, tuple(history), parameters, stepper.network, stepper.notes, edges, drawn
@@ -274,13 +284,6 @@ def _hidden_truth(frame: RGBDFrame, block: Block) -> tuple[NDArray[np.bool_], ND
     truth = frame.truth[block.box][block.mask]
     judged = np.isnan(frame.depth[block.box][block.mask]) & np.isfinite(truth)
     return (judged, truth[judged].astype(np.float64)) if judged.any() else None
-
-
-def _with_error(
-    record: IterationRecord, stepper: Stepper, judged: NDArray[np.bool_], truth: NDArray[np.float64]
-) -> IterationRecord:
-    """The record with the error of the surface as it stands."""
-    return replace(record, error=deviation(stepper.surface[judged], truth))
 
 
 def _parameters_for(parameters: ParameterChoice, label: int) -> Parameters:
@@ -314,8 +317,23 @@ def known_needed(pixels: ArrayLike, parameters: Parameters) -> NDArray[np.floati
     return np.minimum(np.maximum(parameters.min_known_pixels, share), pixels)
 
 
-def _block_depth(frame: RGBDFrame, block: Block, surface: NDArray[np.float64], mode: str) -> NDArray[np.float32]:
-    """Raw depth with P_i put in where it is depth at all (> 0): in the defective area, or all over the block."""
+def block_depth(frame: RGBDFrame, block: Block, surface: NDArray[np.float64], mode: str) -> NDArray[np.float32]:
+    """Raw depth with P_i put in where it is depth at all (> 0): in the defective area, or all over the block.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    block : Block
+    surface : ndarray of float64
+        P_i [m] at the block's pixels, in the order of `block.mask`'s True values.
+    mode : str
+        "fill" or "fill+denoise".
+
+    Returns
+    -------
+    ndarray of float32
+        Depth [m] at the same pixels, NaN = missing.
+    """
     raw = frame.depth[block.box][block.mask]
     replace = surface > 0
     if mode == "fill":

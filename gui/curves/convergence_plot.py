@@ -1,68 +1,185 @@
-"""Plots over iterations: one curve with stage marks, the colour-weighted span and a cursor; and the errors' plot."""
+"""Plots over iterations or time: a line for each curve, stage marks, the colour-weighted span and a cursor."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, QPointF, Signal
+from PySide6.QtCore import QEvent, QPointF, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QFont
 
 from gui import theme
+from gui.curves.curve import Values
 
-_AXIS_HEIGHT = 34
+_NAMED_AXIS, _AXIS, _LINE = 34, 20, 6
+"""Heights of the horizontal axis [px]: with its name, with numbers alone, and bare."""
+
 _ERROR_RANGE = 0.4
-"""The errors' plot shows decades from the least hold-out error up to so many above it."""
+"""The plot of hold-out errors shows decades from the least of them up to so many above it."""
+
+_MARK_ROW = 0.05
+"""Height of the stage marks of one of several curves, as a share of the plot's."""
+
+_POINT = 6
+"""Size of a curve that is a single point [px]."""
 
 
-class IterationView(pg.ViewBox):
-    """View with little padding along the iterations, and room for a line of text above and below the curve."""
+class Line(NamedTuple):
+    """A curve in a plot: places along the axis, values there (NaN: none), and how it looks."""
 
-    def suggestPadding(self, axis: int) -> float:
-        return 0.02 if axis == self.XAxis else 0.12
+    along: Values
+    values: Values
+    colour: QColor
+    dashed: bool
 
 
 class ConvergencePlot(pg.PlotWidget):
-    """A curve over iterations with stage marks, the colour-weighted span and a cursor."""
+    """Lines over iterations or time with stage marks, the colour-weighted span and a cursor.
+
+    Its ranges grow in steps: as long as they stay, new values are drawn quickly.
+
+    Parameters
+    ----------
+    axis : pyqtgraph.AxisItem
+        The vertical one.
+    label : str
+        What it is of.
+    least_span : float
+        Least span of values in view.
+
+    Signals
+    -------
+    hovered(float)
+        Place on the horizontal axis under the mouse, NaN when it leaves.
+    moved(float, float)
+        The user has zoomed or moved along the horizontal axis: what of it is in view.
+    fit_wished()
+        The user wants to follow all iterations again.
+    """
 
     hovered = Signal(float)
-    """Iteration under the mouse, NaN when it leaves."""
+    moved = Signal(float, float)
+    fit_wished = Signal()
 
-    def __init__(self, axis: pg.AxisItem, label: str) -> None:
-        super().__init__(viewBox=IterationView(enableMenu=False), axisItems={"left": axis}, enableMenu=False)
+    def __init__(self, axis: pg.AxisItem, label: str, least_span: float = 0.0) -> None:
+        super().__init__(viewBox=pg.ViewBox(enableMenu=False), axisItems={"left": axis}, enableMenu=False)
         self._label = label
         self.setAccessibleName(f"Plot: {label or 'errors'}")
+        self._least_span = least_span
         self._span_name: pg.InfLineLabel | None = None
-        self.curve = pg.PlotCurveItem(antialias=True, connect="finite")
-        self._stages = pg.VTickGroup(yrange=[0, 1])
+        self.lines: list[_Curve] = []
+        self._points = pg.ScatterPlotItem(size=_POINT, pen=pg.mkPen(None))
+        self._stages: list[pg.VTickGroup] = []
+        self._stage_pen = pg.mkPen()
+        self._marked: tuple[list[list[float]], list[int]] | None = None
         self._span = pg.LinearRegionItem(movable=False, pen=pg.mkPen(None))
         self._span.setZValue(-20)
-        self._stages.setZValue(-10)
         self._cursor = pg.InfiniteLine(angle=90)
-        for item in (self._span, self._stages, self._cursor):
+        for item in (self._span, self._cursor):
             item.setVisible(False)
             self.addItem(item, ignoreBounds=True)
-        self.addItem(self.curve)
+        self.addItem(self._points)
         self.plotItem.setContentsMargins(4, 7, 4, 2)
         self.hideButtons()
         view = self.getViewBox()
         view.setMouseEnabled(x=True, y=False)
-        view.setLimits(xMin=0, minXRange=10)
+        view.disableAutoRange()
+        view.sigRangeChangedManually.connect(lambda *_: self.moved.emit(*view.viewRange()[0]))
+        self.follows = True
+        """Whether all iterations are in view."""
+        self.marked: list[float] = []
+        """Values that are in view whatever the lines are."""
+        self._ranges: dict[int, tuple[float, float]] = {}
         self.getAxis("bottom").enableAutoSIPrefix(False)
         self.getAxis("bottom").setStyle(maxTickLevel=0)
-        self.show_iterations(True)
+        self.show_places(True)
+        self.set_by_time(False)
         self.setFrameShape(pg.PlotWidget.Shape.NoFrame)
         self.setStatusTip("Wheel or drag: zoom and move along the iterations. Double-click: all of them.")
         self.scene().sigMouseMoved.connect(self._mouse_moved)
 
-    def show_curve(
-        self, iterations: np.ndarray, values: np.ndarray, stages: list[float], span: tuple[float, float] | None
-    ) -> None:
-        """Draw values over iterations, marks between stages and the span of colour-weighted iterations."""
-        self.curve.setData(iterations, values)
-        self._stages.setVisible(bool(stages))
-        self._stages.setXVals(stages)
+    def set_by_time(self, on: bool) -> None:
+        """Let the horizontal axis be the seconds of a block's iterations, or their number."""
+        self._places = "Time [s]" if on else "Iteration i"
+        self._least_end = 0.01 if on else 10.0
+        self.getViewBox().setLimits(xMin=0, minXRange=0.1 * self._least_end)
+        self.getAxis("bottom").setLabel(self._places)
+
+    def set_label(self, text: str) -> None:
+        """Say what the vertical axis is of."""
+        if text != self._label:
+            self._label = text
+            self.getAxis("left").setLabel(text)
+
+    def show_lines(self, lines: Sequence[Line]) -> None:
+        """Draw these lines, and bring them into view; one with a single value is a point."""
+        while len(self.lines) < len(lines):
+            self.lines.append(_Curve())
+            self.addItem(self.lines[-1])
+        for item, line in zip(self.lines, lines, strict=False):
+            item.show_line(line, alone=len(lines) == 1)
+        for item in self.lines[len(lines) :]:
+            item.setVisible(False)
+        alone = [line for line in lines if np.count_nonzero(np.isfinite(line.values)) == 1]
+        self._points.setVisible(bool(alone))
+        if alone:
+            at = [int(np.flatnonzero(np.isfinite(line.values))[0]) for line in alone]
+            self._points.setData(
+                [line.along[one] for line, one in zip(alone, at, strict=True)],
+                [line.values[one] for line, one in zip(alone, at, strict=True)],
+                brush=[line.colour for line in alone],
+            )
+
+        if lines:
+            self._follow(lines)
+
+    def _follow(self, lines: Sequence[Line]) -> None:
+        """Bring lines into view: all iterations if they are followed, and all values."""
+        if self.follows:
+            begin = min(float(line.along[0]) for line in lines)
+            end = max(self._least_end, *(float(line.along[-1]) for line in lines))
+            self._show_range(0, *_widened(0.0 if begin <= end / 4 else begin, end))
+        finite = [line.values[np.isfinite(line.values)] for line in lines]
+        extremes = [value for values in finite if values.size for value in (values.min(), values.max())]
+        if extremes:
+            self.show_values(float(min(*extremes, *self.marked)), float(max(*extremes, *self.marked)))
+
+    def show_values(self, low: float, high: float) -> None:
+        """Bring values into view, with room for a line of text above and below."""
+        missing = max(self._least_span - (high - low), 0.0) / 2
+        room = 0.12 * (high - low) + missing or 0.5
+        self._show_range(1, *_widened(low - room, high + room))
+
+    def _show_range(self, axis: int, low: float, high: float) -> None:
+        if self._ranges.get(axis) != (low, high):
+            self._ranges[axis] = low, high
+            (self.setYRange if axis else self.setXRange)(low, high, padding=0)
+
+    def show_stages(self, stages: Sequence[Sequence[float]], colours: Sequence[QColor]) -> None:
+        """Mark where stages begin: of one curve all over the plot, of several in a row for each at the bottom."""
+        looks = [list(places) for places in stages], [colour.rgb() for colour in colours]
+        if looks == self._marked:
+            return
+        self._marked = looks
+        while len(self._stages) < len(stages):
+            group = pg.VTickGroup()
+            group.setZValue(-10)
+            self._stages.append(group)
+            self.addItem(group, ignoreBounds=True)
+        for group in self._stages[len(stages) :]:
+            group.setVisible(False)
+        for row, (group, places) in enumerate(zip(self._stages, stages, strict=False)):
+            alone = len(stages) == 1
+            group.setYRange([0, 1] if alone else [row * _MARK_ROW, (row + 0.8) * _MARK_ROW])
+            group.setPen(self._stage_pen if alone else pg.mkPen(colours[row]))
+            group.setVisible(bool(places))
+            group.setXVals(list(places))
+
+    def show_span(self, span: tuple[float, float] | None) -> None:
+        """Shade the colour-weighted iterations."""
         self._span.setVisible(span is not None)
         if span is not None:
             self._span.setRegion(span)
@@ -71,28 +188,29 @@ class ConvergencePlot(pg.PlotWidget):
         """Say in the plot what the shaded span means."""
         self._span_name = pg.InfLineLabel(self._span.lines[0], text, position=0.01, anchors=[(0, 1), (0, 1)])
 
-    def point_at(self, iteration: int | None) -> None:
-        """Put the cursor on an iteration, or nowhere."""
-        self._cursor.setVisible(iteration is not None)
-        if iteration is not None:
-            self._cursor.setValue(iteration)
+    def point_at(self, place: float | None) -> None:
+        """Put the cursor on a place of the horizontal axis, or nowhere."""
+        self._cursor.setVisible(place is not None)
+        if place is not None:
+            self._cursor.setValue(place)
 
-    def fit(self) -> None:
-        """Follow all iterations again."""
-        self.enableAutoRange(x=True, y=True)
+    def forget_ranges(self) -> None:
+        """What is drawn next is brought into view anew."""
+        self.follows = True
+        self._ranges.clear()
 
-    def show_iterations(self, shown: bool) -> None:
-        """Label the horizontal axis, or leave only its line."""
+    def show_places(self, shown: bool, named: bool = True) -> None:
+        """Write numbers along the horizontal axis and what it is of, or leave only its line."""
         axis = self.getAxis("bottom")
         axis.setStyle(showValues=shown)
-        axis.showLabel(shown)
-        axis.setHeight(_AXIS_HEIGHT if shown else 6)
+        axis.showLabel(shown and named)
+        axis.setHeight((_NAMED_AXIS if named else _AXIS) if shown else _LINE)
 
-    def set_colours(self, colours: theme.Colours, curve: QColor, font: QFont) -> None:
-        """Take the theme's colours, one of them for the curve."""
+    def set_colours(self, colours: theme.Colours, font: QFont) -> None:
+        """Take the theme's colours."""
         self.setBackground(colours.background)
-        self.curve.setPen(pg.mkPen(curve, width=1.8))
-        self._stages.setPen(pg.mkPen(colours.grid))
+        self._stage_pen = pg.mkPen(colours.grid)
+        self._marked = None
         tint = QColor(colours.accent)
         tint.setAlpha(28)
         self._span.setBrush(tint)
@@ -101,7 +219,7 @@ class ConvergencePlot(pg.PlotWidget):
             self._span_name.setColor(colours.muted)
             self._span_name.setFont(font)
             self._span_name.fill = veil(colours)
-        for name, text in (("left", self._label), ("bottom", "Iteration i")):
+        for name, text in (("left", self._label), ("bottom", self._places)):
             axis = self.getAxis(name)
             axis.setPen(colours.grid)
             axis.setTextPen(colours.muted)
@@ -109,7 +227,7 @@ class ConvergencePlot(pg.PlotWidget):
             axis.setLabel(text, color=colours.muted.name(), **{"font-size": f"{font.pointSizeF():.1f}pt"})
 
     def mouseDoubleClickEvent(self, event: QEvent) -> None:
-        self.fit()
+        self.fit_wished.emit()
 
     def leaveEvent(self, event: QEvent) -> None:
         super().leaveEvent(event)
@@ -119,63 +237,92 @@ class ConvergencePlot(pg.PlotWidget):
         self.hovered.emit(self.getViewBox().mapSceneToView(position).x())
 
 
-class ErrorPlot(ConvergencePlot):
-    """Errors at known pixels: of those held out of the iteration, with their least marked, and of the others.
+class HeldOutPlot(ConvergencePlot):
+    """Errors at known pixels that are held out of the iteration; of one curve with their least, and with those of the
+    other known pixels.
 
     Its range is about the least hold-out error: the first errors may be 100 times as large, and the rise after the
     least, which tells where noise comes in, would be invisible beside them.
     """
 
     def __init__(self, axis: pg.AxisItem) -> None:
-        super().__init__(axis, "")
+        super().__init__(axis, "Hold-out")
         self.residual = pg.PlotCurveItem(antialias=True, connect="finite")
         self._least = pg.InfiniteLine(
             angle=90, label="", labelOpts={"position": 0.97, "anchors": [(0, 0), (1, 0)], "movable": False}
         )
         for item in (self.residual, self._least):
             self.addItem(item, ignoreBounds=True)
-        self.hide()
+            item.setVisible(False)
 
     @property
-    def least(self) -> int | None:
-        """Iteration with the least hold-out error, which is marked; None if nothing is held out."""
-        return None if self.isHidden() else int(self._least.value())
+    def least(self) -> str:
+        """What is said of the least hold-out error; "" if nothing is."""
+        return self._least.label.toPlainText() if self._least.isVisible() else ""
 
-    def show_errors(
-        self,
-        iterations: np.ndarray,
-        held_out: np.ndarray,
-        residual: np.ndarray,
-        stages: list[float],
-        span: tuple[float, float] | None,
-    ) -> None:
-        """Draw both errors, log10 of metres over iterations, and marks as `show_curve`; hide if nothing is held out."""
-        known = np.isfinite(held_out)
-        self.setVisible(bool(known.any()))
-        if not known.any():
-            return
-        self.show_curve(iterations, held_out, stages, span)
-        self.residual.setData(iterations, residual)
-        place = int(np.nanargmin(held_out))
-        self._least.setValue(iterations[place])
-        self._least.label.setFormat(f"least at i = {int(iterations[place])}")
-        top = held_out[place] + _ERROR_RANGE
-        bottom = min(held_out[place], np.nanmin(residual))
-        self.getViewBox().setYRange(bottom, top, padding=0.1)
+    def show_errors(self, lines: Sequence[Line], residual: Line | None, iterations: Values) -> None:
+        """Draw hold-out errors, log10 of metres; of a curve alone with the residual and the least, which is marked.
 
-    def fit(self) -> None:
-        self.enableAutoRange(x=True)
+        Parameters
+        ----------
+        lines : sequence of Line
+            Hold-out errors, not all of them NaN.
+        residual : Line or None
+        iterations : ndarray
+            The first line's.
+        """
+        self.show_lines(lines)
+        alone = residual is not None
+        self.residual.setVisible(alone)
+        self._least.setVisible(alone)
+        bottom = least = min(float(np.nanmin(line.values)) for line in lines if np.isfinite(line.values).any())
+        if residual is not None:
+            self.residual.setData(residual.along, residual.values)
+            self.residual.setPen(pg.mkPen(residual.colour, width=1.4))
+            place = int(np.nanargmin(lines[0].values))
+            self._least.setValue(lines[0].along[place])
+            self._least.label.setFormat(f"least at i = {int(iterations[place])}")
+            bottom = min(least, float(np.nanmin(residual.values)))
+        self.show_values(bottom, least + _ERROR_RANGE)
+
+    def _follow(self, lines: Sequence[Line]) -> None:
+        """Of the values, those about the least are brought into view."""
 
     def set_error_colours(self, colours: theme.Colours, held_out: QColor, residual: QColor, font: QFont) -> None:
         """Take the theme's colours. The axis says which curve is which."""
         names = ((held_out, "Hold-out"), (residual, "residual"))
         self._label = ", ".join(f'<span style="color: {colour.name()}">{name}</span>' for colour, name in names)
-        self.set_colours(colours, held_out, font)
-        self.residual.setPen(pg.mkPen(residual, width=1.4))
+        self.set_colours(colours, font)
         self._least.setPen(pg.mkPen(held_out, width=1))
         self._least.label.setColor(held_out)
         self._least.label.setFont(font)
         self._least.label.fill = veil(colours)
+
+
+def _widened(low: float, high: float) -> tuple[float, float]:
+    """A range around another one with round ends, so that it need not change for every value that comes."""
+    step = 2.0 ** (math.floor(math.log2(max(high - low, 1e-9))) - 3)
+    return math.floor(low / step) * step, math.ceil(high / step) * step
+
+
+class _Curve(pg.PlotCurveItem):
+    """A line that is told apart by its looks; one among several is as thin as lines are drawn quickly."""
+
+    def __init__(self) -> None:
+        super().__init__(antialias=True, connect="finite")
+        self._looks: tuple[QColor, bool, bool] | None = None
+
+    def show_line(self, line: Line, alone: bool) -> None:
+        """Draw a line, which is the only one or among others."""
+        looks = line.colour, line.dashed, alone
+        if looks != self._looks:
+            self._looks = looks
+            style = Qt.PenStyle.DashLine if line.dashed else Qt.PenStyle.SolidLine
+            # a long path takes many times as long, but in pieces dashes would begin anew, and thick lines have knots
+            self.setSegmentedLineMode("off" if line.dashed or alone else "on")
+            self.setPen(pg.mkPen(line.colour, width=1.8 if alone else 1, style=style))
+        self.setData(line.along, line.values)
+        self.setVisible(True)
 
 
 def veil(colours: theme.Colours) -> QBrush:

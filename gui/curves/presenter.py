@@ -1,4 +1,4 @@
-"""Brings the records of a block to the curves while it runs, and afterwards."""
+"""Brings the records of blocks and of compared runs to the curves while they run, and afterwards."""
 
 from __future__ import annotations
 
@@ -6,64 +6,86 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QObject
 
+from gui.curves.axes import length_text
+from gui.curves.curve import Curve
 from gui.curves.curves_panel import EMPTY_TEXT, CurvesPanel
-from gui.state.block_notes import BlockInfo
 from gui.state.session import Session
 from gui.state.workspace import Workspace
-from ilf.filter.convergence import IterationRecord
 from ilf.parameters import Parameters
+
+MOST_CURVES = 8
 
 
 class CurvesPresenter(QObject):
-    """The curves of the chosen block; while that has none yet, of the one that runs, or else of the first that has."""
+    """The curves of the chosen blocks; while they have none yet, of the block that runs, and where no block is chosen
+    of the one that took the most iterations. With them, the same blocks in the runs that are compared."""
 
-    def __init__(self, workspace: Workspace, curves: CurvesPanel) -> None:
-        super().__init__(curves)
+    def __init__(self, workspace: Workspace, panel: CurvesPanel) -> None:
+        super().__init__(panel)
         self._workspace = workspace
-        self._curves = curves
-        self._shown: tuple[Session, BlockInfo, float | None] | None = None
-        self._records: Sequence[IterationRecord] = ()
+        self._panel = panel
 
     def show(self) -> None:
         """Draw the curves: those that are shown already get what has come since, others start anew.
 
         Nothing is drawn while nobody can see it.
         """
-        if not self._curves.isVisible():
+        if not self._panel.isVisible():
             return
         session = self._workspace.session if self._workspace.has_session else None
-        label = self._label(session) if session is not None else 0
-        if session is None or label == 0:
-            if self._shown is not None:
-                self._curves.clear()
-            self._shown, self._records = None, ()
+        labels = [] if session is None else _shown(session)
+        if session is None or not labels:
+            self._panel.set_hint()
+            self._panel.show_curves([])
             return
-        self._curves.set_hint(_hint(session, label))
-        info, records = session.info(label), session.records_of(label)
-        criterion = _criterion(self._parameters(session, label))
-        if self._shown != (session, info, criterion):
-            self._curves.set_block(label, info.name, info.colour)
-            self._curves.set_s_criteria(criterion)
-        elif records is self._records:
-            self._curves.append_records(records[len(self._curves.records) :])
-            return
-        self._shown, self._records = (session, info, criterion), records
-        self._curves.set_records(records)
+        self._panel.set_hint(_hint(session, labels[0]))
+        curves = [_of_block(session, label) for label in labels]
+        self._panel.show_curves([*curves, *_of_compared(session, labels)][:MOST_CURVES])
 
-    def _label(self, session: Session) -> int:
-        chosen, running = self._workspace.chosen, session.results.running
-        if chosen and session.records_of(chosen):
-            return chosen
-        if running:
-            return running[-1]
-        return chosen or next((label for label, result in session.valid_results().items() if result.history), 0)
 
-    def _parameters(self, session: Session, label: int) -> Parameters:
-        """What the curve was, or would be, run with."""
-        result = session.valid_results().get(label)
-        if result is not None and result.history and label not in session.results.live:
-            return result.parameters
-        return session.parameters_of(label, self._workspace.parameters)
+def _shown(session: Session) -> list[int]:
+    """The blocks whose curves are shown, or if there are none, the block that is to be said why of."""
+    with_records = [label for label in session.selected if session.records_of(label)]
+    if with_records:
+        return with_records
+    if session.results.running:
+        return session.results.running[-1:]
+    if session.selected:
+        return session.selected[:1]
+    lengths = {label: len(result.history) for label, result in session.valid_results().items()}
+    longest = max(lengths, key=lambda label: lengths[label], default=0)
+    return [longest] if lengths.get(longest) else []
+
+
+def _of_block(session: Session, label: int) -> Curve:
+    info = session.info(label)
+    parameters = session.parameters_of(label, session.common)
+    metres = _criterion(parameters)
+    remarks = ["own"] if "s_criteria" in session.notes.own.get(label, {}) else []
+    result = session.valid_results().get(label)
+    if result is not None and result.history and label not in session.results.live:
+        then = _criterion(result.parameters)
+        if then is not None and then != metres:
+            remarks.append(f"was run with {length_text(then)}")
+    return Curve(
+        info.name or f"Block {label}",
+        info.colour,
+        session.records_of(label),
+        s_criteria=metres,
+        remark=", ".join(remarks),
+    )
+
+
+def _of_compared(session: Session, labels: Sequence[int]) -> list[Curve]:
+    """The same blocks in the runs that are compared, run by run."""
+    curves = []
+    for kept in session.compared:
+        for label in labels:
+            result = kept.results.get(label)
+            if result is not None and result.history:
+                name = kept.name if len(labels) == 1 else f"{kept.name}: {session.info(label).name}"
+                curves.append(Curve(name, kept.colour, result.history, dashed=True))
+    return curves
 
 
 def _hint(session: Session, label: int) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Generator
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from gui.dialogs.block_files import BlockSource, blocks_from, save_blocks
 from gui.dialogs.export import ExportDialog, behind
 from gui.dialogs.load_blocks import LoadBlocksDialog
 from gui.dialogs.open_frame import OpenFrameDialog
+from gui.dialogs.saving import save_folder
 from gui.extraction.found_blocks import describe_blocks
 from gui.frames.frame_source import FrameSource, sorted_out
 from gui.frames.loader import FrameLoader
@@ -278,8 +278,4 @@ class Documents(QObject):
 
 def _export_folder(session: Session) -> Path:
     """Where an export goes unless the user says otherwise: beside the last one, or in the working folder."""
-    last = QSettings().value("export/folder")
-    parent = Path(str(last)) if last else Path.cwd()
-    if not os.access(parent, os.W_OK):
-        parent = Path.home()
-    return parent / output_folder_name(session.name)
+    return save_folder() / output_folder_name(session.name)

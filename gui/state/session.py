@@ -25,7 +25,7 @@ from ilf.filter.convergence import IterationRecord
 from ilf.frame import RGBDFrame, TruthFile
 from ilf.outcomes import BlockResult, Completion, compose
 from ilf.parameters import Parameters
-from ilf.run import Replay, Run
+from ilf.run import KeyFrames, Replay, Run
 
 LARGEST_LABEL = 65535
 """Label maps are exported as 16-bit images."""
@@ -57,6 +57,7 @@ class Session:
         self.selected: list[int] = []
         self.undo_stack = QUndoStack()
         self.results = Results()
+        self.key_frames = KeyFrames()
         self.block_errors = BlockErrors()
         self.kept_runs: list[KeptRun] = []
         self.compared: list[KeptRun] = []

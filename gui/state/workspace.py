@@ -17,10 +17,12 @@ from gui.state.commands import Change, ClearResults, Distrust, EditInfo, EditLab
 from gui.state.kept_commands import AcceptRun, DeleteRuns
 from gui.state.kept_runs import COLOURS, MOST_COMPARED, KeptRun
 from gui.state.own_values import OwnValues, differing, own_values, parameter_labels
+from gui.state.past import Past
 from gui.state.results import Preview, same_mask
 from gui.state.session import Session
 from gui.state.stroke import StrokeUnderWay
 from ilf.blocks import Box
+from ilf.completion import Watch
 from ilf.drawing.block_pictures import block_colour
 from ilf.ebs import Extraction
 from ilf.ebs.edit import LabelPatch, patch_between
@@ -30,6 +32,9 @@ from ilf.frame import RGBDFrame, TruthFile
 from ilf.outcomes import BlockResult, Completion
 from ilf.parameters import DEFAULT_PRESET, BlockParameters, Parameters, preset
 from ilf.run import Run
+
+_MOST_WATCHED = 4
+"""Frames that have key frames at a time."""
 
 
 class Kept(NamedTuple):
@@ -81,6 +86,8 @@ class Workspace(QObject):
     """Another rectangle of the present frame is chosen, or none."""
     kept_runs_changed = Signal()
     """Runs of the present frame have been kept, changed or deleted."""
+    past_changed = Signal()
+    """The views look back to another iteration, or no longer."""
     compared_changed = Signal()
     """Others of the kept runs are compared."""
     selection_changed = Signal()
@@ -101,6 +108,10 @@ class Workspace(QObject):
         self._session: Session | None = None
         self._nothing = QUndoStack(self)
         self._stroke: StrokeUnderWay | None = None
+        self.past: Past | None = None
+        """What the views show in place of the present depth."""
+        self._watched: list[Session] = []
+        """Frames with key frames, the one that was run last at the end."""
 
     # frames
 
@@ -174,6 +185,7 @@ class Workspace(QObject):
         """Close a frame; the one before it in the list becomes the present one."""
         position = self.sessions.index(session)
         self.sessions.remove(session)
+        self._watched = [one for one in self._watched if one is not session]
         if session is self._session:
             self.show_session(self.sessions[max(position - 1, 0)] if self.sessions else None)
         self.undo_group.removeStack(session.undo_stack)
@@ -450,6 +462,19 @@ class Workspace(QObject):
             self.kept_runs_changed.emit()
 
     # runs and results
+
+    def watch(self, session: Session, run: Run) -> Watch:
+        """What takes key frames of a run of a frame; those of frames that were run long before go."""
+        self._watched = [*(one for one in self._watched if one is not session), session]
+        while len(self._watched) > _MOST_WATCHED:
+            self._watched.pop(0).key_frames.clear()
+        return session.key_frames.watch(run)
+
+    def look_back(self, past: Past | None) -> None:
+        """Show what the present frame's depth was like in the course of its last run; None: what it is."""
+        if past is not self.past:
+            self.past = past
+            self.past_changed.emit()
 
     def add_records(self, session: Session, label: int, records: Sequence[IterationRecord]) -> None:
         """A block that runs has gone on."""

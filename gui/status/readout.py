@@ -43,15 +43,19 @@ class ReadoutPresenter(QObject):
         given = f"distrusted {_metres(measured)}" if distrusted else f"in {_metres(depth_in)}"
         locked = " (locked)" if label in session.locked else ""
         parts = [f"x {x}, y {y}", f"{html.escape(block)}{locked}", given]
-        depth, error = session.present_depth(), session.expected_error()
+        past, error = self._workspace.past, session.expected_error()
+        depth = session.present_depth() if past is None else past.depth
         if depth is not None:
             depth_out = float(depth[y, x])
             completion = session.completion()
             guessed = completion is not None and completion.guessed[y, x]
-            parts.append(f"out {_metres(depth_out)}{' (guessed)' if guessed else ''}")
+            if past is not None:
+                parts.append(f"after iteration {past.iteration} {_metres(depth_out)}")
+            else:
+                parts.append(f"out {_metres(depth_out)}{' (guessed)' if guessed else ''}")
             if np.isfinite(depth_in) and np.isfinite(depth_out):
                 parts.append(f"{1000 * (depth_out - depth_in):+.1f} mm")
-        if error is not None and np.isfinite(error[y, x]):
+        if past is None and error is not None and np.isfinite(error[y, x]):
             parts.append(f"\u00b1 {_error_text(float(error[y, x]))}")
         return parts
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QPainterPath
 
+from gui.state.inspection import Inspection
 from gui.state.session import Session
 from gui.tools.guide import Guide
 from gui.tools.options import LARGEST_LEASH, ToolOptions
@@ -28,6 +29,11 @@ class Host(Protocol):
     """What a tool may ask of the editor."""
 
     options: ToolOptions
+
+    @property
+    def inspection(self) -> Inspection:
+        """What of the present frame is looked at closely."""
+        ...
 
     @property
     def session(self) -> Session:
@@ -106,6 +112,10 @@ class Tool:
 
     def cancel(self, host: Host) -> bool:
         """Give up what is under way, as if it had not begun; False if nothing was."""
+        return False
+
+    def remove(self, host: Host) -> bool:
+        """Remove what the tool has put over the picture; False if there is nothing."""
         return False
 
     def finish(self, host: Host) -> bool:

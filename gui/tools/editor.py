@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
+from gui.state.inspection import Inspection
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.tools.base import Found, Tool
 from gui.tools.guide import Guide, GuideSource
-from gui.tools.kinds import make_tools
+from gui.tools.kinds import CORRECTING, INSPECTING, make_tools
 from gui.tools.options import ToolOptions
 from gui.views.linked_views import LinkedViews
 from gui.views.pointer import PointerEvent, PointerKind
@@ -65,6 +66,8 @@ class Editor(QObject):
         self._jobs = LatestQuestion[_Job, Any](lambda job: job.find(), self)
         self._jobs.answered.connect(self._take_answer)
         self._jobs.failed.connect(lambda _, error: self.failed.emit(error))
+        self.inspection = Inspection(workspace, self)
+        self.inspection.measurements.refused.connect(self.message)
         self.tools: dict[str, Tool] = make_tools()
         self.options = ToolOptions()
         self._active = "select"
@@ -95,8 +98,8 @@ class Editor(QObject):
         self.tool_changed.emit()
 
     def cycle_tool(self, steps: int) -> None:
-        """Make the tool so many places further the active one."""
-        names = list(self.tools)
+        """Make the tool so many places further the active one, among those that correct or those that inspect."""
+        names = CORRECTING if self._active in CORRECTING else INSPECTING
         self.set_tool(names[(names.index(self._active) + steps) % len(names)])
 
     @property
@@ -115,8 +118,8 @@ class Editor(QObject):
         return self._tell(self._workspace.has_session and self.tool.cancel(self))
 
     def escape(self) -> None:
-        """Give up what the tool has under way, or else choose no block."""
-        if not self.cancel():
+        """Give up what the tool has under way, or else remove what it has put there, or else choose no block."""
+        if not self.cancel() and not (self._workspace.has_session and self.tool.remove(self)):
             self.select([])
 
     def undo(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -41,6 +42,7 @@ class ErrorPresenter(QObject):
         self._session: Session | None = None
         self._shown: NDArray[np.float32] | None = None
         self._hopeless: Completion | None = None
+        self._watchers: list[Callable[[], bool]] = []
         self._questions = LatestQuestion[_Question, NDArray[np.float32]](_find, self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(self._fail)
@@ -49,6 +51,10 @@ class ErrorPresenter(QObject):
     def busy(self) -> bool:
         """Whether an expected error is to come."""
         return self._questions.busy
+
+    def watch(self, is_seen: Callable[[], bool]) -> None:
+        """Work it out also for somebody else, who tells whether it is to be seen there."""
+        self._watchers.append(is_seen)
 
     def show(self) -> None:
         """The expected error of the present results, asked for if it is looked at and no run is changing them."""
@@ -70,7 +76,7 @@ class ErrorPresenter(QObject):
             completion is not None
             and error is None
             and completion is not self._hopeless
-            and self._views.shows_expected_error
+            and (self._views.shows_expected_error or any(is_seen() for is_seen in self._watchers))
             and self._runs.state in (RunState.IDLE, RunState.PAUSED)
         ):
             self._questions.ask(_Question(session, completion))

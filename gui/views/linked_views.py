@@ -172,6 +172,11 @@ class LinkedViews(QWidget):
         self._draw_depths()
         self._difference.show_difference(self._depth_in, depth_out)
 
+    def name_result(self, text: str) -> None:
+        """Say which completed depth it is, "" for the present one."""
+        for name in ("depth-out", "difference"):
+            self.cells[name].strip.set_text(text)
+
     def set_distrusted(self, mask: NDArray[np.bool_] | None) -> None:
         """Mark measured depth that is known to be wrong, bool (H, W), and take it for missing; None for none.
 
@@ -340,6 +345,11 @@ class LinkedViews(QWidget):
     def layout_name(self) -> str:
         """Which of `LAYOUTS` is shown."""
         return self._sheet.layout_name
+
+    @property
+    def pixel_size(self) -> float:
+        """Image pixels per pixel of the screen, in a view that is not a small one."""
+        return 1 / self._transform.scale
 
     def set_layout(self, name: str) -> None:
         """Arrange the views: by one of `LAYOUTS`, some of them or one alone."""

@@ -106,9 +106,14 @@ class ViewsPresenter(QObject):
         self._names_hold = False
 
     def show_depth(self) -> None:
-        """The depth as far as it is completed, with that of the blocks that run, and what of it is stale."""
+        """The depth as far as it is completed, with that of the blocks that run, and what of it is stale; or as it was
+        in the past, if somebody looks back."""
         if self._workspace.has_session and not self._looks_back:
-            session = self._workspace.session
+            session, past = self._workspace.session, self._workspace.past
+            self._views.name_result("" if past is None else f"as after iteration {past.iteration}")
+            if past is not None:
+                self._views.set_result(past.depth)
+                return
             completion = session.completion()
             guessed = completion.guessed if completion is not None and completion.guessed.any() else None
             depth = session.present_depth()

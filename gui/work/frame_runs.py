@@ -186,7 +186,8 @@ class FrameRuns(QObject):
             return
         self._run = self.session.run(self.session.common, only)
         # one core stays the window's
-        self._steps = steps = self._run.steps(1 if stepwise else max(available_cores() - 1, 1))
+        threads = 1 if stepwise else max(available_cores() - 1, 1)
+        self._steps = steps = self._run.steps(threads, self._workspace.watch(self.session, self._run))
         self._start(lambda: steps, stepwise)
 
     def start_changed(self) -> None:
@@ -241,7 +242,8 @@ class FrameRuns(QObject):
             return
         self._preview_time = max(self._preview_time, time.perf_counter() + _FIRST_PREVIEW_S)
         self._run = run = self.session.run(self.session.common, self._resolving)
-        self._start(lambda: run.steps(1))
+        watch = self._workspace.watch(self.session, run)
+        self._start(lambda: run.steps(1, watch))
 
     def _start(self, make: Callable[[], RunSteps], paused: bool = False) -> None:
         self._started = time.perf_counter()

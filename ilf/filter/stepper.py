@@ -15,6 +15,7 @@ from ..parameters import BlockParameters, Parameters
 from .convergence import IterationRecord
 from .edge_aware.iteration import EdgeAwareIteration
 from .pass_band.iteration import PassBandIteration
+from .snapshot import Snapshot
 
 
 class Stepper(Iterator[IterationRecord], Protocol):
@@ -33,6 +34,22 @@ class Stepper(Iterator[IterationRecord], Protocol):
     def surface(self) -> NDArray[np.float64]:
         """P_i at the block's pixels [m], in the order of `block.mask`'s True values; before i = 1 what there is to
         start from. Finite everywhere, but not always depth: it may be 0 or below. The caller's own."""
+        ...
+
+    def snapshot(self) -> Snapshot:
+        """The surface as it stands, to be worked out later: P_i where it may become depth, elsewhere P_i or raw."""
+        ...
+
+    def judge(self, pixels: NDArray[np.bool_], truth: NDArray[np.float64]) -> None:
+        """Let the records of all iterations to come tell their error against a truth, which changes nothing else.
+
+        Parameters
+        ----------
+        pixels : ndarray of bool
+            Some of the block's pixels, in the order of `block.mask`'s True values.
+        truth : ndarray of float64
+            Their true depth [m].
+        """
         ...
 
     @property

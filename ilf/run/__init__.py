@@ -2,6 +2,7 @@
 
 from .checks import missing_or_changed
 from .effect import Effect, edit_effect
+from .key_frames import KeyFrames
 from .options import ExportOptions, output_folder_name
 from .record import RunRecord, make_record
 from .record_file import read_record
@@ -13,6 +14,7 @@ __all__ = [
     "GUESS",
     "Effect",
     "ExportOptions",
+    "KeyFrames",
     "Replay",
     "Run",
     "RunRecord",

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..blocks import checked_drawn, checked_labels
-from ..completion import CompletionRun
+from ..completion import CompletionRun, Watch
 from ..dense import guess_steps
 from ..ebs import extract
 from ..filter.convergence import IterationRecord
@@ -124,15 +124,17 @@ class Run:
         """Parameters of a block."""
         return self.own.get(label, self.parameters)
 
-    def steps(self, threads: int | None = None) -> RunSteps:
+    def steps(self, threads: int | None = None, watch: Watch | None = None) -> RunSteps:
         """The run, step by step, for those who show it or may stop it.
 
         Parameters
         ----------
         threads : int, optional
             Blocks that run at the same time; as many as there are cores if left out. The result is the same.
+        watch : callable, optional
+            Called after every iteration of a block, in the thread that made it; see `ilf.completion.CompletionRun`.
         """
-        return RunSteps(self, threads)
+        return RunSteps(self, threads, watch)
 
     def complete(
         self, *, on_progress: Callable[[Progress], None] | None = None, threads: int | None = None
@@ -165,12 +167,13 @@ class RunSteps(CompletionRun):
     ----------
     run : Run
     threads : int, optional
+    watch : callable, optional
         As for `ilf.completion.CompletionRun`.
     """
 
-    def __init__(self, run: Run, threads: int | None = None) -> None:
+    def __init__(self, run: Run, threads: int | None = None, watch: Watch | None = None) -> None:
         choice = defaultdict(lambda: run.parameters, run.own)
-        super().__init__(run.frame, run.blocks, choice, run.only, threads, run.extraction, run.drawn)
+        super().__init__(run.frame, run.blocks, choice, run.only, threads, run.extraction, run.drawn, watch)
         self._run = run
         self._dense: Completion | None = None
         if run.dense:

@@ -225,6 +225,15 @@ def test_hover(benchmark: BenchmarkFixture, desk: Desk) -> None:
     _bench(benchmark, lambda: desk.move(*next(places)), lambda: None)
 
 
+def test_profile_move(benchmark: BenchmarkFixture, desk: Desk) -> None:
+    """The end of a profile line across the frame moves: plot and four views show it."""
+    desk.tool("profile")
+    desk.press(60, 60)
+    places = iter([(1700 - 11 * step, 1000 - 7 * step) for step in range(60)])
+    _bench(benchmark, lambda: desk.move(*next(places)), lambda: None)
+    desk.release(1000, 600)
+
+
 def test_border(benchmark: BenchmarkFixture, desk: Desk) -> None:
     """A border is drawn anew, by the tool, from the last point on."""
     stack = desk.window.workspace.session.undo_stack

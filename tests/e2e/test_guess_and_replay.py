@@ -157,8 +157,8 @@ def test_a_run_that_does_not_come_out_as_recorded_says_by_how_much(
     _open_run(opened, qtbot, tmp_path / "out" / "run.json")
     from ilf import completion
 
-    honest = completion._block_depth
-    monkeypatch.setattr(completion, "_block_depth", lambda *all_of_it: honest(*all_of_it) + np.float32(0.25))
+    honest = completion.block_depth
+    monkeypatch.setattr(completion, "block_depth", lambda *all_of_it: honest(*all_of_it) + np.float32(0.25))
     run_all(opened)
     assert "differs from the recorded one by up to 2.5e-01 m" in reported[-1]
 

@@ -23,7 +23,7 @@ from .states import QUICK, SIGNALS
 @pytest.fixture
 def script(monkeypatch: pytest.MonkeyPatch) -> Script:
     script = Script()
-    monkeypatch.setattr(Run, "steps", lambda run, threads=None: ScriptedSteps(script, run, threads))
+    monkeypatch.setattr(Run, "steps", lambda run, threads=None, watch=None: ScriptedSteps(script, run, threads))
     return script
 
 

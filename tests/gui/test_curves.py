@@ -10,7 +10,9 @@ from PySide6.QtCore import QEvent, QPoint, QPointF
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from gui.curves.curves_panel import EMPTY_TEXT, SIGMA_FLOOR, CurvesPanel, LengthAxis, SumAxis, length_text
+from gui.curves.axes import LengthAxis, SumAxis, length_text
+from gui.curves.curve import FLOOR, Curve
+from gui.curves.curves_panel import EMPTY_TEXT, CurvesPanel
 from gui.curves.presenter import CurvesPresenter
 from gui.state.session import Session
 from gui.state.workspace import Workspace
@@ -49,124 +51,194 @@ def linear(count=40):
 def panel(qtbot):
     widget = CurvesPanel()
     qtbot.addWidget(widget)
-    widget.resize(700, 300)
-    widget.set_block(3, "Table", (200, 100, 0))
+    widget.resize(700, 500)
     widget.show()
     return widget
 
 
-def drawn(plot):
-    x, y = plot.curve.getData()
+def curve(records, name="Table", **looks):
+    return Curve(name, (200, 100, 0), records, **looks)
+
+
+def drawn(plot, line=0):
+    x, y = plot.lines[line].getData()
     return np.array(x), np.array(y)
+
+
+def marks(plot):
+    return [list(group.xvals) for group in plot._stages if group.isVisible()]
 
 
 def state(panel):
     curves = [drawn(plot) for plot in (panel.sigma_plot, panel.l1_plot)]
-    return curves, list(panel.l1_plot._stages.xvals), panel.l1_plot._span.getRegion(), panel._readout.text()
+    return curves, marks(panel.l1_plot), panel.l1_plot._span.getRegion(), panel.readout.text
 
 
-def test_appending_equals_setting(qtbot, panel):
-    records = staged()
+def test_growing_equals_showing(panel):
+    records, growing = staged(), []
     for start in range(0, len(records), 7):
-        panel.append_records(records[start : start + 7])
-    appended = state(panel)
-    panel.set_records(records)
-    np.testing.assert_equal(state(panel), appended)
-    np.testing.assert_allclose(10 ** appended[0][0][1], [record.sigma_i for record in records])
-    np.testing.assert_allclose(appended[0][1][1], [record.l1 for record in records])
+        growing.extend(records[start : start + 7])
+        panel.show_curves([curve(growing)])
+    grown = state(panel)
+    panel.show_curves([curve(records)])
+    np.testing.assert_equal(state(panel), grown)
+    np.testing.assert_allclose(10 ** grown[0][0][1], [record.sigma_i for record in records])
+    np.testing.assert_allclose(grown[0][1][1], [record.l1 for record in records])
+    panel.show_curves([curve(records[:5])])
+    np.testing.assert_equal(drawn(panel.sigma_plot)[0], [1, 2, 3, 4, 5])
 
 
 def test_stages_are_marked_and_the_linear_schedule_has_none(panel):
-    panel.set_records(staged(count=25, length=8))
-    assert list(panel.sigma_plot._stages.xvals) == [8.5, 16.5, 24.5]
-    assert panel.sigma_plot._stages.isVisible()
-    panel.set_records(linear())
-    assert not panel.sigma_plot._stages.isVisible()
+    panel.show_curves([curve(staged(count=25, length=8))])
+    assert marks(panel.sigma_plot) == [[8.5, 16.5, 24.5]]
+    panel.show_curves([curve(staged(count=25, length=8)), curve(staged(count=12, length=5))])
+    assert marks(panel.sigma_plot) == [[8.5, 16.5, 24.5], [5.5, 10.5]]
+    panel.show_curves([curve(linear())])
+    assert marks(panel.sigma_plot) == []
 
 
 def test_colour_weighted_iterations_are_shaded(panel):
-    panel.set_records(staged(weighted=10))
+    panel.show_curves([curve(staged(weighted=10))])
     assert panel.sigma_plot._span.getRegion() == (0.5, 10.5)
     assert panel.sigma_plot._span.isVisible()
-    panel.set_records(linear())
+    panel.show_curves([curve(linear())])
     assert not panel.sigma_plot._span.isVisible()
 
 
+def test_the_first_iteration_is_a_point(panel):
+    panel.show_curves([curve(linear(1)), curve(staged())])
+    x, y = panel.sigma_plot._points.getData()
+    assert (list(x), list(y)) == ([1], [math.log10(0.9)])
+    assert panel.sigma_plot._points.isVisible()
+    panel.show_curves([curve(linear(2)), curve(staged())])
+    assert not panel.sigma_plot._points.isVisible()
+
+
 def test_hold_out_curve_is_there_with_its_least_where_pixels_are_held_out(panel):
-    panel.set_records(linear())
-    assert panel.error_plot.least is None
-    assert not panel.error_plot.isVisible()
-    assert "hold-out" not in panel._readout.text()
+    panel.show_curves([curve(linear())])
+    assert not panel.held_out_plot.isVisible()
+    assert "hold-out" not in panel.readout.text
     held_out = [0.02 + 0.001 * abs(i - 25) for i in range(1, 41)]
     records = [replace(record, held_out=error) for record, error in zip(linear(), held_out, strict=True)]
-    panel.set_records(records[:20])
-    assert panel.error_plot.least == 20
-    panel.append_records(records[20:])
-    assert panel.error_plot.least == 25
-    x, y = panel.error_plot.curve.getData()
+    growing = records[:20]
+    panel.show_curves([curve(growing)])
+    assert panel.held_out_plot.least == "least at i = 20"
+    growing.extend(records[20:])
+    panel.show_curves([curve(growing)])
+    assert panel.held_out_plot.least == "least at i = 25"
+    x, y = drawn(panel.held_out_plot)
     np.testing.assert_allclose(x, np.arange(1, 41))
     np.testing.assert_allclose(10**y, held_out)
-    np.testing.assert_allclose(10 ** panel.error_plot.residual.getData()[1], [record.residual for record in records])
-    low, high = panel.error_plot.getViewBox().viewRange()[1]
+    residual = panel.held_out_plot.residual.getData()[1]
+    np.testing.assert_allclose(10**residual, [record.residual for record in records])
+    low, high = panel.held_out_plot.getViewBox().viewRange()[1]
     assert low < math.log10(min(held_out)) < high
-    assert "hold-out 35 mm" in panel._readout.text()
-    panel.set_block(4, "", (1, 2, 3))
-    assert panel.error_plot.least is None
+    assert "hold-out 35 mm" in panel.readout.text
+    panel.show_curves([curve(records), curve(linear(), "Wall")])
+    assert panel.held_out_plot.least == ""
+    panel.show_curves([curve(linear())])
+    assert not panel.held_out_plot.isVisible()
 
 
-def test_zero_and_unknown_sigma_do_not_upset_the_axis(qtbot, panel):
+def test_the_error_against_a_truth_has_a_plot_and_a_column(panel):
+    panel.show_curves([curve(linear())])
+    assert not panel.error_plot.isVisible()
+    panel.show_curves([curve([replace(record, error=0.2 / record.i) for record in linear()])])
+    assert panel.error_plot.isVisible()
+    np.testing.assert_allclose(10 ** drawn(panel.error_plot)[1], 0.2 / np.arange(1, 41))
+    assert "err 5 mm" in panel.readout.text
+
+
+def test_zero_and_unknown_sigma_do_not_upset_the_axis(panel):
     records = [
         PassBandRecord(i, 1, sigma, 10.0, 0.1, math.nan, 0.0, (2.0, 2.0), False)
         for i, sigma in enumerate((0.5, 0.0, math.nan, 1e-12, 0.2), 1)
     ]
-    panel.set_records(records)
+    panel.show_curves([curve(records)])
     panel.grab()
     _, values = drawn(panel.sigma_plot)
-    assert values[1] == values[3] == math.log10(SIGMA_FLOOR)
+    assert values[1] == values[3] == math.log10(FLOOR)
     low, high = panel.sigma_plot.getViewBox().viewRange()[1]
     assert -8 < low < high < 1
 
 
-def test_the_criterion_is_in_view_and_says_its_value(panel):
-    panel.set_s_criteria(0.005)
-    panel.set_records(linear(10))
+def test_the_criteria_are_in_view_and_say_their_values(panel):
+    panel.show_curves([curve(linear(10), s_criteria=0.005)])
     panel.grab()
     low, high = panel.sigma_plot.getViewBox().viewRange()[1]
     assert low < math.log10(0.005) < high
-    assert panel._criterion_line.label.toPlainText() == "S_criteria 5 mm"
-    panel.set_s_criteria(None)
-    assert not panel._criterion_line.isVisible()
+    assert panel._criteria.texts == ["S_criteria 5 mm"]
+    panel.show_curves([curve(linear(10), s_criteria=metres, remark="own") for metres in (0.005, 0.001, 0.005)])
+    assert panel._criteria.texts == ["S_criteria 5 mm (own)", "S_criteria 1 mm (own)"]
+    panel.show_curves([curve(linear(10))])
+    assert panel._criteria.texts == []
 
 
 def test_readout_follows_the_cursor_and_returns_to_the_last(panel):
-    panel.set_records(staged())
-    last = panel._readout.text()
-    assert last.startswith("i 40 ")
+    panel.show_curves([curve(staged())])
+    last = panel.readout.text
+    assert last.startswith("Table   i 40 ")
     panel.sigma_plot.hovered.emit(11.7)
-    assert panel._readout.text().startswith("i 12   σ 171 mm   L1 1,012 m   radii 3.0 × 4.0   stage 2")
+    assert panel.readout.text.startswith("Table   i 12   σ 171 mm   L1 1,012 m   radii 3.0 × 4.0   stage 2")
     panel.sigma_plot.hovered.emit(-50.0)
-    assert panel._readout.text().startswith("i 1 ")
+    assert panel.readout.text.startswith("Table   i 1 ")
     panel.sigma_plot.hovered.emit(math.nan)
-    assert panel._readout.text() == last
+    assert panel.readout.text == last
+
+
+def test_readout_reads_all_curves_at_one_place(panel):
+    panel.show_curves([curve(staged(12)), curve(linear(40), "Run 2", dashed=True)])
+    panel.l1_plot.hovered.emit(20.2)
+    first, second = panel.readout.text.splitlines()
+    assert first.startswith("Table   i 12   ")
+    assert second.startswith("Run 2   i 20   σ 45 mm   L1 1,020 m")
+    assert panel.l1_plot._cursor.value() == 20
+
+
+def test_over_time_the_nearest_in_time_is_read(panel):
+    panel.show_curves([curve(staged())])
+    panel.set_by_time(True)
+    np.testing.assert_allclose(drawn(panel.sigma_plot)[0], 0.01 * np.arange(1, 41))
+    assert marks(panel.l1_plot)[0][0] == pytest.approx(0.085)
+    panel.sigma_plot.hovered.emit(0.122)
+    assert panel.readout.text.startswith("Table   i 12   0.12 s   σ 171 mm")
+    assert CurvesPanel()._by_time, "the choice is remembered"
+    panel.set_by_time(False)
+    assert drawn(panel.sigma_plot)[0][-1] == 40
 
 
 def test_the_edge_aware_filter_tells_of_its_grid_and_round(panel):
-    panel.resize(1100, 300)
+    panel.resize(1100, 500)
     records = [EdgeAwareRecord(i, i, 0.1, 10.0, 0.1, math.nan, 0.0, cell=max(8 >> i, 1), round=i // 4) for i in (1, 4)]
-    panel.set_records(records[:1])
-    assert "L1 10 m   cells 4 px   stage 1" in panel._readout.text()
+    panel.show_curves([curve(records[:1])])
+    assert "L1 10 m   cells 4 px   round –   stage 1" in panel.readout.text
     assert not panel.sigma_plot._span.isVisible()
-    panel.append_records(records[1:])
-    assert "cells 1 px   round 1   stage 4" in panel._readout.text()
+    panel.show_curves([curve(records)])
+    assert "cells 1 px   round 1   stage 4" in panel.readout.text
 
 
-def test_another_block_starts_empty(panel):
-    panel.set_records(staged())
+@pytest.mark.parametrize("size", [(300, 420), (300, 160), (1200, 150)])
+@pytest.mark.parametrize("count", [1, 6])
+def test_there_is_room_for_what_is_shown(panel, size, count):
+    records = [replace(record, error=0.1, held_out=0.1) for record in staged()]
+    panel.resize(*size)
+    panel.show_curves([curve(records, f"Block {at}") for at in range(count)])
+    QApplication.processEvents()
+    assert (panel.width(), panel.height()) == size
+    for plot in (panel.sigma_plot, panel.error_plot, panel.held_out_plot, panel.l1_plot):
+        assert not plot.isVisible() or min(plot.width() - 100, plot.height()) >= 60
+    assert panel.sigma_plot.isVisible()
+    assert len(panel.readout.text.splitlines()) >= min(count, 4)
+    assert "σ" in panel.readout.text
+
+
+def test_no_curves_show_the_hint(panel):
+    panel.show_curves([curve(staged())])
     assert panel._pages.currentIndex() == 1
-    panel.set_block(4, "", (1, 2, 3))
-    assert panel.records == []
+    panel.show_curves([])
+    assert list(panel.records) == []
     assert panel._pages.currentIndex() == 0
-    assert (panel._title.text(), panel._readout.text()) == ("Block 4", "")
+    assert panel.readout.text == ""
 
 
 @pytest.mark.parametrize(
@@ -189,16 +261,16 @@ def test_ticks_are_in_view_and_have_room(qtbot, low, high, size):
 
 
 def test_the_mouse_points_at_an_iteration_until_it_leaves(qtbot, panel):
-    panel.set_records(staged())
+    panel.show_curves([curve(staged())])
     panel.grab()
     plot = panel.l1_plot
     place = plot.mapFromScene(plot.getViewBox().mapViewToScene(QPointF(12, 1010)))
     # two moves: a plot reports the mouse only once it has been inside
     for step in (QPoint(3, 3), QPoint(0, 0)):
         qtbot.mouseMove(plot.viewport(), place + step)
-    qtbot.waitUntil(lambda: panel._readout.text().startswith("i 12 "))
+    qtbot.waitUntil(lambda: panel.readout.text.startswith("Table   i 12 "))
     QApplication.sendEvent(plot, QEvent(QEvent.Type.Leave))
-    assert panel._readout.text().startswith("i 40 ")
+    assert panel.readout.text.startswith("Table   i 40 ")
 
 
 @pytest.mark.parametrize("height", [30, 45, 70, 200])
@@ -223,3 +295,19 @@ def test_a_block_without_curves_says_why(panel: CurvesPanel) -> None:
     workspace.show_session(None)
     presenter.show()
     assert panel.hint == EMPTY_TEXT
+
+
+def test_zooming_one_plot_zooms_all_until_a_double_click(panel: CurvesPanel) -> None:
+    growing = staged(20)
+    panel.show_curves([curve(growing)])
+    view = panel.l1_plot.getViewBox()
+    view.setXRange(5, 15, padding=0)
+    view.sigRangeChangedManually.emit(view.state["mouseEnabled"])
+    growing.extend(linear(40)[20:])
+    panel.show_curves([curve(growing)])
+    assert panel.sigma_plot.getViewBox().viewRange()[0] == pytest.approx([5, 15])
+    panel.sigma_plot.fit_wished.emit()
+    for plot in (panel.sigma_plot, panel.l1_plot):
+        low, high = plot.getViewBox().viewRange()[0]
+        assert low <= 1
+        assert 40 <= high <= 46

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from gui.state.inspection import Inspection
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.tools.base import Found, Point, Tool
@@ -25,6 +26,7 @@ class ToolHost:
     def __init__(self, frame: RGBDFrame, labels: NDArray[np.int32], leash: int = 0) -> None:
         self.options = ToolOptions(brush_radius=3.0, leash=leash)
         self.workspace = Workspace()
+        self.inspection = Inspection(self.workspace)
         self.workspace.add_session(Session.of(Run(frame, labels), "origin", "key"))
         strength = np.zeros(frame.shape, np.float32)
         strength[:, 29:31] = 1.0

@@ -341,13 +341,15 @@ def test_a_block_without_depth_cannot_be_iterated_on(small_frame: RGBDFrame) -> 
         ilf.iterate(small_frame, labels, 4)
 
 
-@pytest.mark.parametrize("name", ["best", "released-code"])
+@pytest.mark.parametrize(
+    "parameters", [ilf.preset("best"), ilf.preset("released-code"), ilf.preset("paper", precision="float32")]
+)
 def test_a_truth_gives_every_record_its_error_and_changes_nothing_else(
-    small_frame: RGBDFrame, small_labels: np.ndarray, name: str
+    small_frame: RGBDFrame, small_labels: np.ndarray, parameters: ilf.Parameters
 ) -> None:
     truth = np.where(small_frame.known, small_frame.depth + 9, 2.5)
     judged = small_frame.with_truth(truth)
-    without, completion = (ilf.complete(frame, small_labels, ilf.preset(name)) for frame in (small_frame, judged))
+    without, completion = (ilf.complete(frame, small_labels, parameters) for frame in (small_frame, judged))
     np.testing.assert_array_equal(completion.depth, without.depth)
     for label, history in completion.history.items():
         block = completion.results[label].block

@@ -12,7 +12,9 @@ import math
 import time
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -22,8 +24,9 @@ from ...blocks import Block, Box, union, within
 from ...edges.frame_edges import FrameEdges
 from ...frame import RGBDFrame
 from ...parameters import Parameters
-from ..convergence import held_out_of
+from ..convergence import deviation, held_out_of
 from ..pyramid import enlarged, largest_of_four, sums_of_four
+from ..snapshot import Snapshot
 from ..sums import inner
 from .flying import flying_pixels
 from .parting import Parting
@@ -119,7 +122,10 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self._held_out_squares = inner(finest.held_out[1], finest.held_out[1]) if finest.held_out else 0.0
         while len(self._grids) <= _HALVINGS or self._grids[-1].counts.size > _DIRECT_CELLS:
             self._grids.append(self._grids[-1].halved())
-        self._current = self._grids[0], np.zeros(self._grids[0].counts.shape, np.float32)
+        levels = tuple(grid.level for grid in self._grids)
+        self._all = self._view.pixels(levels, finest.trend)
+        self._changing = self._view.pixels(levels, finest.trend, changing=True)
+        self._current = finest, np.zeros(finest.counts.shape, np.float32)
         raw = frame.depth[block.box][block.mask]
         # all of it is known: the window is around the gaps
         self._outside = float(raw[~self._view.seen].sum(dtype=np.float64))
@@ -127,6 +133,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self._iterations = 0
         self._stage = self._round = 0
         self._sigma = math.inf
+        self._truth: tuple[NDArray[np.bool_], NDArray[np.float64]] | None = None
         self._steps = self._run()
         self.settled = False
         """Whether the last stage has come to its end."""
@@ -136,10 +143,20 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
     @property
     def surface(self) -> NDArray[np.float64]:
         """P_i at the block's pixels [m], in the order of `block.mask`'s True values; the trend before i = 1."""
+        return self._held(self._all).surface
+
+    def snapshot(self) -> Snapshot:
+        """The surface as it stands, where it may become depth; at other pixels, raw depth.
+
+        It is held on the grid of its iteration, of the finest just what is needed: it costs time, too, to fill memory.
+        """
+        return self._held(self._changing)
+
+    def _held(self, pixels: _Pixels) -> Snapshot:
         grid, u = self._current
-        for finer in reversed(self._grids[: self._grids.index(grid)]):
-            u, grid = grid.enlarged(u, finer), finer
-        return self._view.on_block(u + self._grids[0].trend)
+        coarseness = self._grids.index(grid)
+        held = u if coarseness else pixels.of(u)  # which later iterations leave as it is
+        return Snapshot(partial(pixels.on_block, coarseness, held), held.nbytes, pixels.nbytes)
 
     @property
     def remark(self) -> str:
@@ -170,9 +187,20 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
             residual=_misfit(u, grid.counts, grid.totals, self._known_squares),
             held_out=_misfit(u, *grid.held_out, self._held_out_squares) if grid.held_out else math.nan,
             seconds=time.perf_counter() - self._start,
+            error=self._error(),
             cell=grid.cell,
             round=self._round,
         )
+
+    def judge(self, pixels: NDArray[np.bool_], truth: NDArray[np.float64]) -> None:
+        """Let records tell the error against a truth from now on, see `Stepper`."""
+        self._truth = pixels, truth
+
+    def _error(self) -> float:
+        if self._truth is None:
+            return math.nan
+        pixels, truth = self._truth
+        return deviation(self.surface[pixels], truth)
 
     def _run(self) -> Iterator[_Step]:
         """All stages: the grid that an iteration worked on, P_(i-1) there and P_i, both less the trend."""
@@ -182,7 +210,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         yield coarsest, coarsest.samples(), u
         for coarser, grid in pairwise((coarsest, *others)):
             limit = _STEPS if grid is not self._grids[0] else _FINEST_STEPS
-            u = yield from self._descend(grid, self._energy(grid), coarser.enlarged(u, grid), limit)
+            u = yield from self._descend(grid, self._energy(grid), coarser.level.enlarged(u, grid.level), limit)
         finest = self._grids[0]
         if math.isfinite(self._jump):
             scale = np.full(u.shape, self._jump, np.float32)
@@ -208,6 +236,19 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
     def _weights(self, grid: _Grid) -> Weights:
         # of a surface on cells of c pixels, slopes add up to the same, bending to c^2 times as much
         return make_weights(*grid.smooth(self._parameters.edge_scale), self._slope, self._bending / grid.cell**2)
+
+
+class _Level(NamedTuple):
+    """What surfaces need to know of a grid to get from it to the next finer one."""
+
+    shape: tuple[int, ...]
+    parting: Parting | None
+
+    def enlarged(self, u: Array, finer: _Level) -> Array:
+        """A surface on this grid on the next finer one."""
+        if self.parting is None or finer.parting is None:
+            return enlarged(u, finer.shape)
+        return self.parting.enlarged(u, finer.parting)
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,11 +279,10 @@ class _Grid:
         smooth = np.minimum(left[:, 1:], left[:, :-1]), np.minimum(left[1:], left[:-1])
         return smooth if self.parting is None else self.parting.cut(*smooth)
 
-    def enlarged(self, u: Array, finer: _Grid) -> Array:
-        """A surface on this grid on the next finer one."""
-        if self.parting is None or finer.parting is None:
-            return enlarged(u, finer.counts.shape)
-        return self.parting.enlarged(u, finer.parting)
+    @property
+    def level(self) -> _Level:
+        """What surfaces need to know of it."""
+        return _Level(self.counts.shape, self.parting)
 
     def halved(self) -> _Grid:
         """The next level: cells of twice the size."""
@@ -272,6 +312,7 @@ class _View:
     def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters, drawn: NDArray[np.bool_] | None) -> None:
         self._frame = frame
         self._block = block
+        self._fills = parameters.mode == "fill"
         self._window = _window(frame, block, parameters.mode)
         around = union(block.box, self._window)
         self._place = within(self._window, around)
@@ -338,10 +379,45 @@ class _View:
             parting=None if self._drawn is None else Parting.around(self._mask, self._drawn),
         )
 
-    def on_block(self, surface: Array) -> NDArray[np.float64]:
-        """Depth [m] at the block's pixels: a surface on the window, raw depth outside."""
-        result = self._frame.depth[self._block.box][self._block.mask].astype(np.float64)
-        result[self.seen] = surface[self._mask]
+    def pixels(self, levels: tuple[_Level, ...], trend: Array, changing: bool = False) -> _Pixels:
+        """The block's pixels in the window, all or those that may change, for surfaces on grids of these levels."""
+        among = self._mask & ~self._frame.known[self._window] if changing and self._fills else self._mask
+        places = np.flatnonzero(among)
+        seen = np.flatnonzero(self.seen)[among[self._mask]]
+        return _Pixels(levels, places, seen, trend.ravel()[places], self._frame, self._block)
+
+
+@dataclass(frozen=True, eq=False)
+class _Pixels:
+    """Brings surfaces from any grid to pixels of the block: holds no more for it, since it lives as long as snapshots.
+
+    `places` are those of the pixels in the window, `seen` those among the block's pixels.
+    """
+
+    levels: tuple[_Level, ...]
+    places: NDArray[np.intp]
+    seen: NDArray[np.intp]
+    trend: Array
+    frame: RGBDFrame
+    block: Block
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of what is not the frame's or the block's."""
+        return self.places.nbytes + self.seen.nbytes + self.trend.nbytes
+
+    def of(self, surface: Array) -> Array:
+        """A surface on the window, at the pixels."""
+        return surface.ravel()[self.places]
+
+    def on_block(self, coarseness: int, held: Array) -> NDArray[np.float64]:
+        """Depth [m] at all of the block's pixels, raw where a surface is not held: it is less the trend, and on a grid
+        so many above the finest, or at the pixels."""
+        u = held
+        for coarser, finer in pairwise(reversed(self.levels[: coarseness + 1])):
+            u = coarser.enlarged(u, finer)
+        result = self.frame.depth[self.block.box][self.block.mask].astype(np.float64)
+        result[self.seen] = (self.of(u) if coarseness else u) + self.trend
         return result
 
 

@@ -111,17 +111,6 @@ class Band:
         _copy_rows(coefficients, moved[:, : coefficients.shape[1]], other.reach[0])
         return moved
 
-    def synthesise(self, coefficients: Complex, height: int, width: int) -> Real:
-        """The field on the first rows and columns of the padded grid, float (height, width)."""
-        tall = np.zeros((self.grid[0], self._columns), coefficients.dtype)
-        _copy_rows(coefficients, tall, self.reach[0])
-        columns = scipy.fft.ifft(tall, axis=0, overwrite_x=True)
-        field = np.empty((height, width), self._dtype)
-        for start in range(0, height, _STRIP):
-            rows = slice(start, min(start + _STRIP, height))
-            field[rows] = scipy.fft.irfft(columns[rows], n=self.grid[1], axis=1)[:, :width]
-        return field
-
     def squared_wave_numbers(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """k_y^2 as a column and k_x^2 as a row, in the layout of the coefficients."""
         height = self.coefficient_shape[0]
@@ -129,6 +118,19 @@ class Band:
         k_y = np.minimum(rows, height - rows).astype(np.float64)
         k_x = np.arange(self._columns, dtype=np.float64)
         return (k_y**2)[:, None], (k_x**2)[None, :]
+
+
+def synthesise(grid: Grid, coefficients: Complex, height: int, width: int) -> Real:
+    """The field with such coefficients on the first rows and columns of the padded grid, float (height, width)."""
+    rows_held, columns_held = coefficients.shape
+    tall = np.zeros((grid[0], columns_held), coefficients.dtype)
+    _copy_rows(coefficients, tall, (rows_held - 1) // 2)
+    columns = scipy.fft.ifft(tall, axis=0, overwrite_x=True)
+    field = np.empty((height, width), coefficients.real.dtype)
+    for start in range(0, height, _STRIP):
+        rows = slice(start, min(start + _STRIP, height))
+        field[rows] = scipy.fft.irfft(columns[rows], n=grid[1], axis=1)[:, :width]
+    return field
 
 
 def fast_reach(least: int) -> int:

@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -25,9 +26,10 @@ from numpy.typing import NDArray
 from ...blocks import Block
 from ...frame import RGBDFrame
 from ...parameters import Parameters
-from ..convergence import held_out_of, l1_norm
+from ..convergence import deviation, held_out_of, l1_norm
+from ..snapshot import Snapshot
 from ..sums import inner
-from .band import Band, fast_reach
+from .band import Band, Grid, fast_reach, synthesise
 from .lengths import principal_lengths
 from .lowpass import inside_ellipse
 from .record import PassBandRecord
@@ -62,6 +64,7 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self._mask = block.mask
         height, width = block.mask.shape
         grid = math.ceil(parameters.padding * height), math.ceil(parameters.padding * width)
+        self._grid = grid
         self._pixels = int(np.count_nonzero(block.mask))
 
         raw = frame.depth[block.box].astype(np.float64)
@@ -71,6 +74,8 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self._mean = float(raw[taken].mean()) if parameters.centred else 0.0
         self._known = _Values(taken, grid, raw - self._mean)
         self._held_out = _Values(held_out, grid, raw - self._mean) if held_out.any() else None
+        self._truth: _Values | None = None
+        self._judged: tuple[NDArray[np.bool_], NDArray[np.float64]] | None = None
         self._block = _Values(block.mask, grid)
         self._colour: NDArray[np.float64] | None = None  # W, while i <= rgb_iterations
         self._weight: NDArray[Any] | None = None  # its part on the small grid
@@ -86,9 +91,7 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self._use_band(Band(grid, (0, 0), self._dtype))
         self._coefficients = np.zeros_like(self._known.coefficients)  # of P_(i-1)
         self._missed = self._known.coefficients  # e_(i-1), what P_(i-1) misses at known pixels
-        self._samples = self._band.samples(self._coefficients)  # kept up to date for held-out pixels alone
-        # one assignment, so that another thread may look at the surface while an iteration is under way
-        self._current = self._band, self._coefficients
+        self._samples = self._band.samples(self._coefficients)  # kept up to date for `_misfit` alone
         self._least = -math.inf  # no value of P_i in the block, with the mean, is below this
         self._iterations = 0
         self.settled = False
@@ -101,10 +104,26 @@ class PassBandIteration(Iterator[PassBandRecord]):
     @property
     def surface(self) -> NDArray[np.float64]:
         """P_i at the block's pixels [m], in the order of `block.mask`'s True values; the mean depth before i = 1."""
-        band, coefficients = self._current
-        values = band.synthesise(coefficients, *self._mask.shape)[self._mask].astype(np.float64, copy=False)
-        values += self._mean
-        return values
+        return self.snapshot().surface
+
+    def snapshot(self) -> Snapshot:
+        """The surface as it stands: its coefficients, which later iterations leave as they are."""
+        coefficients = self._coefficients
+        work_out = partial(_on_block, coefficients, self._grid, self._mask, self._mean)
+        return Snapshot(work_out, coefficients.nbytes, self._mask.nbytes)
+
+    def judge(self, pixels: NDArray[np.bool_], truth: NDArray[np.float64]) -> None:
+        """Let records tell the error against a truth from now on, see `Stepper`."""
+        if self._dtype == np.float32:  # differences of sums of squares would be too coarse
+            self._judged = pixels, truth
+            return
+        at = np.zeros(self._mask.shape, bool)
+        at[self._mask] = pixels
+        values = np.zeros(self._mask.shape)
+        values[at] = truth - self._mean
+        self._truth = _Values(at, self._grid, values)
+        self._truth.use_band(self._band, self._dtype)
+        self._samples = self._band.samples(self._coefficients)
 
     def __next__(self) -> PassBandRecord:
         if self._ended:
@@ -123,10 +142,11 @@ class PassBandIteration(Iterator[PassBandRecord]):
         sigma = self._compare(coefficients, change, part)
         np.multiply(self._known.mask, change, out=part)
         self._missed = self._missed - band.coefficients_of(part)
+        # one assignment, so that another thread may look at the surface while an iteration is under way
         self._coefficients = coefficients
-        self._current = band, coefficients
         residual = self._residual()
-        held_out = self._held_out_error(change)
+        if self._held_out is not None or self._truth is not None:
+            self._samples += change
         l1 = self._l1_norm()
         self._note(sigma)
         return PassBandRecord(
@@ -135,8 +155,9 @@ class PassBandIteration(Iterator[PassBandRecord]):
             sigma_i=sigma,
             l1=l1,
             residual=residual,
-            held_out=held_out,
+            held_out=self._misfit(self._held_out),
             seconds=time.perf_counter() - self._start,
+            error=self._error(),
             radii=radii,
             weighted=self._colour is not None,
         )
@@ -148,7 +169,7 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self._passed: tuple[tuple[float, float], bool] | None = None  # what the filter at hand is for
         if self._colour is not None:
             self._weight = band.cut(self._colour)
-        for values in (self._known, self._block, self._held_out):
+        for values in (self._known, self._block, self._held_out, self._truth):
             if values is not None:
                 values.use_band(band, self._dtype)
 
@@ -193,15 +214,21 @@ class PassBandIteration(Iterator[PassBandRecord]):
         explained = self._band.sum_of_product(self._coefficients, known.coefficients + self._missed)
         return math.sqrt(max(known.squares - explained, 0.0) / known.pixels)
 
-    def _held_out_error(self, change: NDArray[np.floating]) -> float:
-        """Root mean square of P_i - raw over the held-out pixels; NaN if there are none."""
-        held_out, band = self._held_out, self._band
-        if held_out is None:
+    def _error(self) -> float:
+        """Root mean square of P_i - truth over the judged pixels; NaN if there are none."""
+        if self._judged is None:
+            return self._misfit(self._truth)
+        pixels, truth = self._judged
+        return deviation(self.surface[pixels], truth)
+
+    def _misfit(self, values: _Values | None) -> float:
+        """Root mean square of P_i - values over the pixels that have them; NaN if there are none."""
+        band = self._band
+        if values is None:
             return math.nan
-        self._samples += change
-        squares = inner(held_out.mask * self._samples, self._samples) / band.weight
-        squares += held_out.squares - 2 * band.sum_of_product(held_out.coefficients, self._coefficients)
-        return math.sqrt(max(squares, 0.0) / held_out.pixels)
+        squares = inner(values.mask * self._samples, self._samples) / band.weight
+        squares += values.squares - 2 * band.sum_of_product(values.coefficients, self._coefficients)
+        return math.sqrt(max(squares, 0.0) / values.pixels)
 
     def _l1_norm(self) -> float:
         """L1 norm of P_i over the block [m]: a plain sum as long as no value can be negative."""
@@ -217,6 +244,15 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self.settled = self._schedule.advance(sigma < self._parameters.s_criteria)
         stop = self.settled and self._parameters.stop_when_steady
         self._ended = stop or self._iterations >= self._parameters.max_iterations
+
+
+def _on_block(
+    coefficients: NDArray[np.complexfloating], grid: Grid, mask: NDArray[np.bool_], mean: float
+) -> NDArray[np.float64]:
+    """The field with such coefficients at the block's pixels, with the mean [m]."""
+    values = synthesise(grid, coefficients, *mask.shape)[mask].astype(np.float64, copy=False)
+    values += mean
+    return values
 
 
 class _Values:

@@ -1,0 +1,221 @@
+"""Key frames: how the depth of blocks was while they were iterated on, within a budget of memory."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..blocks import Block
+from ..completion import Watch, block_depth
+from ..filter.convergence import IterationRecord
+from ..filter.snapshot import Snapshot
+from ..filter.stepper import Stepper
+from ..frame import RGBDFrame
+from .run import Run
+
+BUDGET = 64 * 2**20
+"""Memory [bytes] that the key frames of one frame may take."""
+
+MOST = 64
+"""Key frames of a block in one run, at most."""
+
+
+class KeyFrame(NamedTuple):
+    """What a block had come to with an iteration."""
+
+    record: IterationRecord
+    snapshot: Snapshot
+
+
+class Track:
+    """The key frames of one block in one run: of the first iteration, and of every `stride`-th after it.
+
+    That of the last iteration need not be among them: it is what the block has come to.
+
+    Attributes
+    ----------
+    block : Block
+        Its pixels, as they were run.
+    stride : int
+    dropped : bool
+        Whether nobody keeps it any more.
+    nbytes : int
+        Memory of all of them.
+    """
+
+    def __init__(self, frame: RGBDFrame, block: Block, mode: str) -> None:
+        self.block = block
+        self.stride = 1
+        self.dropped = False
+        self.nbytes = 0
+        self._frame = frame
+        self._mode = mode
+        self._frames: list[KeyFrame] = []
+
+    @property
+    def kept(self) -> list[int]:
+        """The iterations that there are key frames of, in rising order."""
+        return [record.i for record, _ in self._frames]
+
+    def is_of(self, records: Sequence[IterationRecord]) -> bool:
+        """Whether these are the records of the iterations that it is of."""
+        return bool(self._frames) and self._frames[0].record is records[0]
+
+    def add(self, record: IterationRecord, snapshot: Snapshot) -> None:
+        """Keep an iteration; of more than `MOST`, every second."""
+        self.nbytes += snapshot.nbytes if self._frames else snapshot.nbytes + snapshot.shared
+        self._frames.append(KeyFrame(record, snapshot))
+        if len(self._frames) > MOST:
+            self.thin()
+
+    @property
+    def can_thin(self) -> bool:
+        """Whether there are others than the first."""
+        return len(self._frames) > 1
+
+    def thin(self) -> None:
+        """Keep half as many."""
+        self.stride *= 2
+        # in one assignment, since another thread may be looking for one
+        self._frames = [one for one in self._frames if (one.record.i - 1) % self.stride == 0]
+        self.nbytes = sum(snapshot.nbytes for _, snapshot in self._frames) + self._frames[0].snapshot.shared
+
+    def at(self, i: int) -> KeyFrame:
+        """The key frame of an iteration, or of the last one before it that is kept."""
+        frames = self._frames
+        return next((one for one in reversed(frames) if one.record.i <= i), frames[0])
+
+    def depth(self, key_frame: KeyFrame) -> NDArray[np.float32]:
+        """The block's depth [m] if it had ended there, in the order of `block.mask`'s True values; NaN = missing."""
+        return block_depth(self._frame, self.block, key_frame.snapshot.surface, self._mode)
+
+
+class KeyFrames:
+    """The key frames of a frame's runs. Safe from several threads.
+
+    What a filter holds of an iteration is taken as it is, and worked out at the pixels only for those who look: that
+    costs a run next to nothing. When there is too much of it, key frames of blocks that have been run again since go
+    first; then, of the blocks with the most iterations kept, every second one; and last the blocks that were run first.
+
+    Parameters
+    ----------
+    budget : int
+        Memory [bytes] that they may take.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ilf
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[8:12, 10:20] = np.nan
+    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
+    >>> run = ilf.Run(frame, np.ones((20, 30), np.int32))
+    >>> key_frames = KeyFrames()
+    >>> with run.steps(watch=key_frames.watch(run)) as steps:
+    ...     history = [progress.record for progress in steps if progress.record is not None]
+    >>> track = key_frames.track(history)
+    >>> track.depth(track.at(1)).shape
+    (600,)
+    """
+
+    def __init__(self, budget: int = BUDGET) -> None:
+        self.budget = budget
+        self.nbytes = 0
+        """Memory that they take."""
+        self._tracks: list[Track] = []
+        self._by_first: dict[int, Track] = {}
+        """By the identity of their first record."""
+        self._lock = threading.Lock()
+
+    def watch(self, run: Run) -> Watch:
+        """What takes key frames of a run, to be given to `Run.steps`."""
+        tracks: dict[int, Track] = {}
+
+        def take(block: Block, record: IterationRecord, stepper: Stepper) -> None:
+            track = tracks.get(block.label)
+            if track is None:
+                track = tracks[block.label] = Track(run.frame, block, run.parameters_of(block.label).mode)
+                with self._lock:
+                    self._tracks.append(track)
+                    self._by_first[id(record)] = track
+            elif track.dropped or (record.i - 1) % track.stride:
+                return
+            self._take(track, record, stepper.snapshot())
+
+        return take
+
+    def clear(self) -> None:
+        """Drop all."""
+        with self._lock:
+            for track in list(self._tracks):
+                self._drop(track)
+            self.nbytes = 0
+
+    def _take(self, track: Track, record: IterationRecord, snapshot: Snapshot) -> None:
+        with self._lock:
+            before = track.nbytes
+            track.add(record, snapshot)
+            self.nbytes += track.nbytes - before
+            if self.nbytes > self.budget:
+                self._make_room()
+
+    def track(self, records: Sequence[IterationRecord]) -> Track | None:
+        """The key frames of the iterations with these very records; None if there are none."""
+        if not records:
+            return None
+        with self._lock:
+            track = self._by_first.get(id(records[0]))
+        # an identity may have been another record's before
+        return track if track is not None and track.is_of(records) else None
+
+    def _make_room(self) -> None:
+        while self.nbytes > self.budget and (self._drop_older() or self._thin() or self._drop_first()):
+            self.nbytes = sum(track.nbytes for track in self._tracks)
+
+    def _drop_older(self) -> bool:
+        """Drop the oldest key frames of a block that has been run again since; False if there are none."""
+        latest = {track.block.label: track for track in self._tracks}
+        older = next((track for track in self._tracks if latest[track.block.label] is not track), None)
+        return older is not None and self._drop(older)
+
+    def _thin(self) -> bool:
+        """Keep half as many of where the most are kept; False if all are down to the first."""
+        stride = min((track.stride for track in self._tracks if track.can_thin), default=0)
+        thinned = [track for track in self._tracks if track.can_thin and track.stride == stride]
+        for track in thinned:
+            track.thin()
+        return bool(thinned)
+
+    def _drop_first(self) -> bool:
+        """Drop the block that was run first; False if it is the only one."""
+        return len(self._tracks) > 1 and self._drop(self._tracks[0])
+
+    def _drop(self, track: Track) -> bool:
+        track.dropped = True
+        self._tracks.remove(track)
+        self._by_first = {first: one for first, one in self._by_first.items() if one is not track}
+        return True
+
+
+def past_depth(present: NDArray[np.float32], moments: Iterable[tuple[Track, KeyFrame]]) -> NDArray[np.float32]:
+    """The depth of a frame with some blocks as they were at a key frame.
+
+    Parameters
+    ----------
+    present : ndarray of float32, shape (H, W)
+        Depth [m] of all other pixels, NaN = missing.
+    moments : iterable of (Track, KeyFrame)
+        The blocks, and when.
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W)
+    """
+    depth = present.copy()
+    for track, key_frame in moments:
+        depth[track.block.box][track.block.mask] = track.depth(key_frame)
+    return depth

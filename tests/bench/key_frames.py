@@ -1,0 +1,53 @@
+"""What taking key frames costs a run, and how much memory they take.
+
+    python -m tests.bench.key_frames FRAME [PRESET ...]
+
+Every preset is run with and without key frames, one after the other in turns, in one thread; the middle of the ratios
+of processor time counts.
+"""
+
+from __future__ import annotations
+
+import statistics
+import sys
+import time
+
+import ilf
+from ilf.run import KeyFrames, Run
+
+_TURNS = 11
+
+
+def _seconds(run: Run, key_frames: KeyFrames | None) -> tuple[float, int]:
+    """Processor time of a run [s], and its iterations."""
+    begun = time.process_time()
+    count = 0
+    with run.steps(1, None if key_frames is None else key_frames.watch(run)) as steps:
+        for progress in steps:
+            count += progress.record is not None
+    return time.process_time() - begun, count
+
+
+def main(folder: str, presets: list[str]) -> None:
+    """Print a line for every preset."""
+    frame = ilf.load_frame(folder)
+    blocks = ilf.extract_blocks(frame)
+    for name in presets:
+        run = Run(frame, blocks, ilf.preset(name))
+        _seconds(run, None)  # edges are found, code is warm
+        ratios, plain, watched = [], [], []
+        for _ in range(_TURNS):
+            key_frames = KeyFrames()  # those of the turn before are gone
+            plain.append(_seconds(run, None)[0])
+            seconds, count = _seconds(run, key_frames)
+            watched.append(seconds)
+            ratios.append(seconds / plain[-1])
+        print(
+            f"{name}: {count} iterations, {min(plain):.3f} s without, {min(watched):.3f} s with key frames; "
+            f"middle of the ratios {statistics.median(ratios):.4f}, of the best {min(watched) / min(plain):.4f}; "
+            f"{key_frames.nbytes / 2**20:.1f} MiB, one of {max(track.stride for track in key_frames._tracks)} kept"
+        )
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], sys.argv[2:] or ["best", "paper", "released-code"])

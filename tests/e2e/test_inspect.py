@@ -1,0 +1,180 @@
+"""Looking closely, in the window: profile, statistics, measurements."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QFileDialog
+from pytestqt.qtbot import QtBot
+
+from gui.frames.frame_source import FrameSource
+from gui.inspect.part import InspectPart
+from gui.main_window import MainWindow
+from ilf.frame import RGBDFrame
+from ilf.inspection import measure, surface_statistics
+
+from .conftest import WAIT_MS, open_frame, write_frame
+from .hand import click, drag, hover, key
+
+
+def part_of(window: MainWindow) -> InspectPart:
+    return next(part for part in window.parts if isinstance(part, InspectPart))
+
+
+def numbers(window: MainWindow, qtbot: QtBot) -> str:
+    """The statistics, as soon as they are there."""
+    part = part_of(window)
+    window.refresh.now()
+    qtbot.waitUntil(lambda: not part.measure.busy, timeout=WAIT_MS)
+    return part.measure_panel.statistics.as_text()
+
+
+def test_a_profile_from_drawing_to_file(
+    opened: MainWindow,
+    qtbot: QtBot,
+    run_all: Callable[[MainWindow], None],
+    tmp_path: Path,
+    small_frame: RGBDFrame,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    window, part = opened, part_of(opened)
+    assert "Profile" not in window.panels.open
+    window.actions_["tool_profile"].trigger()
+    assert "Profile" in window.panels.open
+    qtbot.waitUntil(lambda: part.profile_panel.isVisible(), timeout=WAIT_MS)
+    drag(window, [(5.5, 16.5), (30, 16.5), (50.5, 16.5)], release=False)
+    window.refresh.now()
+    data = part.profile_panel.data
+    assert data is not None
+    assert data.result is None
+    assert len(data.profile) == 46
+    drag(window, [(50.5, 16.5), (58.5, 16.5)])
+    run_all(window)
+
+    # the result, and its expected error though no view shows it
+    window.views.set_layout("colour")
+    data = part.profile_panel.data
+    assert data is not None
+    assert data.result is not None
+    assert np.isfinite(data.result).all()
+    qtbot.waitUntil(lambda: part.profile_panel.data.error is not None, timeout=WAIT_MS)  # type: ignore[union-attr]
+
+    # the mouse on the line marks the place in the plot, the mouse in the plot marks it in the views
+    hover(window, (20.5, 16.5))
+    window.refresh.now()
+    sample = 20 - int(data.profile.columns[0])
+    assert part.profile_panel.sample == sample
+    hover(window, (20.5, 40.5))
+    window.refresh.now()
+    assert part.profile_panel.sample is None
+    part.profile_panel.plot.hovered.emit(10.0)
+    window.refresh.now()
+    assert part._marks.marks.place == (data.profile.columns[10] + 0.5, 16.5)
+
+    path = tmp_path / "profile"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(path), "Table (*.csv)"))
+    window.actions_["save_profile"].trigger()
+    assert len(path.with_suffix(".csv").read_text().splitlines()) == len(data.profile) + 1
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(path), "SVG picture (*.svg)"))
+    window.actions_["save_profile_picture"].trigger()
+    assert path.with_suffix(".svg").read_bytes().startswith(b"<?xml")
+
+    # it stays with its frame, and goes by Escape
+    line = part.inspection.line
+    folder = write_frame(tmp_path / "another", small_frame)
+    open_frame(window, qtbot, FrameSource(str(folder)))
+    assert part.profile_panel.data is None
+    window.workspace.show_session(window.workspace.sessions[0])
+    window.refresh.now()
+    assert part._marks.marks.line == line
+    key(window, Qt.Key.Key_Escape)
+    window.refresh.now()
+    assert part._marks.marks.line is None
+    assert part.profile_panel.data is None
+
+
+def test_statistics_of_block_and_rectangle_beside_each_other(
+    opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
+) -> None:
+    window, part, session = opened, part_of(opened), opened.workspace.session
+    run_all(window)
+    window.panels.reveal("Measure")
+    qtbot.waitUntil(lambda: part.measure_panel.isVisible(), timeout=WAIT_MS)
+    window.workspace.select([1])
+    depth = session.present_depth()
+    assert depth is not None
+    camera = session.frame.intrinsics
+    raw, result = (surface_statistics(values, session.labels == 1, camera) for values in (session.frame.depth, depth))
+    assert raw.plane is not None
+    assert result.plane is not None
+    text = numbers(window, qtbot)
+    assert f"Missing\t{100 * raw.missing_share:.1f} %\t{100 * result.missing_share:.1f} %" in text
+    assert f"Tilt\t{raw.plane.tilt:.1f}°\t{result.plane.tilt:.1f}°" in text
+
+    window.workspace.select([1, 2])
+    numbers(window, qtbot)
+    assert "Angle between the planes" in part.measure_panel._reason.text()
+
+    window.actions_["tool_rectangle"].trigger()
+    drag(window, [(35.5, 5.5), (40, 10), (50.5, 20.5)])
+    assert "Pixels\t256\t256" in numbers(window, qtbot)
+    part.measure_panel.subject_wished.emit(False)
+    assert f"Pixels\t{raw.pixels:,}" in numbers(window, qtbot)
+    part.measure_panel.subject_wished.emit(True)
+    key(window, Qt.Key.Key_Escape)
+    assert session.region is None
+    assert f"Pixels\t{raw.pixels:,}" in numbers(window, qtbot)
+
+
+def test_measurements_are_listed_copied_deleted_and_taken_back(
+    opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
+) -> None:
+    window, part = opened, part_of(opened)
+    window.actions_["tool_measure"].trigger()
+    qtbot.waitUntil(lambda: part.measure_panel.isVisible(), timeout=WAIT_MS)
+    click(window, (12.5, 15.5))
+    assert "no depth" in window.messages.message
+    assert part.measurements.chains == []
+    run_all(window)
+    for point in ((5.5, 5.5), (12.5, 15.5), (5.5, 40.5)):
+        click(window, point)
+    key(window, Qt.Key.Key_Return)
+    assert part.measurements.add_point(40.5, 5.5)  # as from elsewhere
+    assert part.measurements.add_point(60.5, 5.5)
+    part.measurements.end()
+    window.refresh.now()
+    rows = part.measure_panel._list._rows
+    assert [row.name for row in rows] == ["1.1", "1.2", "1  all", "2"]
+    assert [row.filled for row in rows] == [True, True, False, False]
+    assert len(part._marks.marks.lengths) == 3
+    assert len(part._marks.marks.angles) == 1
+
+    window.actions_["copy_measurements"].trigger()
+    lines = QApplication.clipboard().text().splitlines()
+    assert len(lines) == 6
+    assert lines[1].split("\t")[:4] == ["1", "1", "5", "5"]
+
+    # heights over the plane of a block
+    window.workspace.select([2])
+    part.measure_panel.reference_wished.emit(True)
+    window.refresh.now()
+    assert part.measure_panel._list._rows[3].height == "–"  # the plane is yet to be found
+    numbers(window, qtbot)
+    window.refresh.now()
+    session, depth = window.workspace.session, window.workspace.session.present_depth()
+    assert depth is not None
+    plane = surface_statistics(depth, session.labels == 2, session.frame.intrinsics).plane
+    assert plane is not None
+    assert plane.normal is not None
+    wanted = measure(depth, part.measurements.chains[1], session.frame.intrinsics, plane.normal)
+    assert part.measure_panel._list._rows[3].height == f"{wanted.heights[0]:+.3f} m"
+
+    part.measure_panel._list.selectRow(0)
+    window.actions_["delete_measurements"].trigger()
+    assert len(part.measurements.chains) == 1
+    window.actions_["restore_measurements"].trigger()
+    assert len(part.measurements.chains) == 2

@@ -1,0 +1,114 @@
+"""Going back through the iterations of a run in the real window."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from pytestqt.qtbot import QtBot
+
+import ilf
+from gui.main_window import MainWindow
+from gui.work.runs import RunState
+from ilf.ebs.edit import patch_between
+from ilf.run import Run
+
+from .conftest import WAIT_MS
+
+
+def _shown(window: MainWindow) -> np.ndarray:
+    window.refresh.now()
+    return window.views.cells["depth-out"]._depth
+
+
+def test_the_views_look_back_and_return(
+    opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
+) -> None:
+    run_all(opened)
+    opened.panels._show([*opened.panels.open, "Convergence"])
+    session, bar = opened.workspace.session, opened.curves.scrub_bar
+    opened.refresh.draw_all()
+    present = session.present_depth().copy()
+    lengths = {label: len(result.history) for label, result in session.valid_results().items()}
+    assert bar.last == max(lengths.values()) > 3
+
+    bar._slider.setValue(3)
+    qtbot.waitUntil(lambda: opened.workspace.past is not None, timeout=WAIT_MS)
+    expected = session.frame.depth.copy()
+    for label in lengths:
+        stepper = ilf.iterate(session.frame, session.labels, label, extraction=session.notes.extraction)
+        for _ in range(3):
+            next(stepper, None)
+        missing = (session.labels == label) & ~session.frame.known
+        surface = np.full(session.labels.shape, np.nan)
+        surface[session.labels == label] = stepper.surface
+        expected[missing] = surface[missing].astype(np.float32)
+    np.testing.assert_array_equal(_shown(opened), expected)
+    assert opened.views.cells["depth-out"].strip._text == "as after iteration 3"
+    assert "i 3 " in opened.curves.readout.text
+
+    bar._slider.setFocus()
+    QTest.keyClick(bar._slider, Qt.Key.Key_Escape)
+    np.testing.assert_array_equal(_shown(opened), present)
+    assert opened.views.cells["depth-out"].strip._text == ""
+    assert f"i {lengths[1]} " in opened.curves.readout.text or f"i {lengths[2]} " in opened.curves.readout.text
+
+
+def test_an_edit_a_run_and_another_frame_lead_back_to_the_present(
+    opened: MainWindow, qtbot: QtBot, run_all: Callable[[MainWindow], None]
+) -> None:
+    run_all(opened)
+    workspace, bar = opened.workspace, opened.curves.scrub_bar
+    opened.actions_["live"].setChecked(False)
+
+    def look_back() -> None:
+        opened.refresh.draw_all()
+        bar._slider.setValue(2)
+        qtbot.waitUntil(lambda: workspace.past is not None, timeout=WAIT_MS)
+
+    look_back()
+    labels = workspace.session.labels.copy()
+    labels[:3, :3] = 3 - labels[0, 0]
+    workspace.edit_labels(patch_between(workspace.session.labels, labels), "Edit")
+    assert (workspace.past, bar.at_end) == (None, True)
+    workspace.session.undo_stack.undo()
+    look_back()
+    opened.actions_["step"].trigger()
+    qtbot.waitUntil(lambda: opened.runs.state is RunState.PAUSED, timeout=WAIT_MS)
+    look_back()
+    opened.actions_["pause"].trigger()
+    assert (workspace.past, bar.at_end) == (None, True)
+    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
+    look_back()
+    workspace.show_session(None)
+    opened.refresh.now()
+    assert (workspace.past, bar.last) == (None, 0)
+
+
+def test_a_single_step_draws_its_point(opened: MainWindow, qtbot: QtBot) -> None:
+    opened.panels._show([*opened.panels.open, "Convergence"])
+    opened.actions_["step"].trigger()
+    qtbot.waitUntil(lambda: bool(opened.curves.records), timeout=WAIT_MS)
+    plot = opened.curves.sigma_plot
+    assert len(opened.curves.records) == 1
+    assert plot._points.isVisible()
+    assert list(plot._points.getData()[0]) == [1]
+    opened.actions_["cancel"].trigger()
+    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
+
+
+def test_key_frames_are_those_of_the_last_frames_that_were_run(opened: MainWindow) -> None:
+    workspace, first = opened.workspace, opened.workspace.session
+    run = Run(first.frame, first.labels, ilf.preset(max_iterations=2))
+    with run.steps(1, workspace.watch(first, run)) as steps:
+        for _ in steps:
+            pass
+    assert first.key_frames.nbytes > 0
+    others = [type(first)(first.frame, None, f"other {at}") for at in range(4)]
+    for session in others[:3]:
+        workspace.watch(session, run)
+    assert first.key_frames.nbytes > 0
+    workspace.watch(others[3], run)
+    assert first.key_frames.nbytes == 0

@@ -1,0 +1,138 @@
+"""The plot along a line: what is drawn, what the legend reads, what is written."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QImage
+from PySide6.QtSvg import QSvgRenderer
+from pytestqt.qtbot import QtBot
+
+from gui.inspect.profile_data import ProfileData, profile_data
+from gui.inspect.profile_panel import ProfilePanel
+from gui.state.kept_runs import KeptRun
+from gui.state.session import Session
+from gui.state.workspace import Workspace
+from ilf.confidence import expected_error
+from ilf.frame import RGBDFrame
+from ilf.outcomes import BlockResult
+from ilf.run import Run
+
+LINE = ((4.5, 16.5), (60.5, 16.5))
+"""Through the left hole and over the border of the blocks."""
+
+
+@pytest.fixture
+def data(workspace: Workspace, results: list[BlockResult]) -> ProfileData:
+    """With all that there can be."""
+    session: Session = workspace.session
+    workspace.set_truth(np.where(session.frame.known, session.frame.depth, np.float32(1.7)))
+    workspace.store_results(session, results)
+    completion = session.completion()
+    assert completion is not None
+    workspace.store_error(session, completion, expected_error(session.frame, completion))
+    kept = KeptRun(1, "first try", session.run(session.common), {1: results[0]}, 1.0, (200, 60, 160))
+    workspace.keep_run(session, kept)
+    workspace.compare([kept])
+    return profile_data(session, LINE)
+
+
+@pytest.fixture
+def panel(qtbot: QtBot) -> ProfilePanel:
+    panel = ProfilePanel([])
+    qtbot.addWidget(panel)
+    panel.resize(700, 200)
+    panel.show()
+    qtbot.waitExposed(panel)
+    return panel
+
+
+def legend(panel: ProfilePanel) -> str:
+    return panel._legend.text().replace("&nbsp;", " ")
+
+
+def test_all_maps_are_read_at_the_same_pixels(data: ProfileData, workspace: Workspace) -> None:
+    session = workspace.session
+    row, columns = 16, slice(4, 61)
+    depth, error = session.present_depth(), session.expected_error()
+    assert depth is not None
+    assert error is not None
+    assert session.frame.truth is not None
+    np.testing.assert_array_equal(data.raw, session.frame.depth[row, columns])
+    np.testing.assert_array_equal(data.result, depth[row, columns])
+    np.testing.assert_array_equal(data.error, error[row, columns])
+    np.testing.assert_array_equal(data.truth, session.frame.truth[row, columns])
+    assert [(name, colour) for name, colour, _ in data.runs] == [("first try", (200, 60, 160))]
+    np.testing.assert_array_equal(data.runs[0][2], session.compared[0].completion.depth[row, columns])
+    assert data.borders.tolist() == [26]
+    header = data.profile.to_csv().splitlines()[0]
+    assert header == "x,y,distance_px,surface_m,depth_m,raw_m,expected_error_m,truth_m,first try"
+
+
+def test_a_frame_without_results_shows_what_came_in(session: Session) -> None:
+    data = profile_data(session, LINE)
+    assert data.result is data.error is data.truth is None
+    assert data.runs == []
+    np.testing.assert_array_equal(data.profile.depth, data.raw)
+
+
+def test_the_legend_reads_what_the_mouse_is_at(panel: ProfilePanel, data: ProfileData) -> None:
+    pointed: list[int | None] = []
+    panel.pointed.connect(pointed.append)
+    assert panel.data is None
+    panel.show_data(data, {1: "wall <left>", 2: "floor"})
+    for name in ("raw", "result", "first try", "truth"):
+        assert name in legend(panel)
+    assert " m<" not in legend(panel)
+    panel.plot.hovered.emit(7.6)  # in the hole, at column 12
+    assert pointed == [8]
+    text = legend(panel)
+    assert "x 12, y 16" in text
+    assert "wall &lt;left&gt;" in text
+    assert "raw missing" in text
+    assert data.result is not None
+    assert data.error is not None
+    assert f"result {data.result[8]:.3f} m ± {1000 * data.error[8]:.0f} mm" in text
+    assert "truth 1.700 m" in text
+    panel.plot.hovered.emit(math.nan)
+    assert pointed == [8, None]
+    assert "truth 1.700 m" not in legend(panel)
+
+
+def test_the_axis_is_in_pixels_or_metres_along_the_surface(
+    panel: ProfilePanel, data: ProfileData, small_frame: RGBDFrame, small_labels: np.ndarray
+) -> None:
+    panel.show_data(data)
+    assert panel.plot._result.getData()[0][-1] == 56
+    panel.axis.setCurrentIndex(1)
+    assert data.profile.metres is not None
+    assert panel.plot._result.getData()[0][-1] == data.profile.metres[-1]
+    blind = Session.of(Run(RGBDFrame(small_frame.rgb, small_frame.depth), small_labels), "blind", "blind")
+    panel.show_data(profile_data(blind, LINE))
+    assert not panel.axis.isEnabled()
+    assert panel.plot._raw.x[-1] == 56
+
+
+def test_the_band_is_where_the_error_is_known(panel: ProfilePanel, data: ProfileData) -> None:
+    panel.show_data(data)
+    assert data.error is not None
+    assert data.result is not None
+    box = panel.plot._band.path().boundingRect()
+    known = np.flatnonzero(np.isfinite(data.error))
+    assert (box.left(), box.right()) == (known[0], known[-1])
+    assert box.bottom() == pytest.approx(np.nanmax(data.result + data.error), abs=1e-5)
+    panel.show_data(None)
+    assert panel.plot._band.path().isEmpty()
+
+
+def test_the_plot_is_written_as_picture(panel: ProfilePanel, data: ProfileData) -> None:
+    panel.show_data(data)
+    assert panel.legend_names() == [("raw", "raw"), ("result", "result"), ("0", "first try"), ("truth", "truth")]
+    svg = panel.plot.picture(panel.legend_names(), as_svg=True)
+    assert QSvgRenderer(svg).isValid()
+    assert b"first try" in svg
+    picture, bare = (QImage.fromData(panel.plot.picture(names, as_svg=False)) for names in (panel.legend_names(), []))
+    assert picture.width() == bare.width() == 2 * panel.plot.width()
+    assert picture != bare
