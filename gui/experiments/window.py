@@ -29,6 +29,7 @@ from gui.experiments.result_view import ResultView
 from gui.experiments.runner import ExperimentRunner
 from gui.widgets.messages import Message
 from gui.widgets.problems import error_details, error_text, warn
+from gui.work.pace import Pace
 from ilf.errors import IlfError
 from ilf.experiments import EXPERIMENTS, read_result, write_report
 from ilf.experiments.files import StoredResult
@@ -56,6 +57,7 @@ class ExperimentsWindow(QWidget):
         self.setWindowTitle("Experiments of the paper")
         self.resize(_SIZE)
         self._results: dict[str, StoredResult | IlfError] = {}
+        self._pace = Pace()
         self.runner = ExperimentRunner(self)
         self.runner.changed.connect(self._show_state)
         self.runner.written.connect(self._take_written)
@@ -247,7 +249,10 @@ class ExperimentsWindow(QWidget):
         if self.runner.writing:
             return "writing files"
         progress = self.runner.progress
-        return f"{progress.done} of {progress.total}" if progress is not None and progress.total else "starting"
+        if progress is None or not progress.total:
+            return "starting"
+        self._pace.note(progress.done / progress.total)
+        return ", ".join(filter(None, (f"{progress.done} of {progress.total}", self._pace.text())))
 
     def _standing(self, name: str) -> tuple[str, str, str]:
         """Icon, tone and words for an experiment's state."""

@@ -8,8 +8,8 @@ from gui.dialogs.documents import Documents
 from gui.frames.loader import FrameLoader
 from gui.state.workspace import Workspace
 from gui.status.bar import StatusBar
-from gui.status.pace import Pace
 from gui.tools.editor import Editor
+from gui.work.pace import Pace
 from gui.work.runs import RunController, RunState
 
 _NO_FRAME = "Open a frame by the menu File, or drop its files here"
