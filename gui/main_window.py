@@ -38,6 +38,8 @@ from gui.history.history_view import HistoryView
 from gui.inspect.part import InspectPart
 from gui.kept.part import KeptRunsPart
 from gui.layouts.part import LayoutsPart
+from gui.levels.part import RangePart
+from gui.looking.part import LookingPart
 from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar
 from gui.palette.part import PalettePart
 from gui.presets.part import PresetsPart
@@ -76,6 +78,8 @@ _PARTS: tuple[type[Part], ...] = (
     SweepPart,
     AccuracyPart,
     InspectPart,
+    LookingPart,
+    RangePart,
     RecentPart,
     LayoutsPart,
     ShortcutsPart,
@@ -143,7 +147,7 @@ class MainWindow(QMainWindow):
         workspace, runs, loader, actions = self.workspace, self.runs, self.loader, self.actions_
         self.editor = Editor(workspace, self.views, self)
         self.block_commands = BlockCommands(workspace, self.editor)
-        self.keys = ToolKeys(self, self.editor, self.views, actions["look_before"])
+        self.keys = ToolKeys(self, self.editor, self.views)
         self.documents = Documents(self, self.picture, workspace, loader, runs, self.notes)
         self.replays = ReplayPresenter(self.notes)
         self.frame_presenter = FramesPresenter(workspace, self.frames)
@@ -230,7 +234,7 @@ class MainWindow(QMainWindow):
         turned, blocks, selected = workspace.session_changed, workspace.labels_changed, workspace.selection_changed
         infos, values = workspace.infos_changed, workspace.parameters_changed
         results, coming, depth = workspace.results_changed, workspace.results_added, workspace.previews_changed
-        looked_at = views.layoutChanged, self.centre.currentChanged
+        looked_at = views.shownChanged, self.centre.currentChanged
         named = self.view_presenter.names_switched
         running, loading = runs.state_changed, self.loader.busy_changed
         saved = workspace.undo_group.cleanChanged, workspace.sessions_changed
@@ -270,10 +274,11 @@ class MainWindow(QMainWindow):
         )
         exporting = self.documents.exporting_changed
         add("progress", self.status_presenter.show_progress, (turned, running, loading, exporting), (coming,))
+        compared = workspace.compared_changed, workspace.truth_changed
         add(
             "readout",
             self.readout.show,
-            (turned, blocks, infos, results, workspace.error_changed, past),
+            (turned, blocks, infos, results, workspace.error_changed, past, *compared),
             (coming, depth),
         )
 
@@ -332,6 +337,8 @@ class MainWindow(QMainWindow):
         }
         for name, handler in handlers.items():
             self.actions_[name].triggered.connect(lambda _=False, handler=handler: handler())
+        for key, name in ((Qt.Key.Key_B, "look_before"), (Qt.Key.Key_V, "blink")):
+            self.keys.hold(key, self.actions_[name])
         look = self.actions_["look_before"]
         look.toggled.connect(self.effect.look)
         workspace = self.workspace

@@ -21,6 +21,7 @@ from gui.tools.options_row import OptionsRow
 from gui.views.colour_maps import DEPTH_MAPS
 from gui.views.layouts import CELLS, LAYOUT_TEXTS, LAYOUTS
 from gui.views.linked_views import LinkedViews
+from gui.views.sides_menu import SidesMenu
 from ilf.drawing.stages import STAGES
 
 BLOCK_MENU = (
@@ -74,12 +75,16 @@ def fill_menu_bar(
     view.addAction(actions["fold_panels"])
     view.addActions(list(toggles))
     view.addSeparator()
+    _fill(view, entries(actions, "view_content reset_contents"))
+    view.addMenu(_compare_menu(actions, views, view))
+    view.addSeparator()
     _fill(view, entries(actions, "contours_only block_names show_missing shuffle_colours"))
     view.addSeparator()
     view.addMenu(_layout_menu(views, view))
     stages = view.addMenu("&Stage of the extraction")
     _fill(stages, entries(actions, " ".join(f"stage_{name}" for name in STAGES)))
     view.addMenu(_depth_map_menu(views, view))
+    _fill(view, entries(actions, "show_range lock_range"))
     view.addMenu(_theme_menu(view))
     bar.addMenu(experiments)
     _fill(bar.addMenu("&Help"), entries(actions, "palette shortcuts | about"))
@@ -124,6 +129,14 @@ def _choices(menu: QMenu, texts: Mapping[str, str], chosen: str) -> dict[str, QA
     return actions
 
 
+def _compare_menu(actions: Actions, views: LinkedViews, parent: QMenu) -> QMenu:
+    menu = QMenu("Co&mpare two depths", parent)
+    _fill(menu, entries(actions, "compare_two swipe blink | swap_sides"))
+    for side in (0, 1):
+        menu.addMenu(SidesMenu(views, side, menu))
+    return menu
+
+
 def _layout_menu(views: LinkedViews, parent: QMenu) -> QMenu:
     menu = QMenu("&Views", parent)
     actions = _choices(menu, LAYOUT_TEXTS, LAYOUTS[0])
@@ -137,8 +150,10 @@ def _layout_menu(views: LinkedViews, parent: QMenu) -> QMenu:
 def _depth_map_menu(views: LinkedViews, parent: QMenu) -> QMenu:
     menu = QMenu("Depth &colours", parent)
     texts = {name: name.capitalize() for name in DEPTH_MAPS}
-    for name, action in _choices(menu, texts, next(iter(DEPTH_MAPS))).items():
+    actions = _choices(menu, texts, next(iter(DEPTH_MAPS)))
+    for name, action in actions.items():
         action.triggered.connect(lambda _=False, name=name: views.set_depth_map(name))
+    views.rangeChanged.connect(lambda: actions[views.ranges.depth_map].setChecked(True))
     return menu
 
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from .blocks import Block, checked_drawn, checked_labels, drawn_of, find_blocks
 from .errors import InputError
 from .filter.convergence import IterationRecord
+from .filter.history import CompactHistory
 from .filter.stepper import Stepper, edge_parameters, edges_for, make_stepper
 from .frame import RGBDFrame
 from .outcomes import BlockOutcome, BlockResult, Completion, Progress, Status, compose, notes_of
@@ -272,7 +273,7 @@ def _block_steps(
     depth = block_depth(frame, block, stepper.surface, parameters.mode)
     outcome = _outcome(block, raw, depth, history, stepper)
     result = BlockResult(
-        block, depth, outcome, tuple(history), parameters, stepper.network, stepper.notes, edges, drawn
+        block, depth, outcome, CompactHistory(history), parameters, stepper.network, stepper.notes, edges, drawn
     )
     yield Progress(block.label, result=result)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -16,7 +16,7 @@ from .filter.convergence import IterationRecord
 from .frame import RGBDFrame
 from .parameters import BlockParameters, Parameters
 
-History = tuple[IterationRecord, ...]
+History = Sequence[IterationRecord]
 
 
 class Status(StrEnum):
@@ -72,7 +72,7 @@ class BlockResult:
     depth : ndarray of float32
         Depth [m] at the block's pixels in the order of `block.mask`'s True values, NaN = still missing.
     outcome : BlockOutcome
-    history : tuple of IterationRecord
+    history : sequence of IterationRecord
     parameters : Parameters
     network : str or None
         SHA-256 of the edge network that had a part in it; None if none had.

@@ -107,7 +107,9 @@ class HiddenPresenter(QObject):
             self._outcomes[session] = outcome
             for one in outcome.tested:
                 if one.candidate.kept in session.kept_runs:
-                    self._desk.workspace.change_run(session, one.candidate.kept, hidden_error=one.whole.rmse)
+                    self._desk.workspace.change_run(
+                        session, one.candidate.kept, hidden_error=one.whole.rmse, hidden_test=outcome.test
+                    )
         self._end("")
 
     def _fail(self, error: Exception) -> None:

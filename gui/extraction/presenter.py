@@ -53,7 +53,7 @@ class StagePresenter(QObject):
         self._views = views
         self._panel = panel
         self._notes = notes
-        self._cell = views.extraction
+        self._board = views.extraction
         self._preview = ExtractionPreview(self)
         self._preview.found.connect(self._take)
         self._preview.failed.connect(self._fail)
@@ -61,8 +61,8 @@ class StagePresenter(QObject):
         self._found: Found | None = None
         self._failure = ""
         self._slow = QTimer(self, singleShot=True, interval=_SLOW_MS)
-        self._slow.timeout.connect(lambda: self._cell.strip.set_text("Extracting…"))
-        self._cell.stageChanged.connect(self.changed)
+        self._slow.timeout.connect(lambda: self._board.show_text("Extracting…"))
+        self._board.stageChanged.connect(self.changed)
         views.layoutChanged.connect(self.changed)
         panel.edited.connect(workspace.set_extraction_parameters)
         panel.keeping_switched.connect(workspace.set_keeps_handmade)
@@ -93,9 +93,9 @@ class StagePresenter(QObject):
         else:
             parameters = self._preview.held_parameters(frame) or self._workspace.session.notes.extraction
         if parameters is None:
-            self._cell.show_message(_OFF)
+            self._board.show_message(_OFF)
             return
-        self._preview.ask(Question(frame, parameters, self._cell.stage))
+        self._preview.ask(Question(frame, parameters, self._board.stage))
         self._watch()
 
     def describe(self) -> None:
@@ -129,13 +129,14 @@ class StagePresenter(QObject):
 
     def show_stage(self, name: str) -> None:
         """Show a stage, and the view of the extraction if it is not to be seen."""
-        self._cell.set_stage(name)
+        self._board.set_stage(name)
         self.show_view()
 
     def show_view(self) -> None:
         """Bring the view of the extraction up if it is not to be seen."""
         self.view_wished.emit()
         if not self._views.shows_extraction:
+            self._views.set_content("extraction", "extraction")
             self._views.set_layout(LAYOUT)
 
     def _switch(self, on: bool) -> None:
@@ -172,15 +173,15 @@ class StagePresenter(QObject):
         if answer.question.frame is not self._frame:
             return
         self._found, self._failure = answer.found, ""
-        if answer.question.stage == self._cell.stage:
-            self._cell.show_picture(answer.question.stage, answer.picture, answer.found.extraction)
+        if answer.question.stage == self._board.stage:
+            self._board.show_picture(answer.question.stage, answer.picture, answer.found.extraction)
         self.described.emit()
 
     def _fail(self, error: Exception) -> None:
         self._slow.stop()
         self._watch()
         self._failure = f"The extraction failed: {error_text(error)}"
-        self._cell.show_message("The extraction failed")
+        self._board.show_message("The extraction failed")
         self.described.emit()
         self._notes.tell(self._failure)
 

@@ -88,7 +88,7 @@ class KeptRunsPart(Part):
 
     def compare(self) -> None:
         """Compare the chosen runs, and no others, with the present result; none if it is these already."""
-        chosen = self.table.selected()[:MOST_COMPARED]
+        chosen = self._selected()[:MOST_COMPARED]
         compared = self.desk.workspace.session.compared
         same = len(chosen) == len(compared) and all(kept in compared for kept in chosen)
         self.desk.workspace.compare([] if same else chosen)
@@ -123,7 +123,7 @@ class KeptRunsPart(Part):
     def delete(self) -> None:
         """Keep the chosen runs no longer."""
         if self.desk.workspace.has_session:
-            self.desk.workspace.delete_runs(self.desk.workspace.session, self.table.selected())
+            self.desk.workspace.delete_runs(self.desk.workspace.session, self._selected())
 
     def clear(self) -> None:
         """Keep none of the frame's runs."""
@@ -153,8 +153,14 @@ class KeptRunsPart(Part):
 
     # what the table reports
 
+    def _selected(self) -> list[KeptRun]:
+        """The chosen runs of the present frame: while nobody looks, the table may have another's."""
+        workspace = self.desk.workspace
+        there = workspace.session.kept_runs if workspace.has_session else []
+        return [kept for kept in self.table.selected() if kept in there]
+
     def _chosen(self) -> KeptRun | None:
-        chosen = self.table.selected()
+        chosen = self._selected()
         return chosen[0] if len(chosen) == 1 else None
 
     def _edit(self, kept: KeptRun, what: str, text: str) -> None:
@@ -167,7 +173,7 @@ class KeptRunsPart(Part):
     def _allow(self) -> None:
         workspace, actions = self.desk.workspace, self.desk.actions
         there = bool(workspace.has_session and workspace.session.kept_runs)
-        chosen = self.table.selected() if there else []
+        chosen = self._selected()
         none = "" if there else "There are no runs yet."
         actions.allow(none or ("" if chosen else "Choose a run first."), "compare_runs", "delete_runs")
         one = none or ("" if len(chosen) == 1 else "Choose one run first.")

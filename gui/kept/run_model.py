@@ -55,7 +55,8 @@ HEADERS = {
     ),
     Column.HIDDEN: (
         "Hidden [mm]",
-        f"Root mean square error on known depth that was hidden to test the run's parameters. {_BEST}",
+        "Root mean square error on known depth that was hidden to test the run's values: Test on hidden depth in the "
+        f"panel Accuracy. {_BEST}",
     ),
     Column.EXPECTED: (
         "Expected [mm]",
@@ -216,6 +217,9 @@ def _tooltip(row: RunRow, column: Column) -> str:
             return f"{HEADERS[column][1]} It has not been worked out."
         if math.isnan(error):
             return f"{HEADERS[column][1]} There is none for this run."
+        if column == Column.HIDDEN and row.kept.hidden_test is not None:
+            test = row.kept.hidden_test
+            return f"{HEADERS[column][1]} Hidden: {test.pattern}, seeds {', '.join(map(str, test.seeds))}."
     return row.note if column == Column.NOTE and row.note else HEADERS[column][1]
 
 

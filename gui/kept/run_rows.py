@@ -92,10 +92,14 @@ def lacks_of(kept: KeptRun) -> str:
 
 
 def best_of(runs: Sequence[KeptRun], error: str) -> list[KeptRun]:
-    """Runs with the smallest error of such a kind, of those that have filled about as much as any; none if there are
-    no two to choose from."""
+    """Runs with the smallest error of such a kind, of those that have filled about as much as any, and were tested in
+    the same way as most; none if there are no two to choose from."""
     most = max((kept.recovered for kept in runs), default=0)
     values = [(kept, getattr(kept, error)) for kept in runs if kept.recovered >= COMPARABLE * most]
     judged = [(kept, value) for kept, value in values if value is not None and math.isfinite(value)]
+    if error == "hidden_error" and judged:
+        tests = [kept.hidden_test for kept, _ in judged]
+        usual = max(reversed(tests), key=tests.count)
+        judged = [(kept, value) for kept, value in judged if kept.hidden_test == usual]
     smallest = min((value for _, value in judged), default=math.nan)
     return [kept for kept, value in judged if value == smallest] if len(judged) > 1 else []

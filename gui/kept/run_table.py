@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Collection, Sequence
 
 from PySide6.QtCore import QEvent, QPoint, QSize, QSortFilterProxyModel, Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent, QPaintEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QAbstractItemView, QHBoxLayout, QHeaderView, QTableView, QToolButton, QVBoxLayout, QWidget
 
-from gui.kept.run_model import EDITABLE, SORT_ROLE, Column, RunModel
+from gui.kept.run_model import EDITABLE, ERROR_COLUMNS, SORT_ROLE, Column, RunModel
 from gui.kept.run_rows import RunRow
 from gui.state.kept_runs import KeptRun
 from gui.widgets.hint import paint_hint
@@ -17,15 +18,17 @@ from gui.widgets.soft_rows import ICON_SIZE, SoftRows
 _WIDTHS = {
     Column.COMPARED: 26,
     Column.COLOUR: 26,
-    Column.NAME: 136,
-    Column.SECONDS: 64,
-    Column.ITERATIONS: 54,
-    Column.TRUTH: 84,
-    Column.HIDDEN: 92,
-    Column.EXPECTED: 106,
+    Column.SECONDS: 66,
+    Column.ITERATIONS: 52,
+    Column.TRUTH: 86,
+    Column.HIDDEN: 94,
+    Column.EXPECTED: 118,
     Column.NOTE: 110,
 }
-_VALUES_WIDTH = 150  # at least; below, the table scrolls sideways
+_NAME = 0.4, 120, 240
+"""Width of names: share of what the other columns leave, and bounds [px]."""
+_VALUES_WIDTH = 120
+"""Width of values, at least [px]; below, the table scrolls sideways."""
 
 
 class RunTable(QWidget):
@@ -97,8 +100,14 @@ class RunTable(QWidget):
         )
 
     def set_rows(self, rows: Sequence[RunRow]) -> None:
-        """Show these rows; selection, scroll position and sorting stay."""
+        """Show these rows, and the kinds of errors that any has; selection, scroll position and sorting stay."""
         self._model.set_rows(rows)
+        known = {
+            column
+            for place, column in enumerate(ERROR_COLUMNS)
+            if any(math.isfinite(row.errors[place] or math.nan) for row in rows)
+        }
+        self.view.show_errors({Column.EXPECTED, *known})
 
     def runs(self) -> list[KeptRun]:
         """All runs in table order."""
@@ -148,7 +157,7 @@ class _RunView(QTableView):
 
     def arrange(self) -> None:
         """Columns, selection and look; once, after the model is set."""
-        self.setItemDelegate(SoftRows((Column.COLOUR,), self))
+        self.setItemDelegate(SoftRows((Column.COLOUR,), self, elided_within=(Column.NAME,)))
         self.setAccessibleName("Kept runs")
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
@@ -174,11 +183,23 @@ class _RunView(QTableView):
         header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
         self.setSortingEnabled(True)
 
+    def show_errors(self, known: Collection[Column]) -> None:
+        """Show just these columns of errors."""
+        for column in ERROR_COLUMNS:
+            self.setColumnHidden(column, column not in known)
+        self._fit()
+
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        header = self.horizontalHeader()
-        others = header.length() - header.sectionSize(Column.VALUES)
-        header.resizeSection(Column.VALUES, max(_VALUES_WIDTH, self.viewport().width() - others))
+        self._fit()
+
+    def _fit(self) -> None:
+        others = sum(width for column, width in _WIDTHS.items() if not self.isColumnHidden(column))
+        free = self.viewport().width() - others
+        share, least, most = _NAME
+        name = min(max(round(share * free), least), most)
+        self.horizontalHeader().resizeSection(Column.NAME, name)
+        self.horizontalHeader().resizeSection(Column.VALUES, max(free - name, _VALUES_WIDTH))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         current = self.currentIndex()

@@ -19,7 +19,7 @@ class Arrangement:
     views : str
         How the views are arranged, by one of `gui.views.layouts.LAYOUTS`.
     contents : mapping of str to str
-        What the views show: name of a cell -> name of its content. Cells that are not named stay as they are.
+        What the views show: name of a cell -> name of its content; what they show at first where that is not said.
     panels : tuple of str
         Titles of the open panels; None for those that are open from the first.
     places : bytes

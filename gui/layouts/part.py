@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 
 from PySide6.QtCore import Qt
@@ -12,7 +13,6 @@ from gui.desk import Desk, Part
 from gui.layouts.bar import LayoutBar
 from gui.layouts.choices import remember_choices
 from gui.layouts.commands import COMMANDS
-from gui.layouts.contents import contents, set_contents
 from gui.layouts.layout import BUILT_IN, CORRECT, OWN, STANDARD, Arrangement, Layout
 from gui.layouts.store import LayoutStore
 from gui.menus import insert_menu
@@ -172,7 +172,7 @@ class LayoutsPart(Part):
     def _arrangement(self) -> Arrangement:
         """How the window is arranged now."""
         panels = self.desk.panels
-        return Arrangement(self._views, contents(self.desk.views), tuple(panels.open), panels.places())
+        return Arrangement(self._views, self.desk.views.contents(), tuple(panels.open), panels.places())
 
     def _take(self, arrangement: Arrangement) -> None:
         """Arrange the window so."""
@@ -181,7 +181,10 @@ class LayoutsPart(Part):
         try:
             if arrangement.views in LAYOUTS:
                 views.set_layout(arrangement.views)
-            set_contents(views, arrangement.contents)
+            views.reset_contents()
+            for cell, content in arrangement.contents.items():
+                with contextlib.suppress(ValueError):  # what there is no longer is passed over
+                    views.set_content(cell, content)
         finally:
             self._turning = False
         self.desk.panels.take(arrangement.panels, arrangement.places)

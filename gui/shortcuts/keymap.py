@@ -17,6 +17,7 @@ _FIXED = {
     "Tab": "goes on to the next tool",
     "Shift+Tab": "goes back to the tool before",
     "B": "shows the state before the last edit while it is held",
+    "V": "shows side A in place of the result while it is held",
     "Return": "finishes what is being drawn",
     "Enter": "finishes what is being drawn",
     "Backspace": "takes back the last point of what is being drawn",

@@ -12,6 +12,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ilf.judgement import HiddenTest
 from ilf.outcomes import BlockResult, Completion, compose
 from ilf.run import Run
 
@@ -22,6 +23,12 @@ MOST_COMPARED = 4
 
 MOST_KEPT = 200
 """Runs of a frame that are kept at most; beyond, the oldest without a note goes."""
+
+MOST_MEMORY = 400 * 1024**2
+"""Memory [bytes] that they may take: label maps of a frame that is edited again and again add up."""
+
+_RECORD = 82
+"""Memory [bytes] of an iteration's record, about."""
 
 COLOURS: tuple[Colour, ...] = (
     (230, 119, 34),
@@ -92,6 +99,8 @@ class KeptRun:
     truth_error, hidden_error, expected_error : float or None
         Root mean squares [m] over the pixels that its blocks have filled: of the error against the frame's truth, on
         hidden depth, and of the expected error. NaN if there is none, None if it has not been worked out.
+    hidden_test : HiddenTest or None
+        Which depth was hidden; errors of different tests cannot be compared.
     """
 
     number: int
@@ -108,6 +117,7 @@ class KeptRun:
     truth_error: float | None = None
     hidden_error: float | None = None
     expected_error: float | None = None
+    hidden_test: HiddenTest | None = None
     _composed: weakref.ref[Completion] | None = field(default=None, repr=False)
     _held: Completion | None = field(default=None, repr=False)
 
@@ -139,9 +149,10 @@ class KeptRun:
     def take(self, run: Run, results: Mapping[int, BlockResult]) -> None:
         """Be a later state of the same step."""
         self.run, self.results = run, results
-        self.guess = self.truth_error = self.hidden_error = self.expected_error = None
+        self.guess = self.hidden_test = None
+        self.truth_error = self.hidden_error = self.expected_error = None
         self._composed = None
-        for name in ("block_count", "outdated"):
+        for name in ("block_count", "iterations", "recovered", "outdated"):
             self.__dict__.pop(name, None)
         if self._held is not None:
             self.hold(True)
@@ -151,12 +162,12 @@ class KeptRun:
         """Blocks of its label map."""
         return int(np.count_nonzero(np.bincount(self.run.blocks.ravel())[1:]))
 
-    @property
+    @cached_property
     def iterations(self) -> int:
         """Of all blocks that it has run."""
         return sum(self.results[label].outcome.iterations for label in self.done if label in self.results)
 
-    @property
+    @cached_property
     def recovered(self) -> int:
         """Pixels that its blocks have filled."""
         return sum(result.outcome.recovered for result in self.results.values())
@@ -187,6 +198,19 @@ def sharing(run: Run, kept: Iterable[KeptRun]) -> Run:
             same = drawn is not None and theirs is not None and np.array_equal(drawn, theirs)
             return replace(run, blocks=other.run.blocks, drawn=theirs if same else drawn)
     return run
+
+
+def memory_of(kept: Iterable[KeptRun]) -> int:
+    """Memory [bytes] that runs take together, beside their frames."""
+    sizes: dict[int, int] = {}
+    for one in kept:
+        arrays = [one.run.blocks, one.run.drawn, *(one.guess[:2] if one.guess is not None else ())]
+        sizes |= {id(array): array.nbytes for array in arrays if array is not None}
+        sizes |= {
+            id(result): result.depth.nbytes + result.block.mask.nbytes + _RECORD * len(result.history)
+            for result in one.results.values()
+        }
+    return sum(sizes.values())
 
 
 def next_colour(kept: Collection[KeptRun]) -> Colour:

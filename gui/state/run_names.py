@@ -17,11 +17,11 @@ _IN_NAMES = 2
 def values_text(session: Session, run: Run, most: int | None = None) -> str:
     """The nearest preset, what differs from it, and what blocks have of their own; `most` values of each at most."""
     texts = [_likeness_text(run.parameters, most)]
-    own = {label: own_values(parameters, run.parameters) for label, parameters in run.own.items()}
-    own = {label: values for label, values in own.items() if values}
+    own = {label: _own_words(parameters, run.parameters, most) for label, parameters in run.own.items()}
+    own = {label: words for label, words in own.items() if words}
     if most is not None and len(own) > 1:
         return f"{texts[0]}; {len(own)} blocks with own values"
-    texts += [f"{session.info(label).name}: {', '.join(in_words(values, most))}" for label, values in own.items()]
+    texts += [f"{session.info(label).name}: {words}" for label, words in own.items()]
     return "; ".join(texts)
 
 
@@ -36,7 +36,14 @@ def title_of(name: str, session: Session, run: Run) -> str:
     return name.removesuffix(values_text(session, run, _IN_NAMES)).rstrip(":; ") or name
 
 
-@lru_cache(maxsize=256)
+# every row asks for these whenever the list changes
+
+
+@lru_cache(maxsize=512)
 def _likeness_text(parameters: Parameters, most: int | None) -> str:
-    """Asked for by every row whenever the list changes."""
     return likeness(parameters).text(most)
+
+
+@lru_cache(maxsize=2048)
+def _own_words(parameters: Parameters, common: Parameters, most: int | None) -> str:
+    return ", ".join(in_words(own_values(parameters, common), most))

@@ -1,4 +1,4 @@
-"""Says what is under the cursor: position, block, depth in and out, expected error."""
+"""Says what is under the cursor: position, block, depth in and out, expected error, compared runs, truth and error."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QLabel
 
+from gui.state.session import Session
 from gui.state.workspace import Workspace
 
 
@@ -57,7 +58,19 @@ class ReadoutPresenter(QObject):
                 parts.append(f"{1000 * (depth_out - depth_in):+.1f} mm")
         if past is None and error is not None and np.isfinite(error[y, x]):
             parts.append(f"\u00b1 {_error_text(float(error[y, x]))}")
-        return parts
+        runs = [f"{html.escape(kept.name)} {_metres(float(kept.completion.depth[y, x]))}" for kept in session.compared]
+        return [*parts, *_judged(session, x, y), *runs]
+
+
+def _judged(session: Session, x: int, y: int) -> list[str]:
+    """The truth, and how far off the result is."""
+    truth, depth = session.frame.truth, session.present_depth()
+    if truth is None or not np.isfinite(truth[y, x]):
+        return []
+    parts = [f"truth {_metres(float(truth[y, x]))}"]
+    if depth is not None and np.isfinite(depth[y, x]):
+        parts.append(f"error {1000 * float(depth[y, x] - truth[y, x]):+.1f} mm")
+    return parts
 
 
 def _error_text(error: float) -> str:

@@ -30,22 +30,26 @@ _Key = Qt.Key
 
 
 class ToolKeys(QObject):
-    """Space pans, Tab goes on to the next tool, Enter finishes, Backspace takes back, Ctrl+Z gives a stroke up; while B
-    is held, the state before the last edit is to be seen.
+    """Space pans, Tab goes on to the next tool, Enter finishes, Backspace takes back, Ctrl+Z gives a stroke up; other
+    keys switch something on while they are held (`hold`).
 
     They do so in all of the window and its docks, but not where text or numbers are typed, and not in dialogs; and
     only while there is something that they can do.
     """
 
-    def __init__(self, window: QWidget, editor: Editor, views: LinkedViews, look: QAction) -> None:
+    def __init__(self, window: QWidget, editor: Editor, views: LinkedViews) -> None:
         super().__init__(window)
-        self._look = look
+        self._held: dict[int, QAction] = {}
         self._window = window
         self._editor = editor
         self._views = views
         application = QApplication.instance()
         if application is not None:
             application.installEventFilter(self)
+
+    def hold(self, key: Qt.Key, action: QAction) -> None:
+        """While a key is held, an action is checked."""
+        self._held[key] = action
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Take the keys that are meant for the tools."""
@@ -54,7 +58,8 @@ class ToolKeys(QObject):
         if event.type() == QEvent.Type.WindowDeactivate:
             if watched is self._window:
                 self._views.set_space(False)
-                self._look.setChecked(False)
+                for action in self._held.values():
+                    action.setChecked(False)
             return False
         if not isinstance(event, QKeyEvent):
             return False
@@ -68,9 +73,9 @@ class ToolKeys(QObject):
             if event.type() == QEvent.Type.KeyPress and not event.isAutoRepeat():
                 self._views.set_space(True)
             return True
-        if event.key() == _Key.Key_B and event.modifiers() == _PLAIN:
-            if not event.isAutoRepeat():
-                self._look.setChecked(event.type() == QEvent.Type.KeyPress)
+        if event.key() in self._held and event.modifiers() == _PLAIN:
+            if not event.isAutoRepeat() and self._held[event.key()].isEnabled():
+                self._held[event.key()].setChecked(event.type() == QEvent.Type.KeyPress)
             return True
         return event.type() == QEvent.Type.KeyPress and self._press(event)
 

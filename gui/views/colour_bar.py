@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QRect, Qt
-from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
+from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPixmap
 from PySide6.QtWidgets import QWidget
 
 from gui.theme import Colours
@@ -25,31 +25,39 @@ class ColourBar(QWidget):
     It stands on a translucent plate, so that the ticks can be read on any picture, and lets the mouse through.
     """
 
-    def __init__(self, unit: str, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._unit = unit
+        self._unit = ""
         self._levels: tuple[float, float] | None = None
         self._logarithmic = False
         self._gradient = QImage()
         self._colours: Colours | None = None
         self._faded = False
+        self._value: float | None = None
+        self._drawn: QPixmap | None = None
+        """All but the marked value."""
         font = self.font()
         font.setPointSizeF(font.pointSizeF() * 0.85)
         self.setFont(font)
-        width = self.fontMetrics().horizontalAdvance("\u2212000")
+        width = self.fontMetrics().horizontalAdvance("\u22120000")
         self.setFixedWidth(_PAD + _BAR + _TICK + 3 + width + 3)
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
 
     def set_colours(self, colours: Colours) -> None:
         """Take the colours of the theme."""
         self._colours = colours
-        self.update()
+        self._redraw()
+
+    def set_unit(self, unit: str) -> None:
+        """Unit of the values, over the bar."""
+        self._unit = unit
+        self._redraw()
 
     def set_table(self, table: NDArray[np.uint8]) -> None:
         """Lookup table (256, 4) whose entries 1-255 run from the low to the high level."""
         column = np.ascontiguousarray(table[:0:-1])
         self._gradient = QImage(column.data, 1, len(column), 4, QImage.Format.Format_RGBA8888).copy()
-        self.update()
+        self._redraw()
 
     def set_levels(self, levels: tuple[float, float] | None, logarithmic: bool = False) -> None:
         """Values at the lower and upper end, in the bar's unit; None draws nothing.
@@ -58,7 +66,25 @@ class ColourBar(QWidget):
         """
         if (levels, logarithmic) != (self._levels, self._logarithmic):
             self._levels, self._logarithmic = levels, logarithmic
-            self.update()
+            self._redraw()
+
+    def set_value(self, value: float | None) -> None:
+        """Mark a value, in the bar's unit; None marks none."""
+        if value != self._value:
+            before, self._value = self._marked(), value
+            if self._levels is not None:
+                self.update(before)
+                self.update(self._marked())
+
+    @property
+    def levels(self) -> tuple[float, float] | None:
+        """Values at the lower and upper end; None if nothing is drawn."""
+        return self._levels
+
+    @property
+    def value(self) -> float | None:
+        """The value that is marked."""
+        return self._value
 
     def set_faded(self, faded: bool) -> None:
         """Draw nothing, so that what lies below can be seen."""
@@ -69,32 +95,92 @@ class ColourBar(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         if self._colours is None or self._levels is None or self._faded:
             return
+        size, ratio = self.size(), self.devicePixelRatioF()
+        if self._drawn is None or self._drawn.size() != size * ratio:
+            self._drawn = QPixmap(size * ratio)
+            self._drawn.setDevicePixelRatio(ratio)
+            self._drawn.fill(Qt.GlobalColor.transparent)
+            self._paint_scale(QPainter(self._drawn), self._colours, self._levels)
         painter = QPainter(self)
+        painter.drawPixmap(0, 0, self._drawn)
+        if self._value is not None:
+            painter.setFont(self.font())
+            self._paint_value(painter, self._colours, self._value, self._levels)
+
+    def _redraw(self) -> None:
+        """The scale looks another way."""
+        self._drawn = None
+        self.update()
+
+    def _paint_scale(self, painter: QPainter, colours: Colours, levels: tuple[float, float]) -> None:
+        painter.setFont(self.font())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        plate = QColor(self._colours.background)
+        plate = QColor(colours.background)
         plate.setAlpha(_VEIL)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(plate)
         painter.drawRoundedRect(self.rect(), 4, 4)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        line = self.fontMetrics().height()
-        top = _PAD + line + line // 2
-        bar = QRect(_PAD, top, _BAR, self.height() - top - _PAD - line // 2)
+        line, bar = self.fontMetrics().height(), self._bar()
         if bar.height() < 2 * line:
             return
-        painter.setPen(self._colours.text)
+        painter.setPen(colours.text)
         painter.drawText(_PAD, _PAD + self.fontMetrics().ascent(), self._unit)
         painter.drawImage(bar, self._gradient)
         painter.drawRect(bar.adjusted(0, 0, -1, -1))
         most = max(bar.height() // (3 * line), 2)
-        for text, share in (log_ticks if self._logarithmic else linear_ticks)(*self._levels, most):
-            y = bar.bottom() - round(share * (bar.height() - 1))
-            painter.setPen(self._colours.muted)
+        for text, share in (log_ticks if self._logarithmic else linear_ticks)(*levels, most):
+            y = _height_at(bar, share)
+            painter.setPen(colours.muted)
             painter.drawLine(bar.right() + 1, y, bar.right() + _TICK, y)
-            painter.setPen(self._colours.text)
+            painter.setPen(colours.text)
             where = QRect(bar.right() + _TICK + 3, y - line, self.width(), 2 * line)
             painter.drawText(where, Qt.AlignmentFlag.AlignVCenter, text)
+
+    def _bar(self) -> QRect:
+        """Where the gradient is."""
+        line = self.fontMetrics().height()
+        top = _PAD + line + line // 2
+        return QRect(_PAD, top, _BAR, self.height() - top - _PAD - line // 2)
+
+    def _marked(self) -> QRect:
+        """Where the mark of the value is; empty without one."""
+        if self._value is None or self._levels is None:
+            return QRect()
+        line, y = self.fontMetrics().height(), _height_at(self._bar(), self._share(self._value, self._levels))
+        return QRect(0, y - line // 2 - 1, self.width(), line + 2)
+
+    def _share(self, value: float, levels: tuple[float, float]) -> float:
+        """How far up the bar (0-1) a value is."""
+        low, high = levels
+        if self._logarithmic:
+            value, low, high = math.log(max(value, low)), math.log(low), math.log(high)
+        return min(max((value - low) / (high - low), 0.0), 1.0)
+
+    def _paint_value(self, painter: QPainter, colours: Colours, value: float, levels: tuple[float, float]) -> None:
+        place, bar = self._marked(), self._bar()
+        y = place.center().y()
+        painter.fillRect(place.adjusted(bar.right() + 1, 1, -1, -1), colours.background)
+        painter.setPen(colours.text)
+        painter.drawRect(bar.left() - 2, y - 2, _BAR + 3, 4)
+        painter.setPen(colours.accent)
+        text = _significant(value) if self._logarithmic else _number(value, levels)
+        painter.drawText(place.adjusted(bar.right() + _TICK + 3, 0, 0, 0), Qt.AlignmentFlag.AlignVCenter, text)
+
+
+def _height_at(bar: QRect, share: float) -> int:
+    return bar.bottom() - round(share * (bar.height() - 1))
+
+
+def _number(value: float, levels: tuple[float, float]) -> str:
+    """A value with as many decimals as can be told apart on a bar."""
+    return tick_text(value, max((levels[1] - levels[0]) / 100, 1e-3))
+
+
+def _significant(value: float) -> str:
+    """A value with about two digits."""
+    return tick_text(value, min(10.0 ** (math.floor(math.log10(max(value, 1e-2))) - 1), 1.0))
 
 
 def linear_ticks(low: float, high: float, most: int) -> list[tuple[str, float]]:

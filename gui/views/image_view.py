@@ -66,6 +66,8 @@ class ImageView(pg.GraphicsView):
         self.names = NamesItem(5.5)
         self.has_lines = True
         """Whether the lines around blocks belong on this picture."""
+        self.shows_missing = False
+        """Whether missing depth is striped over this picture, if it is to be shown."""
         self.sampling: Sampling | None = None
         """How the frame lies on the device pixels; None until it is known."""
         self.preview = PreviewItem(6)
@@ -81,6 +83,7 @@ class ImageView(pg.GraphicsView):
     def add_hatch(self, z: float) -> Hatch:
         """New stripes over all of the frame, at a height."""
         hatch = Hatch(z)
+        hatch.set_rect(self._frame)
         self.addItem(hatch)
         self._hatches.append(hatch)
         return hatch
@@ -89,6 +92,12 @@ class ImageView(pg.GraphicsView):
         """Take a picture into the scene."""
         self.addItem(item)
         return item
+
+    def remove(self, item: PixelItem | Hatch) -> None:
+        """Take a picture or stripes out of the scene again."""
+        self.removeItem(item)
+        if isinstance(item, Hatch):
+            self._hatches.remove(item)
 
     def set_frame_size(self, width: int, height: int) -> None:
         """Extent of the frame in image pixels."""

@@ -6,6 +6,8 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen, QPixmap
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
+from gui.theme import Colours
+
 _TILE = 8
 
 
@@ -89,3 +91,18 @@ def hatch_brush(ground: QColor, stripe: QColor) -> QBrush:
         painter.drawLine(offset, _TILE, offset + _TILE, 0)
     painter.end()
     return QBrush(tile)
+
+
+def missing_brush(colours: Colours) -> QBrush:
+    """The stripes that show through where depth is missing."""
+    return hatch_brush(mix(colours.background, colours.text, 0.12), mix(colours.background, colours.text, 0.3))
+
+
+def mix(first: QColor, second: QColor, share: float) -> QColor:
+    """A colour between two others, at a share of the way to the second."""
+    pairs = zip(_rgb(first), _rgb(second), strict=True)
+    return QColor.fromRgbF(*(a + (b - a) * share for a, b in pairs))
+
+
+def _rgb(colour: QColor) -> tuple[float, float, float]:
+    return colour.redF(), colour.greenF(), colour.blueF()

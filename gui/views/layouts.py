@@ -5,13 +5,17 @@ from __future__ import annotations
 from typing import NamedTuple
 
 CELLS = {
-    "colour": ("Colour + blocks", ""),
-    "depth-in": ("Depth in", "m"),
-    "depth-out": ("Depth out", "m"),
-    "difference": ("Difference", "mm"),
-    "expected-error": ("Expected error", "mm"),
+    "colour": ("Colour + blocks", "colour"),
+    "depth-in": ("Depth in", "depth-in"),
+    "depth-out": ("Depth out", "result"),
+    "difference": ("Difference", "difference"),
+    "expected-error": ("Expected error", "expected-error"),
+    "extraction": ("Extraction", "extraction"),
+    "a": ("Side A", "a"),
+    "b": ("Side B", "b"),
+    "judgement": ("Error", "judgement"),
 }
-"""Views of a frame and its results: name -> title, and the unit of its colours."""
+"""Cells: name -> what the user reads of it alone, and the content that it has until another is chosen."""
 
 _FIRST_THREE = ("colour", "depth-in", "depth-out")
 GRIDS = {
@@ -19,6 +23,7 @@ GRIDS = {
     "grid-difference": ((*_FIRST_THREE, "difference"), 2),
     "grid-extraction": (("colour", "depth-in", "extraction", "depth-out"), 2),
     "row": ((*_FIRST_THREE, "expected-error"), 4),
+    "compare": (("a", "b", "difference", "judgement"), 2),
 }
 """Layouts of several views of one size: name -> views, row by row, and how many stand in a row."""
 
@@ -30,10 +35,10 @@ LAYOUT_TEXTS = {
     "grid": "Four views",
     "grid-difference": "Four, difference",
     "grid-extraction": "Four, extraction",
-    "row": "Side by side",
+    "row": "Four in a row",
+    "compare": "Compare two",
     CORRECT: "Correct",
     **{name: title for name, (title, _) in CELLS.items()},
-    "extraction": "Extraction",
 }
 """Names that `LinkedViews.set_layout` takes, and what the user reads."""
 

@@ -1,42 +1,63 @@
-"""The window's centre: colour + blocks, depth in and out, difference, expected error, extraction, all linked."""
+"""The window's centre: cells over one frame, all linked, each with a content that the user chooses."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPoint, Qt, Signal
+from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
 from gui import theme
-from gui.views.stage_cell import StageCell
-from ilf.drawing.levels import robust_depth_levels
+from gui.views.contents.cell import Cell
+from gui.views.contents.making import Studio
+from gui.views.contents.material import Layer, Material, ShownRun, Spectrum
+from gui.views.contents.stages import StageBoard
 
 from .block_names import InnerPoint, inner_points
-from .colour_maps import depth_table
+from .colour_ranges import ColourRanges
 from .empty_hint import EmptyHint
+from .image_view import ImageView
+from .items import missing_brush
 from .layouts import CELLS
 from .navigation import Navigation
 from .overlay import BlockOverlay
 from .pointer import PointerHandler
 from .preview import Preview
-from .result_cells import DepthCell, DifferenceCell, ErrorCell, missing_brush
+from .ranges import FIXED, ROBUST
 from .screen_layers import ScreenLayers
 from .sheet import Sheet
-from .view_cell import ViewCell
+from .two_sides import TwoSides
 from .view_transform import ViewTransform
 
-_NO_RESULT = "No result yet"
+_ALL = (
+    *("frame", "distrust", "result", "expected-error", "truth", "runs"),
+    *("interpolated", "strength", "stage", "spectrum", "levels"),
+)
+"""All parts of the material."""
 
 
 class LinkedViews(QWidget):
-    """Six views of one frame, up to four at a time, with one pan, one zoom and one crosshair.
+    """Views of one frame, up to four at a time, with one pan, one zoom and one crosshair.
 
-    A small view beside a large one shows the same part of the frame, smaller.
+    Each stands in a cell that has a name, and shows what the user chooses there. A small view beside a large one shows
+    the same part of the frame, smaller.
 
     The left button goes to the pointer handler first and pans if that does not want it; the middle button and
     space + left pan; the wheel zooms at the cursor; arrows, plus and minus do the same by keyboard.
+
+    Attributes
+    ----------
+    cells : dict
+        Name -> Cell.
+    material : Material
+        What there is to show.
+    ranges : ColourRanges
+    sides : TwoSides
+    extraction : StageBoard
 
     Signals
     -------
@@ -46,43 +67,43 @@ class LinkedViews(QWidget):
         Place on the screen and image coordinates x, y of a right click or the menu key.
     layoutChanged(str)
         The layout now shown, also when a double-click on a title changed it.
+    shownChanged()
+        Something else is to be seen: another layout, another content of a cell, or the views after they were hidden.
+    rangeChanged()
+        Colours have other ends, or another cell is the one that they are chosen for.
     """
 
     cursorMoved = Signal(object)
     contextMenuRequested = Signal(QPoint, float, float)
     layoutChanged = Signal(str)
+    shownChanged = Signal()
+    rangeChanged = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._transform = ViewTransform()
         self._navigation = Navigation(self._transform, self)
-        self._measured: NDArray[np.float32] | None = None
-        self._depth_in: NDArray[np.float32] | None = None
-        self._depth_out: NDArray[np.float32] | None = None
-        self._guessed: NDArray[np.bool_] | None = None
-        self._depth_map = "turbo"
-        self._levels = (0.0, 1.0)
-        self._stale: NDArray[np.bool_] | None = None
+        self.material = Material()
         self._names: Mapping[int, str] | None = None
-        self._shows_missing = self._distrusts = False
-
-        handle = self._navigation.handle
-        colour = ViewCell(*CELLS["colour"], handle)
-        self._depths = DepthCell(*CELLS["depth-in"], handle), DepthCell(*CELLS["depth-out"], handle)
-        self._difference = DifferenceCell(*CELLS["difference"], handle)
-        self._error = ErrorCell(*CELLS["expected-error"], handle)
-        self.extraction = StageCell(handle)
-        cells = (colour, *self._depths, self._difference, self._error, self.extraction)
-        self.cells: dict[str, ViewCell] = dict(zip((*CELLS, "extraction"), cells, strict=True))
-        self._views = [cell.view for cell in self.cells.values()]
+        self._shows_missing = False
         self._overlay = BlockOverlay(1)
-        self.cells["colour"].view.place(self._overlay.item)
-        self._layers = ScreenLayers(self.cells["colour"].view)
+        self.extraction = StageBoard(self)
+        studio = Studio(self.material, self._overlay, self.extraction)
+        self.cells = {name: Cell(content, self._handle, studio) for name, (_, content) in CELLS.items()}
+        self._views = [cell.view for cell in self.cells.values()]
+        self._layers = ScreenLayers()
+        self._active = next(iter(self.cells))
+        self._last_levels: tuple[float, float] | None = None
+        self.ranges = ColourRanges(self.material, self)
+        self.ranges.changed.connect(self._follow_ranges)
+        self.sides = TwoSides(self.material, self._views, self._content_of, self)
+        self.sides.changed.connect(lambda part: self._changed(part))
 
         self._hint = EmptyHint()
         self._sheet = Sheet(self.cells)
-        self._sheet.placed.connect(self._fit_to_room)
+        self._sheet.placed.connect(self._take_places)
         self._sheet.layoutChanged.connect(self.layoutChanged)
+        self._sheet.layoutChanged.connect(self.shownChanged)
         self._pages = QStackedWidget()
         self._pages.addWidget(self._hint)
         self._pages.addWidget(self._sheet)
@@ -90,10 +111,10 @@ class LinkedViews(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self._pages)
 
-        for cell in self.cells.values():
+        for name, cell in self.cells.items():
             cell.view.resized.connect(self._fit_to_room)
-        for name in ("depth-out", "difference", "expected-error"):
-            self.cells[name].view.set_message(_NO_RESULT)
+            cell.chosen.connect(lambda content, name=name: self.set_content(name, content))
+        self.extraction.changed.connect(lambda: self._changed("stage"))
         self._navigation.cursorMoved.connect(self._move_cursor)
         self._navigation.contextMenuRequested.connect(self.contextMenuRequested)
         self._navigation.transformChanged.connect(self._show_transform)
@@ -120,33 +141,35 @@ class LinkedViews(QWidget):
         if rgb.shape != (*measured.shape, 3):
             raise ValueError(f"colour {rgb.shape} and depth {measured.shape} do not show the same pixels")
         height, width = measured.shape
-        self._measured = self._depth_in = measured
+        self._forget()
+        self.material.rgb = rgb
+        self.material.measured = self.material.depth_in = measured
         self._transform.set_frame(width, height)
         self._navigation.set_frame((width, height))
         for view in self._views:
             view.set_frame_size(width, height)
-        self._forget()
-        self.cells["colour"].view.set_picture(rgb)
-        self.auto_levels()
+        self.sides.swipe.set_frame(width, height)
+        self.ranges.turn_to_another_frame()
         self._pages.setCurrentWidget(self._sheet)
         self._sheet.set_aspect(self._transform.aspect)
+        self._changed(*_ALL)
+        self._show_marks()
 
     def clear(self) -> None:
         """Show no frame, only the hint how to open one."""
-        self._measured = self._depth_in = None
         self._navigation.set_frame(None)
         self._forget()
         self._pages.setCurrentWidget(self._hint)
+        self._changed(*_ALL)
 
     def _forget(self) -> None:
+        self.material.forget()
         self._overlay.clear()
         self._layers.set_blocks(None)
         self.set_selected(())
-        self.set_distrusted(None)
+        self._layers.set_distrusted(None)
         self._write_names()
         self.set_preview(None)
-        self.set_result(None)
-        self.set_expected_error(None)
         self.extraction.show_message("")
 
     def set_result(
@@ -166,11 +189,10 @@ class LinkedViews(QWidget):
         ValueError
             If there is no frame or the shape is not its shape.
         """
-        if depth_out is not None and (self._depth_in is None or depth_out.shape != self._depth_in.shape):
-            raise ValueError(f"a result of shape {depth_out.shape} does not belong to the frame shown")
-        self._depth_out, self._guessed, self._stale = depth_out, guessed, stale
-        self._draw_depths()
-        self._difference.show_difference(self._depth_in, depth_out)
+        self._check(depth_out, "a result")
+        self.material.result = None if depth_out is None else Layer(depth_out, guessed, stale)
+        self.ranges.follow_result()
+        self._changed("result")
 
     def name_result(self, text: str) -> None:
         """Say which completed depth it is, "" for the present one."""
@@ -185,29 +207,32 @@ class LinkedViews(QWidget):
         ValueError
             If there is no frame or the shape is not its shape.
         """
-        if mask is not None and (self._measured is None or mask.shape != self._measured.shape):
-            raise ValueError(f"a mask of shape {mask.shape} does not belong to the frame shown")
+        self._check(mask, "a mask")
+        material = self.material
+        measured = material.measured
         # where nothing was measured there is nothing to distrust
-        wrong = None if mask is None or self._measured is None else mask & np.isfinite(self._measured)
-        if wrong is None or self._measured is None:
-            self._depth_in = self._measured
+        wrong = None if mask is None or measured is None else mask & np.isfinite(measured)
+        if wrong is None or measured is None:
+            material.depth_in = measured
         else:
-            self._depth_in = np.where(wrong, np.float32(np.nan), self._measured)
+            material.depth_in = np.where(wrong, np.float32(np.nan), measured)
+        material.distrusted = wrong
         self._layers.set_distrusted(wrong)
-        self._difference.show_difference(self._depth_in, self._depth_out)
-        self._show_marks(wrong is not None)
+        self._changed("distrust")
+        self._show_marks()
 
     def set_missing_shown(self, on: bool) -> None:
         """Whether missing depth is striped over the colour image."""
         self._shows_missing = on
-        self._show_marks(self._distrusts)
+        self._show_marks()
 
-    def _show_marks(self, distrusts: bool) -> None:
-        self._distrusts = distrusts
-        shown = self._shows_missing and self._measured is not None
-        self._layers.set_missing(~np.isfinite(self._measured) if shown and self._measured is not None else None)
-        for name, cell in self.cells.items():
-            cell.set_marks(missing=shown and name == "colour", distrusted=distrusts)
+    def _show_marks(self) -> None:
+        measured = self.material.measured
+        missing = ~np.isfinite(measured) if self._shows_missing and measured is not None else None
+        self._layers.set_missing(missing)
+        for cell in self.cells.values():
+            stripes = cell.view.shows_missing and missing is not None
+            cell.set_marks(missing=stripes, distrusted=self.material.distrusted is not None)
 
     def set_expected_error(self, error: NDArray[np.float32] | None) -> None:
         """Show the expected error [m] of filled pixels, float32 (H, W), NaN elsewhere; None for none.
@@ -217,23 +242,121 @@ class LinkedViews(QWidget):
         ValueError
             If there is no frame or the shape is not its shape.
         """
-        if error is not None and (self._depth_in is None or error.shape != self._depth_in.shape):
-            raise ValueError(f"an expected error of shape {error.shape} does not belong to the frame shown")
-        self._error.show_error(self._depth_in, error)
+        self._check(error, "an expected error")
+        self.material.expected = error
+        self._changed("expected-error")
 
     def mark_error_outdated(self, outdated: bool) -> None:
         """Say whether the expected error shown is of a result before the present one."""
-        self._error.strip.set_text("of the result before" if outdated else "")
+        if outdated != self.material.error_is_outdated:
+            self.material.error_is_outdated = outdated
+            self._changed("expected-error")
+
+    def set_truth(self, truth: NDArray[np.float32] | None) -> None:
+        """Depth [m] that is known to be right, float32 (H, W), NaN unknown, to compare with; None for none."""
+        self._check(truth, "a truth")
+        self.material.truth = truth
+        self._changed("truth")
+
+    def set_runs(self, runs: Iterable[ShownRun], earlier: ShownRun | None = None) -> None:
+        """Runs of the frame to compare with, at most four, and the one before the present result."""
+        self.material.runs, self.material.earlier = tuple(runs), earlier
+        for run in (*self.material.runs, *([earlier] if earlier else [])):
+            self._check(run.depth, "a run")
+        self._changed("runs")
+
+    def set_interpolated(self, depth: NDArray[np.float32] | None) -> None:
+        """Depth in with its holes interpolated [m], float32 (H, W); None while it is not known."""
+        self._check(depth, "a depth")
+        self.material.interpolated = depth
+        self._changed("interpolated")
+
+    def set_strength(self, strength: NDArray[np.float32] | None) -> None:
+        """Edge strength 0-1, float32 (H, W); None while it is not known."""
+        self._check(strength, "an edge strength")
+        self.material.strength = strength
+        self._changed("strength")
+
+    def set_spectrum(self, spectrum: Spectrum | str) -> None:
+        """Spectrum of the chosen block, or why there is none."""
+        self.material.spectrum = spectrum
+        self._changed("spectrum")
+
+    def _check(self, pixels: NDArray[Any] | None, what: str) -> None:
+        measured = self.material.measured
+        if pixels is not None and (measured is None or pixels.shape != measured.shape):
+            raise ValueError(f"{what} of shape {pixels.shape} does not belong to the frame shown")
+
+    def _changed(self, *parts: str) -> None:
+        """Let cells that show any of these parts draw them."""
+        for cell in self.cells.values():
+            cell.follow()
+            cell.redraw(set(parts))
+        if "runs" in parts:
+            self.sides.write_labels()
+        levels = self.ranged.bar.levels
+        if levels != self._last_levels:
+            self._last_levels = levels
+            self.rangeChanged.emit()
+
+    # contents
+
+    def contents(self) -> dict[str, str]:
+        """Name of each cell -> what it shows."""
+        return {name: cell.content for name, cell in self.cells.items()}
+
+    def set_content(self, cell: str, content: str) -> None:
+        """Show something else in a cell, by a name of `contents.names`.
+
+        Raises
+        ------
+        ValueError
+            If there is no such cell or content.
+        """
+        if cell not in self.cells:
+            raise ValueError(f"cell must be one of {', '.join(self.cells)}, not {cell!r}")
+        if content != self.cells[cell].content:
+            self.cells[cell].set_content(content)
+            self._layers.show([cell.view for cell in self._sheet.shown])
+            self._show_marks()
+            self.sides.swipe.show()
+            self.shownChanged.emit()
+            self.rangeChanged.emit()
+
+    def reset_contents(self) -> None:
+        """Let every cell show what it showed at first."""
+        for name, (_, content) in CELLS.items():
+            self.set_content(name, content)
+
+    def shows(self, part: str) -> bool:
+        """Whether a cell that is to be seen draws from a part of the material, as "strength"."""
+        return any(cell.isVisible() and part in cell.painter.uses for cell in self.cells.values())
 
     @property
     def shows_expected_error(self) -> bool:
-        """Whether the view of the expected error is to be seen."""
-        return self.cells["expected-error"].isVisible()
+        """Whether a view of the expected error is to be seen."""
+        return self.shows("expected-error")
 
     @property
     def shows_extraction(self) -> bool:
-        """Whether the view of the extraction is to be seen."""
-        return self.extraction.isVisible()
+        """Whether a view of the extraction is to be seen."""
+        return self.shows("stage")
+
+    @property
+    def active(self) -> Cell:
+        """The cell that was last clicked, or the first if that is not to be seen."""
+        cell = self.cells[self._active]
+        return cell if cell in self._sheet.shown else self._sheet.shown[0]
+
+    @property
+    def ranged(self) -> Cell:
+        """The cell whose range is chosen: the active one if it has one, else the first that has."""
+        return next((cell for cell in (self.active, *self._sheet.shown) if cell.painter.range_kind), self.active)
+
+    def choose_content(self) -> None:
+        """Open the menu of the cell under the pointer, or of the active one."""
+        under = (cell for cell in self._sheet.shown if cell.underMouse())
+        next(under, self.active).open_menu()
 
     # blocks, selection, preview
 
@@ -252,8 +375,7 @@ class LinkedViews(QWidget):
         ValueError
             If there is no frame, the shapes do not fit or a label has no colour.
         """
-        if self._depth_in is None or labels.shape != self._depth_in.shape:
-            raise ValueError(f"a label map of shape {labels.shape} does not belong to the frame shown")
+        self._check(labels, "a label map")
         self._overlay.set_blocks(labels, colour_table)
         self._layers.set_blocks(self._overlay.labels, self._overlay.colours)
         self._write_names()
@@ -271,10 +393,12 @@ class LinkedViews(QWidget):
     def set_overlay_opacity(self, opacity: float) -> None:
         """Opacity of the blocks' fills, 0-1."""
         self._overlay.set_opacity(opacity)
+        self._changed("swipe")
 
     def set_contours_only(self, on: bool) -> None:
         """Whether blocks have lines in their colours and no fill."""
         self._overlay.set_filled(not on)
+        self._changed("swipe")
         self._layers.set_in_colours(on)
 
     def set_block_names(self, names: Mapping[int, str] | None) -> None:
@@ -304,25 +428,23 @@ class LinkedViews(QWidget):
     @property
     def levels(self) -> tuple[float, float]:
         """Depth [m] at the ends of the depth colours."""
-        return self._levels
+        return self.ranges.depth
 
     def set_levels(self, low: float, high: float) -> None:
-        """Depth [m] at the ends of the depth colours, for both depth views."""
-        if not low < high:
-            raise ValueError(f"the lower level must be below the upper one, not {low:g} and {high:g} m")
-        self._levels = (float(low), float(high))
-        self._draw_depths()
+        """Depth [m] at the ends of the depth colours, for all depths."""
+        self.ranges.set("depth", FIXED, (low, high))
 
     def auto_levels(self) -> None:
         """Set the depth levels from the 1st and 99th percentile of the incoming depth."""
-        if self._depth_in is not None:
-            self.set_levels(*robust_depth_levels(self._depth_in))
+        self.ranges.set("depth", ROBUST)
 
     def set_depth_map(self, name: str) -> None:
         """Choose the depth colours by a name of `colour_maps.DEPTH_MAPS`."""
-        self._depth_table = depth_table(name)
-        self._depth_map = name
-        self._draw_depths()
+        self.ranges.set_depth_map(name)
+
+    def _follow_ranges(self) -> None:
+        self._changed("levels")
+        self.rangeChanged.emit()
 
     # transform and layout
 
@@ -359,6 +481,13 @@ class LinkedViews(QWidget):
         """Show a layout, or, if it is shown, the one of several views before it."""
         self._sheet.toggle_layout(name)
 
+    def _take_places(self) -> None:
+        """Cells have other places, or others are shown."""
+        for cell in self.cells.values():
+            if cell not in self._sheet.shown:
+                cell.show_cursor(None)
+        self._fit_to_room()
+
     def _fit_to_room(self) -> None:
         """Show what the transform says in views of the size that they have now."""
         views = [cell.view for cell in self._sheet.shown]
@@ -374,20 +503,34 @@ class LinkedViews(QWidget):
         self._layers.show([cell.view for cell in self._sheet.shown])
 
     def _move_cursor(self, pixel: tuple[int, int] | None) -> None:
-        for cell in self.cells.values():
+        for cell in self._sheet.shown:
             cell.show_cursor(pixel)
+            cell.show_value(pixel)
         self.cursorMoved.emit(pixel)
 
     def _set_cursor_shape(self, shape: Qt.CursorShape) -> None:
         for view in self._views:
             view.viewport().setCursor(shape)
 
-    # drawing
+    def _handle(self, view: ImageView, event: QEvent) -> bool:
+        """Events of all views."""
+        if event.type() == QEvent.Type.MouseButtonPress:
+            self._activate(view)
+        return self.sides.swipe.handle(view, event) or self._navigation.handle(view, event)
 
-    def _draw_depths(self) -> None:
-        depth_in, depth_out = self._depths
-        depth_in.show_depth(self._measured, self._levels, self._depth_table)
-        depth_out.show_depth(self._depth_out, self._levels, self._depth_table, self._guessed, self._stale)
+    def _name_of(self, view: ImageView) -> str:
+        return next(name for name, cell in self.cells.items() if cell.view is view)
+
+    def _content_of(self, view: ImageView) -> str:
+        return self.cells[self._name_of(view)].concrete
+
+    def _activate(self, view: ImageView) -> None:
+        name = self._name_of(view)
+        if name != self._active:
+            self._active = name
+            self.rangeChanged.emit()
+
+    # drawing
 
     def _write_names(self) -> None:
         labels, names = self._overlay.labels, self._names or {}
@@ -403,7 +546,10 @@ class LinkedViews(QWidget):
             cell.set_colours(colours, missing)
         # a style sheet, because the application's replaces palettes of single widgets
         self._sheet.setStyleSheet(f"#sheet {{ background: {colours.grid.name()}; }}")
-        self.set_depth_map(self._depth_map)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self.shownChanged.emit()
 
     def changeEvent(self, event: QEvent) -> None:
         if event.type() == QEvent.Type.PaletteChange:

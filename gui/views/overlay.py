@@ -9,20 +9,39 @@ from PySide6.QtGui import QPainterPath
 
 from ilf.blocks import Box
 
-from .pixel_item import PixelItem, packed
+from .pixel_item import PixelItem, Pixels, packed
 
 
 class BlockOverlay:
-    """Fills of the blocks of a label map, in one item of the scene. Edits only touch the pixels of their box."""
+    """Fills of the blocks of a label map, in items of as many scenes as want them. Edits only touch the pixels of their
+    box."""
 
     def __init__(self, z: float) -> None:
-        self.item = PixelItem(z)
+        self._z = z
+        self._items: list[PixelItem] = []
+        self.pixels: Pixels | None = None
+        """Colours of all fills, uint32 (H, W), as `packed`; None where nothing is filled."""
         self.labels: NDArray[np.int32] | None = None
         self.colours = np.zeros((1, 4), np.uint8)
         """RGBA by label, uint8 (N + 1, 4): alpha 0 is a hidden block."""
         self._fills = np.zeros(1, np.uint32)
         self._opacity = 0.45
         self._is_filled = True
+
+    def new_item(self) -> PixelItem:
+        """An item that shows the fills, for another scene."""
+        item = PixelItem(self._z)
+        self._items.append(item)
+        self._show(item)
+        return item
+
+    def drop_item(self, item: PixelItem) -> None:
+        """Show nothing in an item any more."""
+        self._items.remove(item)
+
+    def fills_of(self, labels: NDArray[np.int32], colour_table: NDArray[np.uint8]) -> Pixels:
+        """What other blocks would look like, with the same opacity: uint32 (H, W)."""
+        return self._find_fills(colour_table)[labels]
 
     def set_blocks(self, labels: NDArray[np.int32], colour_table: NDArray[np.uint8]) -> None:
         """Draw a label map, int32 (H, W), with colours uint8 (N + 1, 4) RGBA by label; alpha 0 hides a block.
@@ -42,8 +61,8 @@ class BlockOverlay:
     def add_colours(self, colour_table: NDArray[np.uint8]) -> None:
         """Take a table that begins as the present one and has colours for further labels, which no block has yet."""
         self.colours = np.array(colour_table, np.uint8)
-        self._fills = self._find_fills()
-        if self.item.image is None:
+        self._fills = self._find_fills(self.colours)
+        if self.pixels is None:
             self._rebuild()
 
     def set_opacity(self, opacity: float) -> None:
@@ -62,26 +81,35 @@ class BlockOverlay:
             raise ValueError("there are no blocks to update: call set_blocks first")
         self._check_range(labels, len(self.colours))
         self.labels[box] = labels
-        if self.item.image is not None:
-            self.item.pixels[box] = self._fills[labels]
-            self.item.note_change(box)
+        if self.pixels is not None:
+            self.pixels[box] = self._fills[labels]
+            for item in self._items:
+                item.note_change(box)
 
     def clear(self) -> None:
         """Draw nothing."""
         self.labels = None
-        self.item.clear()
+        self._take(None)
 
     def _rebuild(self) -> None:
         if self.labels is None:
             return
-        self._fills = self._find_fills()
-        if self._fills.any():
-            self.item.set_pixels(self._fills[self.labels])
-        else:
-            self.item.clear()
+        self._fills = self._find_fills(self.colours)
+        self._take(self._fills[self.labels] if self._fills.any() else None)
 
-    def _find_fills(self) -> NDArray[np.uint32]:
-        fills = self.colours.astype(np.float32)
+    def _take(self, pixels: Pixels | None) -> None:
+        self.pixels = pixels
+        for item in self._items:
+            self._show(item)
+
+    def _show(self, item: PixelItem) -> None:
+        if self.pixels is None:
+            item.clear()
+        else:
+            item.set_pixels(self.pixels)
+
+    def _find_fills(self, colours: NDArray[np.uint8]) -> Pixels:
+        fills = colours.astype(np.float32)
         fills[0] = 0
         fills[:, 3] *= self._opacity if self._is_filled else 0.0
         return packed(fills.round().astype(np.uint8))

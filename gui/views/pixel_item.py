@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QRectF
+from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QImage, QPainter
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
@@ -37,6 +37,7 @@ class PixelItem(QGraphicsItem):
         self.pixels: Pixels = np.zeros((0, 0), np.uint32)
         self._drawn = QImage()
         self._rect = QRectF()
+        self._span: tuple[int, int] | None = None
         self._table: Pixels = np.zeros(256, np.uint32)
         self._grey: Pixels = np.zeros(256, np.uint32)
         self.setZValue(z)
@@ -73,6 +74,12 @@ class PixelItem(QGraphicsItem):
         """Show an array, uint32 (H, W), which the caller may change in place."""
         self._show(pixels, pixels)
 
+    def set_span(self, span: tuple[int, int] | None) -> None:
+        """Show just the columns from the first to before the second; None for all."""
+        if span != self._span:
+            self._span = span
+            self.update()
+
     def note_change(self, box: Box) -> None:
         """The pixels have changed inside a box (rows, columns)."""
         rows, columns = box
@@ -89,7 +96,14 @@ class PixelItem(QGraphicsItem):
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         # all of it: what need not be drawn is clipped, and a part would be rounded to other places on the screen
+        if self._span is None:
+            painter.drawImage(self._rect, self._drawn)
+            return
+        left, right = self._span
+        painter.save()
+        painter.setClipRect(QRectF(left, 0, right - left, self._rect.height()), Qt.ClipOperation.IntersectClip)
         painter.drawImage(self._rect, self._drawn)
+        painter.restore()
 
     def _show(self, image: NDArray[np.uint8] | Pixels, pixels: Pixels) -> None:
         self.prepareGeometryChange()

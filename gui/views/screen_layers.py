@@ -28,16 +28,9 @@ class _Lines(NamedTuple):
 
 
 class ScreenLayers:
-    """Lines and stripes of the views that are to be seen.
+    """Lines and stripes of the views that are to be seen."""
 
-    Parameters
-    ----------
-    colour : ImageView
-        The view that shows missing depth as stripes, if it is to be shown.
-    """
-
-    def __init__(self, colour: ImageView) -> None:
-        self._colour = colour
+    def __init__(self) -> None:
         self._views: Sequence[ImageView] = ()
         self._blocks = BlockLines()
         self._labels: NDArray[np.int32] | None = None
@@ -98,7 +91,7 @@ class ScreenLayers:
         self._draw_lines()
 
     def set_missing(self, mask: Mask | None) -> None:
-        """Pixels, bool (H, W), to be striped as missing over the colour image; None for none."""
+        """Pixels, bool (H, W), to be striped as missing where a view shows it; None for none."""
         self._missing = mask
         self._draw_stripes()
 
@@ -134,7 +127,7 @@ class ScreenLayers:
         sampling = view.sampling
         if sampling is None:
             return
-        key = sampling, view is self._colour
+        key = sampling, view.shows_missing
         if key not in self._stripes:
             self._stripes[key] = self._striped(sampling, view)
         drawn = self._stripes[key]
@@ -145,7 +138,7 @@ class ScreenLayers:
 
     def _striped(self, sampling: Sampling, view: ImageView) -> Argb | None:
         drawn = None
-        for mask, style in ((self._missing if view is self._colour else None, MISSING), (self._distrusted, DISTRUSTED)):
+        for mask, style in ((self._missing if view.shows_missing else None, MISSING), (self._distrusted, DISTRUSTED)):
             if mask is not None and mask.shape == sampling.frame[::-1]:
                 part = stripes(mask, sampling, whole(sampling.shape), style, view.pixel_ratio)
                 drawn = part if drawn is None else np.where(sampling.sample(mask, whole(sampling.shape)), part, drawn)

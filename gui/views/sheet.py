@@ -8,8 +8,8 @@ from PySide6.QtCore import QRect, QSize, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QWidget
 
+from .contents.cell import Cell
 from .layouts import CORRECT, CORRECT_VIEWS, GRIDS, LAYOUTS, correct_places, grid_places
-from .view_cell import ViewCell
 
 _LEAST_ROOM = QSize(256, 192)
 
@@ -19,7 +19,7 @@ class Sheet(QWidget):
 
     Parameters
     ----------
-    cells : mapping of str to ViewCell
+    cells : mapping of str to Cell
         By the names that layouts use; the sheet becomes their parent.
 
     Signals
@@ -33,7 +33,7 @@ class Sheet(QWidget):
     layoutChanged = Signal(str)
     placed = Signal()
 
-    def __init__(self, cells: Mapping[str, ViewCell]) -> None:
+    def __init__(self, cells: Mapping[str, Cell]) -> None:
         super().__init__()
         self.setObjectName("sheet")
         self.setMinimumSize(_LEAST_ROOM)
@@ -48,7 +48,7 @@ class Sheet(QWidget):
         self._arrange()
 
     @property
-    def shown(self) -> tuple[ViewCell, ...]:
+    def shown(self) -> tuple[Cell, ...]:
         """Cells of the present layout; the first is the one that the others go by."""
         return tuple(self._cells[name] for name in self._names())
 

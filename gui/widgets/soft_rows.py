@@ -7,9 +7,11 @@ from functools import lru_cache
 
 from PySide6.QtCore import QModelIndex, QObject, QPersistentModelIndex, QRect, Qt
 from PySide6.QtGui import QColor, QIcon, QPainter, QPalette
-from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
+from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
 
 ICON_SIZE = 16
+_FILLED = "ilf_filled"
+"""Property of editors that have the cell's text."""
 
 Index = QModelIndex | QPersistentModelIndex
 
@@ -21,11 +23,22 @@ class SoftRows(QStyledItemDelegate):
     ----------
     icon_columns : collection of int
         Columns that show nothing but an icon or a colour, in the middle.
+    elided_within : collection of int
+        Columns where the ends of a text that is too long are shown, and not its beginning alone.
     """
 
-    def __init__(self, icon_columns: Collection[int], parent: QObject | None = None) -> None:
+    def __init__(
+        self, icon_columns: Collection[int], parent: QObject | None = None, elided_within: Collection[int] = ()
+    ) -> None:
         super().__init__(parent)
         self._icon_columns = icon_columns
+        self._elided_within = elided_within
+
+    def setEditorData(self, editor: QWidget, index: Index) -> None:
+        """What is being typed stays, whatever becomes of the cell meanwhile."""
+        if not editor.property(_FILLED):
+            editor.setProperty(_FILLED, True)
+            super().setEditorData(editor, index)
 
     def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
         super().initStyleOption(option, index)
@@ -33,6 +46,8 @@ class SoftRows(QStyledItemDelegate):
         option.palette.setColor(QPalette.ColorRole.Highlight, _soft(accent.rgb(), base.rgb()))
         option.palette.setColor(QPalette.ColorRole.HighlightedText, option.palette.text().color())
         option.state &= ~QStyle.StateFlag.State_HasFocus
+        if index.column() in self._elided_within:
+            option.textElideMode = Qt.TextElideMode.ElideMiddle
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         if index.column() not in self._icon_columns:

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtGui import QUndoCommand
 
 from gui.state.commands import EditParameters
-from gui.state.kept_runs import MOST_KEPT, KeptRun, next_colour, sharing
+from gui.state.kept_runs import MOST_KEPT, MOST_MEMORY, KeptRun, memory_of, next_colour, sharing
 from gui.state.run_names import run_name
 from gui.state.session import Session
 from gui.state.workspace import Workspace
@@ -138,16 +138,19 @@ class RunKeeper(QObject):
         return kept
 
     def _drop_oldest(self, session: Session) -> None:
-        """Beyond a number, the oldest run goes that has no note and is not compared."""
-        free = [kept for kept in session.kept_runs[:-1] if not kept.note and kept not in session.compared]
-        if len(session.kept_runs) <= MOST_KEPT or not free:
-            return
-        self._workspace.drop_run(session, free[0])
-        if session not in self._warned:
+        """Beyond a number, or a size, the oldest runs go that have no note and are not compared."""
+        dropped = 0
+        for kept in session.kept_runs[:-1]:
+            if len(session.kept_runs) <= MOST_KEPT and memory_of(session.kept_runs) <= MOST_MEMORY:
+                break
+            if not kept.note and kept not in session.compared:
+                self._workspace.drop_run(session, kept)
+                dropped += 1
+        if dropped and session not in self._warned:
             self._warned.add(session)
             self.message.emit(
-                f"{session.name}: {MOST_KEPT} runs are kept. From now on the oldest goes for every new one; those with "
-                "a note stay."
+                f"{session.name}: {len(session.kept_runs)} runs are kept, as many as there is room for. From now on "
+                "the oldest go for new ones; those with a note stay."
             )
 
     def _take_guess(self, session: Session) -> None:

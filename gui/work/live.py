@@ -68,6 +68,7 @@ class LiveSolver(QObject):
             self._asked.clear()
         there = touched.intersection(session.counts()) - self._asked
         wanted = [label for label in there if not session.is_up_to_date(label)]
+        touched -= there.difference(wanted)  # other values set later are no edit
         wanted.sort(key=lambda label: (label != chosen, label))
         if wanted:
             self._asked.update(wanted)  # before: that the state has changed is heard at once

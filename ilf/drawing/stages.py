@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from ..ebs import Extraction
 from .block_pictures import block_overlay
 from .levels import to_indices
+from .marked import dimmed, marked_picture, tint
 
 STAGES = {
     "strength": "Strength",
@@ -19,10 +19,7 @@ STAGES = {
 }
 """Stages in their order: name -> text."""
 
-_DIMMED = 0.55
 _EDGE, _AROUND = (255, 214, 64), (40, 140, 255)
-_OPACITY = 0.75
-"""Of both: what edges lie on shows through."""
 
 
 def stage_picture(stage: str, rgb: NDArray[np.uint8], extraction: Extraction) -> NDArray[np.uint8]:
@@ -45,10 +42,11 @@ def stage_picture(stage: str, rgb: NDArray[np.uint8], extraction: Extraction) ->
         return to_indices(extraction.strength, 0.0, 1.0)
     if stage in ("contracted", "blocks"):
         return block_overlay(rgb, getattr(extraction, stage))
-    picture = np.asarray(cv2.convertScaleAbs(rgb, alpha=_DIMMED), np.uint8)
-    if stage == "dilated":
-        _tint(picture, extraction.dilated & ~extraction.edges, _AROUND)
-    _tint(picture, extraction.edges, _EDGE)
+    if stage == "binarised":
+        return marked_picture(rgb, extraction.edges, _EDGE)
+    picture = dimmed(rgb)
+    tint(picture, extraction.dilated & ~extraction.edges, _AROUND)
+    tint(picture, extraction.edges, _EDGE)
     return picture
 
 
@@ -71,8 +69,3 @@ def stage_count(stage: str, extraction: Extraction) -> str:
 
 def _share(edges: NDArray[np.bool_]) -> str:
     return f"{np.count_nonzero(edges) / edges.size:.1%}"
-
-
-def _tint(picture: NDArray[np.uint8], where: NDArray[np.bool_], colour: tuple[int, int, int]) -> None:
-    tinted = cv2.addWeighted(np.full_like(picture, colour), _OPACITY, picture, 1 - _OPACITY, 0)
-    cv2.copyTo(tinted, where.view(np.uint8), picture)

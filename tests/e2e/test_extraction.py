@@ -41,7 +41,7 @@ def _settle(window: MainWindow, qtbot: QtBot) -> None:
 
 
 def _picture(window: MainWindow) -> NDArray[np.uint8] | None:
-    return window.views.extraction.view.image.image
+    return window.views.cells["extraction"].view.image.image
 
 
 def _pictures_given(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> list[tuple[tuple[int, ...], str]]:

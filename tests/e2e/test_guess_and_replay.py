@@ -72,10 +72,10 @@ def test_guesses_are_striped_named_and_counted(margin: MainWindow, qtbot: QtBot,
     completion = margin.workspace.session.completion()
     assert completion.guessed[:3].all()
     np.testing.assert_array_equal(completion.depth[~completion.guessed], before.depth[~completion.guessed])
-    assert cell._stripes.isVisible()
-    assert not margin.views.cells["depth-in"]._stripes.isVisible()
+    assert cell.painter._stripes.isVisible()
+    assert not margin.views.cells["depth-in"].painter._stripes.isVisible()
     assert (cell.view.image.image[completion.guessed] == 0).all()
-    assert (cell._guesses.image[completion.guessed] > 0).all()
+    assert (cell.painter._guesses.image[completion.guessed] > 0).all()
     assert "(guessed)" in margin.status.readout.text()
     margin.readout.point_at((30, 10))
     assert "guessed" not in margin.status.readout.text()
@@ -84,9 +84,10 @@ def test_guesses_are_striped_named_and_counted(margin: MainWindow, qtbot: QtBot,
     margin.centre.setCurrentWidget(margin.cloud)
     margin.refresh.now()
     assert f"of these {np.count_nonzero(completion.guessed)} guessed" in margin.cloud.canvas._caption
+    margin.centre.setCurrentWidget(margin.images)
     margin.actions_["clear_results"].trigger()
     margin.refresh.now()
-    assert not cell._stripes.isVisible()
+    assert not cell.painter._stripes.isVisible()
     assert cell.view.image.image is None
 
 

@@ -15,7 +15,7 @@ from gui.kept.measuring import measure
 from gui.kept.run_files import write_runs
 from gui.kept.run_rows import best_of, run_rows
 from gui.state.commands import DRAG_S
-from gui.state.kept_runs import COLOURS, MOST_COMPARED, KeptRun, next_colour, sharing
+from gui.state.kept_runs import COLOURS, MOST_COMPARED, KeptRun, memory_of, next_colour, sharing
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.keeping import RunKeeper
@@ -23,6 +23,7 @@ from gui.work.runs import RunState
 from ilf import RGBDFrame, expected_error, fill_rest, preset
 from ilf.completion import complete
 from ilf.errors import ExportError
+from ilf.judgement import HiddenTest
 from ilf.run import Run
 
 from .scripted_runs import Bench, Until
@@ -247,6 +248,19 @@ def test_the_oldest_without_a_note_goes_when_there_are_too_many(
     assert len(said) == 1
 
 
+def test_runs_go_when_they_take_too_much_memory(
+    bench: Bench, keeper: RunKeeper, until: Until, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    labels = bench.session.labels
+    of_one = labels.nbytes + labels.size * (4 + 1)
+    monkeypatch.setattr("gui.work.keeping.MOST_MEMORY", labels.nbytes + int(2.5 * (of_one - labels.nbytes)))
+    for count in range(1, 5):
+        bench.runs.start()
+        until(lambda count=count: bench.session.kept_runs[-1:] != [] and bench.session.kept_runs[-1].number == count)
+    assert [kept.number for kept in bench.session.kept_runs] == [3, 4]
+    assert memory_of(bench.session.kept_runs) < labels.nbytes + 2.5 * (of_one - labels.nbytes)
+
+
 def test_how_good_a_run_is(session: Session, small_frame: RGBDFrame) -> None:
     kept = kept_run(session, parameters=QUICK)
     filled = kept.completion.filled
@@ -267,6 +281,16 @@ def test_the_best_run_has_filled_about_as_much_as_any(session: Session) -> None:
     assert best_of(runs, "truth_error") == [runs[1]]
     runs[0].truth_error = math.nan
     assert best_of(runs, "truth_error") == [], "there are no two to choose from"
+
+
+def test_errors_of_different_tests_are_not_compared(session: Session) -> None:
+    tests = (("areas", 0.01), ("random", 0.03), ("random", 0.02))
+    runs = [
+        kept_run(session, number, QUICK, hidden_error=error, hidden_test=HiddenTest(test))
+        for number, (test, error) in enumerate(tests, 1)
+    ]
+    assert best_of(runs, "hidden_error") == [runs[2]]
+    assert best_of(runs[:2], "hidden_error") == []
 
 
 def test_the_list_as_a_table(session: Session, workspace: Workspace, tmp_path: Path) -> None:

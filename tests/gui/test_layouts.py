@@ -76,13 +76,16 @@ def test_own_layouts_have_keys_are_renamed_deleted_and_brought_back(qtbot: QtBot
     _click(window, "History")
     window.addDockWidget(left, window.findChild(QDockWidget, "Blocks"))
     window.views.set_layout("depth-out")
+    window.views.set_content("colour", "depth-in")
     assert layouts.save("Mine & yours")
     _click(window, "History")
     window.actions_["layout_standard"].trigger()
     layouts.reset()
     assert (_area(window, "Blocks"), window.views.layout_name) == (right, "grid")
+    assert window.views.contents()["colour"] == "colour"
     window.actions_["layout_own_1"].trigger()
     assert (_area(window, "Blocks"), window.views.layout_name) == (left, "depth-out")
+    assert window.views.contents()["colour"] == "depth-in"
     assert "History" not in window.panels.open, "as it was left"
     layouts.reset()
     assert "History" in window.panels.open, "as it was saved"

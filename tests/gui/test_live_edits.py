@@ -20,6 +20,7 @@ from ilf.outcomes import Completion
 from ilf.run import Effect, Run
 
 from .scripted_runs import Bench, Until
+from .states import QUICK
 
 Completed = tuple[Completion | None, Completion | None]
 
@@ -66,6 +67,19 @@ def _run(bench: Bench, until: Until) -> None:
 def _asked(bench: Bench) -> list[list[int]]:
     """Blocks of every run, in the order that was asked for."""
     return [list(steps.run.only or steps.blocks) for steps in bench.script.runs]
+
+
+def test_an_edit_that_was_undone_has_nothing_solved_for_values_that_are_set_later(
+    bench: Bench, solver: LiveSolver, until: Until
+) -> None:
+    _run(bench, until)
+    bench.workspace.edit_labels(_patch(bench, 2), "Paint")
+    until(lambda: bench.session.changed_blocks() == [] and bench.runs.state is RunState.IDLE)
+    bench.session.undo_stack.undo()
+    bench.workspace.set_parameters(QUICK)
+    asked = _asked(bench)
+    bench.runs.state_changed.emit()
+    assert (_asked(bench), bench.runs.state) == (asked, RunState.IDLE)
 
 
 def test_touched_blocks_are_solved_again_the_chosen_one_first(bench: Bench, solver: LiveSolver, until: Until) -> None:

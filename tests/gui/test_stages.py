@@ -8,11 +8,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QBrush
 from PySide6.QtWidgets import QComboBox, QToolButton
 
+from gui import theme
 from gui.extraction.found_blocks import find
 from gui.extraction.preview import ExtractionPreview, Question
-from gui.views.stage_cell import StageCell
+from gui.views.contents.cell import Cell
+from gui.views.contents.making import Studio
+from gui.views.contents.material import Material
+from gui.views.contents.stages import StageBoard
+from gui.views.overlay import BlockOverlay
 from ilf import BlockParameters
 from ilf.drawing.stages import STAGES, stage_count, stage_legend, stage_picture
 from ilf.ebs import Extraction, extract
@@ -58,44 +64,51 @@ def test_what_is_said_of_a_stage_belongs_to_its_picture() -> None:
 
 
 @pytest.fixture
-def cell(qtbot):
-    widget = StageCell(lambda view, event: False)
+def board():
+    return StageBoard()
+
+
+@pytest.fixture
+def cell(qtbot, board):
+    widget = Cell("extraction", lambda view, event: False, Studio(Material(), BlockOverlay(1), board))
     qtbot.addWidget(widget)
+    widget.set_colours(theme.colours(widget.palette()), QBrush())
+    board.changed.connect(lambda: widget.redraw({"stage"}))
     widget.resize(900, 300)
     widget.show()
     qtbot.waitExposed(widget)
     return widget
 
 
-def test_stages_are_buttons_where_there_is_room_and_a_box_where_not(cell, qtbot) -> None:
+def test_stages_are_buttons_where_there_is_room_and_a_box_where_not(cell, board, qtbot) -> None:
     box = cell.findChild(QComboBox)
     buttons = cell.findChildren(QToolButton)
     assert [button.text() for button in buttons if button.isVisible()] == list(STAGES.values())
     assert not box.isVisible()
-    with qtbot.waitSignal(cell.stageChanged) as changed:
+    with qtbot.waitSignal(board.stageChanged) as changed:
         qtbot.mouseClick(buttons[1], Qt.MouseButton.LeftButton)
     assert changed.args == ["binarised"]
     assert box.currentData() == "binarised"
     cell.resize(300, 300)
     assert box.isVisible()
     assert not any(button.isVisible() for button in buttons)
-    with qtbot.waitSignal(cell.stageChanged) as changed:
+    with qtbot.waitSignal(board.stageChanged) as changed:
         qtbot.keyClick(box, Qt.Key.Key_Down)
     assert changed.args == ["dilated"]
     assert buttons[2].isChecked()
-    with qtbot.assertNotEmitted(cell.stageChanged):
-        cell.set_stage("dilated")
+    with qtbot.assertNotEmitted(board.stageChanged):
+        board.set_stage("dilated")
     with pytest.raises(ValueError, match="strength"):
-        cell.set_stage("edges")
+        board.set_stage("edges")
 
 
-def test_only_strength_has_a_colour_bar(cell) -> None:
+def test_only_strength_has_a_colour_bar(cell, board) -> None:
     extraction, rgb = _extraction(), np.full((8, 12, 3), 100, np.uint8)
     for stage in STAGES:
-        cell.show_picture(stage, stage_picture(stage, rgb, extraction), extraction)
+        board.show_picture(stage, stage_picture(stage, rgb, extraction), extraction)
         assert cell.bar._levels == ((0.0, 1.0) if stage == "strength" else None)
         assert cell.view.image.image is not None
-    cell.show_message("none")
+    board.show_message("none")
     assert cell.view.image.image is None
 
 

@@ -85,7 +85,9 @@ def test_a_drag_of_own_values_goes_back_to_where_it_began(workspace: Workspace, 
     assert session.notes.own == {1: {"smoothness": 5.0}, 2: {"smoothness": 5.0}}
 
 
-def test_results_of_the_parameters_that_undo_brings_back_come_back(workspace: Workspace, session: Session) -> None:
+def test_results_of_the_parameters_that_undo_brings_back_come_back(
+    workspace: Workspace, session: Session, told: list[str]
+) -> None:
     first = list(complete(session.frame, session.labels, QUICK).results.values())
     workspace.set_parameters(QUICK)
     workspace.store_results(session, first)
@@ -93,13 +95,20 @@ def test_results_of_the_parameters_that_undo_brings_back_come_back(workspace: Wo
     workspace.set_parameters(other, 1)
     assert session.changed_blocks() == [1]
     assert session.valid_results()[1] is first[0], "shown until there is another"
+    before = session.present_depth().copy()
     second = complete(session.frame, session.labels, other).results[1]
     workspace.store_results(session, [second])
     assert session.changed_blocks() == []
+    after = session.present_depth().copy()
+    assert not np.array_equal(before, after, equal_nan=True)
+    told.clear()
     session.undo_stack.undo()
     assert (session.valid_results()[1], session.changed_blocks()) == (first[0], [])
+    assert "results_changed" in told
+    np.testing.assert_array_equal(session.present_depth(), before)
     session.undo_stack.redo()
     assert session.valid_results()[1] is second
+    np.testing.assert_array_equal(session.present_depth(), after)
 
 
 def test_clearing_results_can_be_undone(workspace: Workspace, session: Session, results: list[BlockResult]) -> None:

@@ -1,4 +1,4 @@
-"""The cell of the extraction: a stage of EBS, and in its title strip the choice of the stage."""
+"""The content "extraction": a stage of EBS, and in the title strip the choice of the stage."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QBrush, QColor, QResizeEvent
+from PySide6.QtCore import QObject, QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QBrush, QColor
 from PySide6.QtWidgets import QButtonGroup, QComboBox, QHBoxLayout, QToolButton, QWidget
 
 from gui.views.colour_maps import strength_table
-from gui.views.view_cell import EventHandler, ViewCell
+from gui.views.view_cell import ViewCell
 from ilf.drawing.stages import STAGES, stage_count, stage_legend
 from ilf.ebs import Extraction
 
-_FOR_TEXT = 110
-"""Pixels that the buttons leave to the text at the right of the strip."""
+from .material import Material
+from .painter import Painter, number_at
 
 
 class StagePicker(QWidget):
@@ -52,6 +52,7 @@ class StagePicker(QWidget):
         layout.addWidget(self._box)
         self._box.currentIndexChanged.connect(lambda _: self.chosen.emit(self._box.currentData()))
         self._box.setToolTip("Stage of the extraction")
+        self._box.setAccessibleName("Stage of the extraction")
         self.set_room(0)
 
     def show_stage(self, name: str) -> None:
@@ -74,31 +75,31 @@ class StagePicker(QWidget):
         self._box.setVisible(not wide)
 
 
-class StageCell(ViewCell):
-    """Shows one stage at a time.
+class StageBoard(QObject):
+    """Which stage is shown in all cells of the extraction, and its picture.
 
     Signals
     -------
     stageChanged(str)
         Another of `STAGES` is to be shown, by the user's choice or by `set_stage`.
+    changed()
+        There is something else to draw.
     """
 
     stageChanged = Signal(str)
+    changed = Signal()
 
-    def __init__(self, on_event: EventHandler) -> None:
-        super().__init__("Extraction", "", on_event)
-        self._picker = StagePicker()
-        self._picker.chosen.connect(self.set_stage)
-        self._picker.setFont(self.strip.font())
-        layout = QHBoxLayout(self.strip)
-        layout.setContentsMargins(self.strip.caption_end, 1, 0, 1)
-        layout.addWidget(self._picker, 0, Qt.AlignmentFlag.AlignLeft)
-        # its blocks are others than those of the frame
-        self.view.has_lines = False
-        self._table = strength_table()
-        self.bar.set_table(self._table)
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
         self.stage = "blocks"
-        self._picker.show_stage(self.stage)
+        self.hints: Mapping[str, str] = {}
+        """What tooltips say of the stages."""
+        self.picture: NDArray[np.uint8] | None = None
+        """As `stage_picture` gives it; None while there is only `message`."""
+        self.message = ""
+        self.text = ""
+        """What there is to say of the picture."""
+        self.legend: list[tuple[tuple[int, int, int], str]] = []
 
     def set_stage(self, name: str) -> None:
         """Choose the stage; the picture shown stays until that of the stage is given."""
@@ -106,28 +107,70 @@ class StageCell(ViewCell):
             raise ValueError(f"stage must be one of {', '.join(STAGES)}, not {name!r}")
         if name != self.stage:
             self.stage = name
-            self._picker.show_stage(name)
+            self.changed.emit()
             self.stageChanged.emit(name)
 
     def set_hints(self, hints: Mapping[str, str]) -> None:
         """What tooltips say of the stages."""
-        self._picker.set_hints(hints)
+        self.hints = hints
+        self.changed.emit()
 
     def show_picture(self, stage: str, picture: NDArray[np.uint8], extraction: Extraction) -> None:
         """Show what `stages.stage_picture` gives for a stage of an extraction."""
-        self.set_legend([(QBrush(QColor(*colour)), text) for colour, text in stage_legend(stage, extraction)])
-        self.strip.set_text(stage_count(stage, extraction))
-        self.view.set_picture(picture, self._table if picture.ndim == 2 else None)
-        self.bar.set_levels((0.0, 1.0) if stage == "strength" else None)
+        self.picture, self.legend = picture, stage_legend(stage, extraction)
+        self.show_text(stage_count(stage, extraction))
 
     def show_message(self, message: str) -> None:
         """Show no picture, but why there is none."""
-        self.view.set_message(message)
-        self.view.set_picture(None)
-        self.bar.set_levels(None)
-        self.set_legend([])
-        self.strip.set_text("")
+        self.message, self.picture, self.legend = message, None, []
+        self.show_text("")
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        self._picker.set_room(event.size().width() - self.strip.caption_end - _FOR_TEXT)
-        super().resizeEvent(event)
+    def show_text(self, text: str) -> None:
+        """Say something else of the picture."""
+        self.text = text
+        self.changed.emit()
+
+
+class StagePainter(Painter):
+    """The stage of a board, and in the title strip the choice of the stage."""
+
+    uses = frozenset({"stage"})
+
+    def __init__(self, content: str, cell: ViewCell, material: Material, board: StageBoard) -> None:
+        super().__init__(content, cell, material)
+        self._board = board
+        self._table = strength_table()
+        self._drawn: NDArray[np.uint8] | None = None
+        self._picker = StagePicker(cell.strip)
+        self._picker.chosen.connect(board.set_stage)
+        self._picker.setFont(cell.strip.font())
+        cell.strip.set_guest(self._picker)
+        cell.bar.set_table(self._table)
+        # its blocks are others than those of the frame
+        cell.view.has_lines = False
+
+    def draw(self) -> None:
+        board, cell = self._board, self.cell
+        self._picker.show_stage(board.stage)
+        self._picker.set_hints(board.hints)
+        cell.set_legend([(QBrush(QColor(*colour)), text) for colour, text in board.legend])
+        cell.strip.set_text(board.text)
+        if board.picture is None:
+            self._drawn = None
+            self.show_nothing(board.message)
+        elif board.picture is not self._drawn:
+            self._drawn = board.picture
+            indexed = board.picture.ndim == 2
+            cell.view.set_picture(board.picture, self._table if indexed else None)
+            cell.bar.set_levels((0.0, 1.0) if indexed else None)
+
+    def value_at(self, x: int, y: int) -> float | None:
+        if self._drawn is None or self._drawn.ndim != 2:
+            return None
+        index = number_at(self._drawn, x, y)
+        return None if index is None else (index - 1) / 254
+
+    def leave(self) -> None:
+        self.cell.strip.set_guest(None)
+        self.cell.strip.set_text("")
+        self.cell.view.has_lines = True

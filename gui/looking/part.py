@@ -1,0 +1,64 @@
+"""What the views show: contents of the cells, and two depths compared by swipe, blink and side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from gui.desk import Desk, Part
+from gui.looking.commands import COMMANDS
+from gui.looking.comparison import Comparison
+from gui.views.derived import DerivedPresenter
+
+LAYOUT = "compare"
+_NEED_A_FRAME = "view_content", "compare_two", "swipe", "blink", "swap_sides"
+
+
+class LookingPart(Part):
+    """Brings the views what their cells want to show, and carries out what is asked of two depths."""
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        workspace, views, actions = desk.workspace, desk.views, desk.actions
+        actions.add(COMMANDS)
+        self.comparison = Comparison(workspace, views, desk.view_presenter)
+        self.derived = DerivedPresenter(workspace, views)
+        self.derived.failed.connect(lambda error: desk.notes.report("What a view shows", error))
+        compared = workspace.kept_runs_changed, workspace.compared_changed, workspace.truth_changed
+        results = workspace.session_changed, workspace.labels_changed, workspace.results_changed
+        desk.refresh.add("comparison", self.comparison.show, (*results, *compared))
+        desk.refresh.add(
+            "derived",
+            self.derived.show,
+            (*results, *compared, workspace.distrusted_changed, workspace.selection_changed, views.shownChanged),
+            (workspace.results_added,),
+        )
+        handlers: dict[str, Callable[[], object]] = {
+            "view_content": views.choose_content,
+            "reset_contents": views.reset_contents,
+            "compare_two": lambda: views.toggle_layout(LAYOUT),
+            "swap_sides": lambda: views.sides.choose(*reversed(views.sides.names)),
+        }
+        for name, handler in handlers.items():
+            actions[name].triggered.connect(lambda _=False, handler=handler: handler())
+        actions["swipe"].toggled.connect(self._swipe)
+        actions["blink"].toggled.connect(self.comparison.look_at_a)
+        views.layoutChanged.connect(lambda name: actions["compare_two"].setChecked(name == LAYOUT))
+        edits = workspace.stroke_changed, workspace.labels_changed, workspace.distrusted_changed
+        for changed in (workspace.session_changed, *edits):
+            changed.connect(lambda *_: actions["blink"].setChecked(False))  # who edits sees what comes of it
+        workspace.session_changed.connect(self._allow)
+        self._allow()
+
+    def _allow(self) -> None:
+        self.desk.actions.enable(self.desk.workspace.has_session, *_NEED_A_FRAME)
+
+    def _swipe(self, on: bool) -> None:
+        """The handle, and the result to see it over if that is shown nowhere."""
+        views = self.desk.views
+        if on and not any(cell.isVisible() and cell.concrete == "result" for cell in views.cells.values()):
+            views.set_content(next(name for name, cell in views.cells.items() if cell is views.active), "result")
+        views.sides.set_swiping(on)
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if no thread is left."""
+        return self.derived.shutdown()

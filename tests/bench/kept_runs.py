@@ -1,0 +1,85 @@
+"""What kept runs cost in memory: many runs of a frame, each with other values, kept as the window keeps them.
+
+    QT_QPA_PLATFORM=offscreen python -m tests.bench.kept_runs [FRAME] [--runs 50] [--preset best]
+
+Every run has another value of the preset's first number that matters, so that no two have a result in common: the
+worst there is. Says how much memory the process has gained with them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import os
+from pathlib import Path
+
+from PySide6.QtCore import QCoreApplication, QEventLoop
+
+from gui.state.session import Session
+from gui.state.workspace import Workspace
+from gui.work.keeping import RunKeeper
+from gui.work.runs import RunController
+from ilf.assets import asset_path
+from ilf.io import load_frame
+from ilf.parameters import PRESETS, Parameters
+from ilf.run import Run
+
+_MB = 1024**2
+_VARIED = {"edge-aware": "smoothness", "ideal": "shortest_wavelength"}
+
+
+def main() -> None:
+    """Keep runs, and say what they cost."""
+    options = _options()
+    app = QCoreApplication([])
+    frame = load_frame(options.frame)
+    workspace = Workspace()
+    runs = RunController(workspace)
+    keeper = RunKeeper(workspace, runs)
+    session = Session.of(Run.extracted(frame), options.frame, options.frame)
+    workspace.add_session(session)
+    preset = PRESETS[options.preset]
+    _run(app, workspace, runs, preset)  # edges and the like are found once
+    workspace.drop_run(session, session.kept_runs[0])
+    gc.collect()
+    before = _resident()
+    for number in range(options.runs):
+        _run(app, workspace, runs, _varied(preset, number))
+    gc.collect()
+    kept = session.kept_runs
+    print(f"{frame.name}, {frame.shape[1]} x {frame.shape[0]}, {len(session.counts())} blocks, preset {options.preset}")
+    print(f"{len(kept)} runs kept, {sum(one.iterations for one in kept)} iterations")
+    print(f"resident: {(_resident() - before) / _MB:.0f} MB more, {_resident() / _MB:.0f} MB in all")
+    keeper.shutdown()
+    runs.shutdown()
+
+
+def _run(app: QCoreApplication, workspace: Workspace, runs: RunController, parameters: Parameters) -> None:
+    workspace.set_parameters(parameters)
+    count = len(workspace.session.kept_runs)
+    runs.start()
+    while len(workspace.session.kept_runs) == count:
+        app.processEvents(QEventLoop.ProcessEventsFlag.WaitForMoreEvents)
+
+
+def _varied(preset: Parameters, number: int) -> Parameters:
+    name = _VARIED[preset.filter]
+    return preset.replace(**{name: getattr(preset, name) * (1.02 + 0.02 * number)})
+
+
+def _resident() -> int:
+    """Memory [bytes] that the process has."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE")
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("frame", nargs="?", default=str(asset_path("samples/room")))
+    parser.add_argument("--runs", type=int, default=50)
+    parser.add_argument("--preset", choices=list(PRESETS), default="best")
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,168 @@
+"""Two depths compared in the real window, what its views are given to show, and the range of their colours."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from pytestqt.qtbot import QtBot
+
+from gui.frames.frame_source import FrameSource
+from gui.levels.part import RangePart
+from gui.looking.part import LookingPart
+from gui.main_window import MainWindow
+from gui.state.kept_runs import KeptRun
+from ilf import preset
+
+from .conftest import WAIT_MS, open_frame, write_frame
+
+Run = Callable[[MainWindow], None]
+
+
+def part(window: MainWindow, kind: type) -> object:
+    return next(part for part in window.parts if isinstance(part, kind))
+
+
+def settle(window: MainWindow, qtbot: QtBot) -> None:
+    window.refresh.now()
+    looking = part(window, LookingPart)
+    assert isinstance(looking, LookingPart)
+    qtbot.waitUntil(lambda: not looking.derived.busy and not window.errors.busy, timeout=WAIT_MS)
+    window.refresh.now()
+
+
+@pytest.fixture
+def run_twice(opened: MainWindow, run_all: Run) -> tuple[MainWindow, KeptRun]:
+    """A run of `best`, and one of the paper's preset after it."""
+    opened.actions_["live"].setChecked(False)
+    run_all(opened)
+    session = opened.workspace.session
+    kept = session.kept_runs[0]
+    opened.workspace.change_run(session, kept, name="Best")
+    opened.workspace.set_parameters(preset("paper", max_iterations=3))
+    run_all(opened)
+    return opened, kept
+
+
+def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(
+    run_twice: tuple[MainWindow, KeptRun], qtbot: QtBot
+) -> None:
+    window, kept = run_twice
+    window.views.set_layout("grid-difference")
+    settle(window, qtbot)
+    cell = window.views.cells["difference"]
+    assert cell.concrete == "difference:result:earlier"
+    assert "Best" in cell.strip.title
+    window.workspace.compare([kept])
+    window.refresh.now()
+    assert cell.concrete == "difference:result:run-1"
+    out = window.views.cells["depth-out"]
+    row, column = np.argwhere(out.painter._depth != kept.completion.depth)[0]
+    now = out.painter.value_at(column, row)
+    out.view.setFocus()
+    qtbot.keyPress(out.view, Qt.Key.Key_V)
+    assert out.painter.value_at(column, row) == kept.completion.depth[row, column] != now
+    assert out.strip.title == "Best"
+    qtbot.keyRelease(out.view, Qt.Key.Key_V)
+    assert out.painter.value_at(column, row) == now
+    window.actions_["swipe"].trigger()
+    window.views.sides.swipe.move_to(window.workspace.session.frame.shape[1])
+    assert out.painter.value_at(column, row) == kept.completion.depth[row, column]
+    window.readout.point_at((int(column), int(row)))
+    assert "Best" in window.status.readout.text()
+    session = window.workspace.session
+    window.workspace.delete_runs(session, list(session.kept_runs))
+    window.refresh.now()
+    assert cell.concrete == "difference:result:interpolated"
+
+
+def test_blocks_of_side_a_are_shown_with_it_and_an_edit_brings_the_present_back(
+    run_twice: tuple[MainWindow, KeptRun],
+) -> None:
+    window, kept = run_twice
+    window.workspace.compare([kept])
+    session = window.workspace.session
+    window.workspace.select([1, 2])
+    window.actions_["merge_blocks"].trigger()
+    window.refresh.now()
+    window.actions_["blink"].setChecked(True)
+    np.testing.assert_array_equal(window.views._overlay.labels, kept.run.blocks)
+    window.actions_["undo"].trigger()
+    window.refresh.now()
+    assert not window.actions_["blink"].isChecked()
+    np.testing.assert_array_equal(window.views._overlay.labels, session.labels)
+    assert window.views.cells["depth-out"].strip.title == "Depth out"
+
+
+def test_what_is_not_looked_at_is_not_worked_out(run_twice: tuple[MainWindow, KeptRun], qtbot: QtBot) -> None:
+    window, _ = run_twice
+    settle(window, qtbot)
+    material = window.views.material
+    assert material.interpolated is None
+    assert material.strength is None
+    window.views.set_content("colour", "strength")
+    window.views.set_content("depth-in", "difference:result:interpolated")
+    window.views.set_content("expected-error", "spectrum")
+    window.workspace.select([1])
+    settle(window, qtbot)
+    shape = window.workspace.session.frame.shape
+    assert material.strength.shape == material.interpolated.shape == shape
+    np.testing.assert_array_equal(np.isfinite(material.interpolated), True)
+    radii = window.workspace.session.records_of(1)[-1].radii  # type: ignore[attr-defined]
+    assert material.spectrum.radii == radii
+    window.workspace.select([])
+    settle(window, qtbot)
+    assert material.spectrum == "Choose a block"
+
+
+def test_a_truth_is_shown_and_the_readout_says_how_far_off_the_result_is(opened: MainWindow, run_all: Run) -> None:
+    run_all(opened)
+    truth = np.full(opened.workspace.session.frame.shape, 2.0, np.float32)
+    opened.workspace.set_truth(truth)
+    opened.actions_["compare_two"].trigger()
+    opened.refresh.now()
+    cell = opened.views.cells["judgement"]
+    depth = opened.workspace.session.present_depth()
+    assert cell.painter.value_at(4, 5) == pytest.approx(1000 * (depth[5, 4] - 2), abs=0.01)
+    opened.readout.point_at((4, 5))
+    assert "truth 2.000 m" in opened.status.readout.text()
+    assert "error" in opened.status.readout.text()
+    opened.actions_["compare_two"].trigger()
+    assert opened.views.layout_name == "grid"
+
+
+def test_the_range_is_dragged_typed_and_locked_over_frames(
+    opened: MainWindow, run_all: Run, qtbot: QtBot, tmp_path, small_frame
+) -> None:
+    run_all(opened)
+    ranges = part(opened, RangePart)
+    assert isinstance(ranges, RangePart)
+    panel, views = ranges.panel, opened.views
+    opened.actions_["show_range"].trigger()
+    opened.refresh.now()
+    assert panel.isVisible()
+    assert "Depth in [m]" in panel.title.text(), "the first view that has a range"
+    robust = views.levels
+    assert panel.histogram.levels == pytest.approx(robust)
+    panel.histogram._region.setRegion((1.2, 1.9))
+    qtbot.waitUntil(lambda: views.levels == pytest.approx((1.2, 1.9)))
+    opened.refresh.now()
+    assert panel.mode.currentData() == "fixed"
+    panel.high.setValue(2.5)
+    assert views.levels == pytest.approx((1.2, 2.5))
+    opened.actions_["lock_range"].trigger()
+    open_frame(opened, qtbot, FrameSource(str(write_frame(tmp_path / "another", small_frame))))
+    assert views.levels == pytest.approx((1.2, 2.5))
+    opened.refresh.now()
+    assert not panel.high.isEnabled()
+    opened.actions_["lock_range"].trigger()
+    opened.refresh.now()
+    panel.mode.setCurrentIndex(panel.mode.findData("robust"))
+    panel.mode.activated.emit(0)
+    assert views.levels == pytest.approx(robust, abs=0.01)
+    panel.low.setValue(9.0)
+    opened.refresh.now()
+    assert views.levels == pytest.approx(robust, abs=0.01), "the lower end must be below the upper one"
+    assert panel.low.value() == pytest.approx(robust[0], abs=0.01)

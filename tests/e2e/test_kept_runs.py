@@ -1,0 +1,117 @@
+"""Runs in the real window: run, drag a value, compare, restore, accept, undo, rename, delete."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLineEdit, QSlider
+from pytestqt.qtbot import QtBot
+
+from gui.kept.part import KeptRunsPart
+from gui.kept.run_model import Column
+from gui.main_window import MainWindow
+from gui.work.runs import RunState
+from ilf import preset
+
+from .conftest import WAIT_MS
+
+Run = Callable[[MainWindow], None]
+
+
+@pytest.fixture
+def part(opened: MainWindow) -> KeptRunsPart:
+    """What keeps the window's runs, with its panel open."""
+    opened.actions_["show_runs"].trigger()
+    return next(part for part in opened.parts if isinstance(part, KeptRunsPart))
+
+
+def _cell(part: KeptRunsPart, row: int, column: Column, role: Qt.ItemDataRole = Qt.ItemDataRole.DisplayRole) -> object:
+    model = part.table.view.model()
+    return model.index(row, column).data(role)
+
+
+def _type(part: KeptRunsPart, row: int, column: Column, text: str) -> None:
+    """Into a cell, after F2."""
+    view = part.table.view
+    index = view.model().index(row, column)
+    view.setCurrentIndex(index)
+    QTest.keyClick(view, Qt.Key.Key_F2)
+    editor = view.indexWidget(index)
+    assert isinstance(editor, QLineEdit)
+    editor.setText(text)
+    QTest.keyClick(editor, Qt.Key.Key_Return)
+    QApplication.processEvents()  # what was typed is taken at the next turn
+
+
+def test_runs_are_kept_compared_and_come_back_to(
+    opened: MainWindow, part: KeptRunsPart, qtbot: QtBot, run_all: Run
+) -> None:
+    workspace, actions = opened.workspace, opened.actions_
+    session = workspace.session
+    workspace.set_parameters(preset("paper"))
+    run_all(opened)
+    depth = session.completion().depth.copy()
+    chosen = next(iter(session.counts()))
+    workspace.select([chosen])
+    opened.refresh.now()
+    slider = opened.filter_panel.form.findChild(QSlider, "slider_padding")
+    for position in (5, 6, 7, 8):
+        slider.setValue(position)
+        qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: len(session.kept_runs) == 2 and not part.keeper.waits, timeout=WAIT_MS)
+    first, live = session.kept_runs
+    qtbot.waitUntil(lambda: None not in (first.expected_error, live.expected_error), timeout=WAIT_MS)
+    opened.refresh.now()
+    texts = [_cell(part, row, Column.NAME) for row in (0, 1)]
+    assert texts == ["Live 2 · present", "Run 1"]
+    assert _cell(part, 0, Column.VALUES) == "paper, padding 3 x · 1 of 2 blocks of other values"
+    numbers = [str(_cell(part, row, Column.EXPECTED)) for row in (0, 1)]
+    assert sum(text.startswith("★") for text in numbers) == 1
+    assert _cell(part, 0, Column.TRUTH) == "–"
+
+    assert not actions["accept_run"].isEnabled(), "no run is chosen"
+    part.table.select(first)
+    actions["compare_runs"].trigger()
+    assert session.compared == [first]
+    opened.refresh.now()
+    assert Qt.CheckState(_cell(part, 1, Column.COMPARED, Qt.ItemDataRole.CheckStateRole)) == Qt.CheckState.Checked
+    actions["compare_runs"].trigger()
+    assert session.compared == []
+
+    actions["accept_run"].trigger()
+    opened.refresh.now()
+    assert (session.common, session.changed_blocks()) == (preset("paper"), [])
+    np.testing.assert_array_equal(session.completion().depth, depth)
+    np.testing.assert_array_equal(session.present_depth(), depth)
+    assert _cell(part, 1, Column.NAME) == "Run 1 · present"
+    actions["undo"].trigger()
+    assert live.is_of(session.valid_results())
+    actions["restore_run"].trigger()
+    assert session.common == preset("paper")
+    actions["undo"].trigger()
+    assert session.common.padding == 3.0
+
+    _type(part, 1, Column.NAME, "as printed")
+    _type(part, 0, Column.NOTE, "sharper")
+    assert (first.name, live.note) == ("as printed", "sharper")
+    part.table.select(live)
+    QTest.keyClick(part.table.view, Qt.Key.Key_Delete)
+    assert session.kept_runs == [first]
+    actions["undo"].trigger()
+    assert session.kept_runs == [first, live]
+    opened.refresh.now()
+    assert part.table.runs() == [live, first]
+    assert len(session.kept_runs) == 2, "undo solves nothing anew"
+
+
+def test_another_frame_has_runs_of_its_own(opened: MainWindow, part: KeptRunsPart, run_all: Run) -> None:
+    run_all(opened)
+    assert len(part.table.runs()) == 1
+    opened.actions_["close_frame"].trigger()
+    QApplication.processEvents()
+    assert part.table.runs() == []
+    assert not any(opened.actions_[name].isEnabled() for name in ("export_runs", "clear_runs", "delete_runs"))

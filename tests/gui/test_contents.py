@@ -1,0 +1,254 @@
+"""What the cells of the linked views show: contents, two depths compared, ranges, values under the pointer."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtTest import QTest
+
+from gui.views.contents.material import ShownRun
+from gui.views.contents.names import checked
+from gui.views.layouts import CELLS
+from gui.views.linked_views import LinkedViews
+from gui.views.ranges import FULL, ROBUST
+
+HEIGHT, WIDTH = 48, 64
+LEFT = Qt.MouseButton.LeftButton
+
+
+def flat(depth: float) -> np.ndarray:
+    return np.full((HEIGHT, WIDTH), depth, np.float32)
+
+
+@pytest.fixture
+def views(qtbot):
+    widget = LinkedViews()
+    qtbot.addWidget(widget)
+    widget.resize(900, 700)
+    depth = flat(2.0)
+    depth[:, :10] = 1.0
+    depth[10:20, 10:20] = np.nan
+    widget.set_frame(np.full((HEIGHT, WIDTH, 3), 90, np.uint8), depth)
+    widget.show()
+    qtbot.waitExposed(widget)
+    return widget
+
+
+def colour_at(cell, x, y):
+    view = cell.view
+    at = view.viewportTransform().map(QPointF(x, y)).toPoint()
+    return view.viewport().grab().toImage().pixelColor(at).getRgb()[:3]
+
+
+def drag(view, start, stop):
+    places = [view.viewportTransform().map(QPointF(*point)).toPoint() for point in (start, stop)]
+    QTest.mousePress(view.viewport(), LEFT, pos=places[0])
+    QTest.mouseMove(view.viewport(), places[1])
+    QTest.mouseRelease(view.viewport(), LEFT, pos=places[1])
+
+
+def test_every_content_can_be_shown_in_every_cell_and_leaves_nothing_behind(views):
+    views.set_result(flat(2.1))
+    views.set_truth(flat(2.2))
+    views.set_runs([ShownRun("Run 1", flat(2.3))])
+    start = views.contents()
+    assert start == {name: content for name, (_, content) in CELLS.items()}
+    cell = views.cells["depth-in"]
+    before = cell.grab().toImage()
+    items = len(cell.view.scene().items())
+    for content in ("colour", "run-1", "truth", "difference:truth:run-1", "error", "expected-error", "strength"):
+        views.set_content("depth-in", content)
+    for content in ("extraction", "guessed", "distrusted", "spectrum", "a", "b", "judgement", "depth-in"):
+        views.set_content("depth-in", content)
+    assert len(cell.view.scene().items()) == items
+    assert cell.grab().toImage() == before
+    views.set_content("depth-in", "truth")
+    views.reset_contents()
+    assert views.contents() == start
+    for wrong in ("depth", "difference:result", "difference:result:colour"):
+        with pytest.raises(ValueError, match="cannot show"):
+            checked(wrong)
+    with pytest.raises(ValueError, match="cell must be"):
+        views.set_content("result", "truth")
+
+
+def test_blocks_are_the_same_in_every_cell_that_shows_them(views):
+    labels = np.zeros((HEIGHT, WIDTH), np.int32)
+    labels[5:25, 5:30] = 1
+    views.set_blocks(labels, np.array([[0, 0, 0, 0], [200, 0, 0, 255], [0, 0, 200, 255]], np.uint8))
+    views.set_overlay_opacity(1.0)
+    views.set_content("depth-in", "colour")
+    views.update_blocks_region(slice(10, 20), slice(10, 20), np.full((10, 10), 2, np.int32))
+    for name in ("colour", "depth-in"):
+        assert colour_at(views.cells[name], 15, 15) == (0, 0, 200)
+        assert colour_at(views.cells[name], 7, 7) == (200, 0, 0)
+
+
+def test_the_difference_is_of_the_result_and_the_best_that_there_is(views):
+    views.set_layout("grid-difference")
+    cell = views.cells["difference"]
+    views.set_result(flat(2.1))
+    assert cell.concrete == "difference:result:interpolated"
+    assert views.shows("interpolated")
+    assert cell.view.image.image is None
+    views.set_interpolated(flat(2.0))
+    assert cell.painter.value_at(30, 30) == pytest.approx(100, abs=0.01)
+    views.set_truth(flat(2.2))
+    assert cell.painter.value_at(30, 30) == pytest.approx(-100, abs=0.01)
+    assert not views.shows("interpolated")
+    views.set_runs([], ShownRun("Before", flat(2.3)))
+    assert "Before" in cell.strip.title
+    views.set_runs([ShownRun("Mine", flat(2.4))], ShownRun("Before", flat(2.3)))
+    assert cell.painter.value_at(30, 30) == pytest.approx(-300, abs=0.01)
+    assert cell.bar.levels == (-500, 500)
+    assert "Mine" in cell.strip.title
+
+
+def test_equal_depths_are_said_to_be_equal(views):
+    views.set_layout("grid-difference")
+    cell = views.cells["difference"]
+    views.set_result(flat(2.0))
+    views.set_runs([ShownRun("Same", flat(2.0))])
+    assert cell.view.image.image is None
+    assert cell.view._message == "No difference"
+    views.set_content("difference", "difference:result:depth-in")
+    other = flat(2.0)
+    other[:, :10] = 1.0
+    views.set_result(other)
+    assert cell.view.image.image is not None, "what was filled is to be seen"
+    assert "no difference" in cell.strip._text
+
+
+def test_the_judgement_is_the_error_as_soon_as_there_is_a_truth(views):
+    views.set_layout("compare")
+    cell = views.cells["judgement"]
+    views.set_result(flat(2.0))
+    views.set_expected_error(flat(0.01))
+    assert cell.strip.title == "Expected error"
+    truth = flat(2.05)
+    truth[:, 32:] = np.nan
+    views.set_truth(truth)
+    assert cell.painter.value_at(5, 5) == pytest.approx(-50, abs=0.01)
+    assert cell.painter.value_at(40, 5) is None
+    views.set_truth(None)
+    assert cell.strip.title == "Expected error"
+    with pytest.raises(ValueError, match="does not belong"):
+        views.set_truth(truth[1:])
+
+
+def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
+    heard = []
+    views.set_pointer_handler(lambda event: heard.append(event.kind.name))
+    views.set_levels(1.0, 3.0)
+    views.set_result(flat(2.9))
+    views.set_runs([ShownRun("Run 1", flat(1.1), colour=(1, 2, 3))])
+    cell = views.cells["depth-out"]
+    run_2 = colour_at(cell, 10.5, 30.5)
+    views.sides.set_swiping(True)
+    run_1 = colour_at(cell, 10.5, 30.5)
+    assert run_1 != run_2 == colour_at(cell, 60.5, 30.5)
+    drag(cell.view, (WIDTH / 2, 30), (50, 30))
+    assert views.sides.swipe.x == 50
+    assert colour_at(cell, 45.5, 30.5) == run_1
+    assert colour_at(cell, 60.5, 40.5) == run_2
+    assert not {"PRESS", "MOVE", "RELEASE"} & set(heard)
+    assert cell.painter.value_at(45, 30) == pytest.approx(1.1)
+    drag(views.cells["depth-in"].view, (50, 30), (20, 30))
+    assert views.sides.swipe.x == 50, "where there is no handle there is nothing to drag"
+    assert "PRESS" in heard
+    views.sides.choose("result", "run-1")
+    assert colour_at(cell, 45.5, 40.5) == run_2
+    views.sides.set_swiping(False)
+    assert colour_at(cell, 60.5, 40.5) == run_2
+
+
+def test_blocks_of_the_two_sides_are_parted_where_they_differ(views):
+    table = np.array([[0, 0, 0, 0], [200, 0, 0, 255], [0, 0, 200, 255]], np.uint8)
+    ones = np.ones((HEIGHT, WIDTH), np.int32)
+    views.set_overlay_opacity(1.0)
+    views.set_blocks(ones, table)
+    views.set_result(flat(2.9))
+    cell = views.cells["colour"]
+    views.set_runs([ShownRun("Run 1", flat(1.1), blocks=(2 * ones, table))])
+    views.sides.set_swiping(True)
+    assert [colour_at(cell, x, 40.5) for x in (10.5, 50.5)] == [(0, 0, 200), (200, 0, 0)]
+    drag(cell.view, (WIDTH / 2, 30), (20, 30))
+    assert [colour_at(cell, x, 40.5) for x in (10.5, 30.5)] == [(0, 0, 200), (200, 0, 0)]
+    views.sides.choose("depth-in", "run-1")
+    assert colour_at(cell, 50.5, 40.5) == (0, 0, 200)
+    views.sides.set_swiping(False)
+    assert colour_at(cell, 10.5, 40.5) == (200, 0, 0)
+
+
+def test_side_a_stands_in_for_the_result_for_a_while(views):
+    views.set_layout("grid-difference")
+    views.set_result(flat(2.0))
+    views.set_runs([ShownRun("Run 1", flat(2.5))])
+    cell, difference = views.cells["depth-out"], views.cells["difference"]
+    views.sides.look_at_a(True)
+    assert cell.painter.value_at(5, 5) == 2.5
+    assert cell.strip.title == "Run 1"
+    assert difference.painter.value_at(5, 5) == -500, "their difference stays to be seen"
+    views.set_result(flat(2.1))
+    assert cell.painter.value_at(5, 5) == 2.5
+    views.sides.look_at_a(False)
+    assert cell.painter.value_at(5, 5) == pytest.approx(2.1)
+    assert cell.strip.title == "Depth out"
+
+
+def test_ranges_are_robust_full_or_fixed_and_stay_when_they_are_locked(views):
+    depth = flat(2.0)
+    depth[0, :3] = 9.0
+    depth[:, 60:] = 3.0
+    rgb = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
+    views.set_frame(rgb, depth)
+    assert views.levels == (2.0, 3.0)
+    views.ranges.set("depth", FULL)
+    assert views.levels == (2.0, 9.0)
+    views.set_levels(1.5, 2.5)
+    assert views.cells["depth-in"].bar.levels == (1.5, 2.5)
+    views.set_frame(rgb, depth)
+    assert views.levels == (2.0, 3.0), "numbers were for the frame before"
+    views.ranges.set("depth", ROBUST, (1.0, 4.0), locked=True)
+    views.set_frame(rgb, depth)
+    assert views.levels == (1.0, 4.0)
+    views.ranges.set("depth", ROBUST, locked=False)
+    assert views.levels == (2.0, 3.0)
+
+
+def test_values_under_the_pointer_are_marked_on_the_bars(views):
+    views.set_result(flat(2.1))
+    views.set_expected_error(flat(0.02))
+    view = views.cells["colour"].view
+    QTest.mouseMove(view.viewport(), view.viewportTransform().map(QPointF(30.5, 30.5)).toPoint())
+    values = {name: views.cells[name].bar.value for name in ("colour", "depth-in", "depth-out", "expected-error")}
+    assert values == {
+        "colour": None,
+        "depth-in": 2.0,
+        "depth-out": pytest.approx(2.1),
+        "expected-error": pytest.approx(20),
+    }
+    QTest.mouseMove(view.viewport(), view.viewportTransform().map(QPointF(15.5, 15.5)).toPoint())
+    assert views.cells["depth-in"].bar.value is None, "nothing was measured there"
+
+
+def test_a_title_opens_a_menu_and_a_double_click_still_enlarges(views, qtbot):
+    views.set_result(flat(2.1))
+    views.set_runs([ShownRun("Mine & yours", flat(2.2))])
+    cell = views.cells["depth-in"]
+    QTest.mouseClick(cell.strip, LEFT, pos=QPoint(10, 5))
+    assert cell._menu.isVisible()
+    entries = {action.data(): action for action in cell._menu.actions() if action.data()}
+    assert entries["depth-in"].isChecked()
+    assert entries["run-1"].text() == "Run: Mine && yours"
+    assert not entries["truth"].isEnabled()
+    with qtbot.waitSignal(views.shownChanged):
+        entries["run-1"].trigger()
+    cell._menu.close()
+    assert cell.strip.title == "Mine & yours"
+    QTest.mouseDClick(cell.strip, LEFT, pos=QPoint(10, 5))
+    assert not cell._menu.isVisible()
+    assert views.layout_name == "depth-in"
+    QTest.mouseClick(cell.strip, LEFT, pos=QPoint(cell.strip.width() - 20, 5))
+    assert not cell._menu.isVisible(), "the legend opens nothing"
