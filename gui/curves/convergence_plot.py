@@ -67,6 +67,7 @@ class ConvergencePlot(pg.PlotWidget):
     def __init__(self, axis: pg.AxisItem, label: str, least_span: float = 0.0) -> None:
         super().__init__(viewBox=pg.ViewBox(enableMenu=False), axisItems={"left": axis}, enableMenu=False)
         self._label = label
+        self.setAccessibleName(f"Plot: {label or 'errors'}")
         self._least_span = least_span
         self._span_name: pg.InfLineLabel | None = None
         self.lines: list[_Curve] = []
