@@ -238,7 +238,10 @@ class CurvesPanel(QWidget):
             rows = min(len(self._curves), max(height // 3 // line, _LEAST_ROWS))
             axis = NAMED_AXIS if self.height() > _LOW else AXIS
             fitting = (height - line * rows - axis) // _LEAST_HEIGHT
-        wanted = [plot for plot, has in zip(self._plots, there, strict=True) if has][: max(fitting, 1)]
+        by_weight = self.sigma_plot, self.l1_plot, self.error_plot, self.held_out_plot
+        has = dict(zip(self._plots, there, strict=True))
+        fit = [plot for plot in by_weight if has[plot]][: max(fitting, 1)]
+        wanted = [plot for plot in self._plots if plot in fit]
         for plot in self._plots:
             plot.setVisible(plot in wanted)
             # stacked plots share the lowest one's places
