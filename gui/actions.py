@@ -8,6 +8,7 @@ from PySide6.QtGui import QAction, QActionGroup, QKeySequence, QUndoGroup
 from PySide6.QtWidgets import QWidget
 
 from gui import theme
+from gui.cloud.commands import COMMANDS as _OF_CLOUD
 from gui.command import Command
 from gui.inventory import WHY_NOT
 
@@ -289,6 +290,7 @@ COMMANDS = (
         "shortcuts", "&Keyboard shortcuts…", "ph.keyboard", "F1", "See which keys give which command, and change them"
     ),
     Command("about", "&About ILF Studio", "ph.info"),
+    *_OF_CLOUD,
 )
 _HISTORY_ICONS = {"undo": "ph.arrow-counter-clockwise", "redo": "ph.arrow-clockwise"}
 

@@ -125,7 +125,7 @@ def _size(text: str) -> tuple[int, int]:
 def _open(window: MainWindow, options: argparse.Namespace, refuse: Callable[[str], None] | None = None) -> None:
     """Open what is named. A single file is asked about in the dialog, or, where nobody can answer, refused."""
     if options.view == "cloud":
-        window.centre.setCurrentWidget(window.cloud)
+        window.centre.show_cloud()
     if options.sample:
         window.documents.open_sample()
     records, sources, single = _inputs(options)

@@ -8,12 +8,14 @@ from pathlib import Path
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QPixmap, QShowEvent
-from PySide6.QtWidgets import QMainWindow, QTabWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QMainWindow, QTabWidget
 
 from gui.accuracy.part import AccuracyPart
 from gui.actions import Actions
 from gui.blocks.block_table import BlockTable
 from gui.blocks.presenter import BlocksPresenter
+from gui.centre import Centre
+from gui.cloud.canvas import HINT
 from gui.cloud.cloud_view import CloudView
 from gui.cloud.presenter import CloudPresenter
 from gui.curves.curves_panel import CurvesPanel
@@ -127,7 +129,7 @@ class MainWindow(QMainWindow):
         going = [actions[name] for name in ["previous_suspect", "next_suspect", "close_review"]]
         self.review_strip = ReviewStrip(going, [actions["leave_suspect"]])
         self.distrust_strip = ReviewStrip([], [actions["take_suggested"], actions["leave_suggested"]])
-        self.cloud = CloudView()
+        self.cloud = CloudView(actions["cloud_raw"], actions["cloud_chosen_only"], actions["cloud_beside"])
         self.toasts = Toasts(self, (self.views, self.cloud))
         self.notes = Notes(self, self.toasts, self.log)
         self.curves = CurvesPanel()
@@ -162,30 +164,20 @@ class MainWindow(QMainWindow):
         self.distrust = DistrustPresenter(workspace, self.views, self.distrust_strip)
         self.curve_presenter = CurvesPresenter(workspace, self.curves)
         self.scrubbing = Scrubbing(workspace, runs, self.curves)
-        self.cloud_presenter = CloudPresenter(workspace, self.cloud)
+        self.cloud_presenter = CloudPresenter(workspace, self.editor, self.cloud, self.views, self.errors)
         tools = {name: actions[f"tool_{name}"] for name in self.editor.tools}
         self.tool_presenter = ToolsPresenter(self.editor, tools, self.tool_bar.options)
         self.context_menu = ContextMenu(workspace, self.editor, entries(actions, BLOCK_MENU), self.views)
         self.commands = CommandsPresenter(workspace, runs, loader, actions)
-        self.status_presenter = StatusPresenter(workspace, runs, loader, self.documents, self.editor, self.status)
+        self.status_presenter = StatusPresenter(
+            workspace, runs, loader, self.documents, self.editor, self.status, self._hint_of_cloud
+        )
         self.readout = ReadoutPresenter(workspace, self.status.readout)
 
     def _make_layout(self) -> None:
-        self.centre = QTabWidget()
-        self.centre.setDocumentMode(True)
-        self.images = QWidget()
-        column = QVBoxLayout(self.images)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self.views, 1)
-        for line in (self.review_strip, self.distrust_strip, self.effect_line):
-            column.addWidget(line)
-        self.centre.addTab(self.images, "Images")
-        self.centre.addTab(self.cloud, "Point cloud")
-        self.centre.setCornerWidget(self.view_bar)
-        self.centre.currentChanged.connect(
-            lambda _: self.view_bar.setVisible(self.centre.currentWidget() is self.images)
-        )
+        strips = self.review_strip, self.distrust_strip, self.effect_line
+        self.centre = Centre(self.views, strips, self.cloud, self.view_bar)
+        self.centre.turned.connect(lambda: self.tool_bar.show_options(not self.centre.shows_cloud_alone))
         self.setCentralWidget(self.centre)
         parameters = QTabWidget()
         parameters.setDocumentMode(True)
@@ -234,7 +226,8 @@ class MainWindow(QMainWindow):
         turned, blocks, selected = workspace.session_changed, workspace.labels_changed, workspace.selection_changed
         infos, values = workspace.infos_changed, workspace.parameters_changed
         results, coming, depth = workspace.results_changed, workspace.results_added, workspace.previews_changed
-        looked_at = views.shownChanged, self.centre.currentChanged
+        turned_to = self.centre.turned
+        looked_at = views.shownChanged, turned_to
         named = self.view_presenter.names_switched
         running, loading = runs.state_changed, self.loader.busy_changed
         saved = workspace.undo_group.cleanChanged, workspace.sessions_changed
@@ -248,8 +241,16 @@ class MainWindow(QMainWindow):
         )
         past = workspace.past_changed
         add("depth", self.view_presenter.show_depth, (turned, blocks, results, past), (coming, depth))
-        add("error", self.errors.show, (turned, blocks, results, workspace.error_changed, running, *looked_at))
-        add("cloud", self.cloud_presenter.show, (turned, blocks, results, *looked_at), (coming,))
+        coloured = self.cloud.colours_changed
+        add(
+            "error", self.errors.show, (turned, blocks, results, workspace.error_changed, running, coloured, *looked_at)
+        )
+        add(
+            "cloud",
+            self.cloud_presenter.show,
+            (turned, blocks, infos, selected, results, self.cloud_presenter.changed, *looked_at),
+            (coming,),
+        )
         add(
             "table",
             self.block_presenter.show,
@@ -267,11 +268,8 @@ class MainWindow(QMainWindow):
         for signal in (turned, blocks, infos, selected, results, values, running, loading, coming):
             signal.connect(lambda *_: self.commands.show())
         add("tools", self.tool_presenter.show, (turned, self.editor.tool_changed, self.editor.options_changed))
-        add(
-            "hint",
-            self.status_presenter.show_hint,
-            (turned, self.editor.tool_changed, self.editor.hint_changed, loading),
-        )
+        hinted = self.editor.tool_changed, self.editor.hint_changed, self.cloud.canvas.pointed_at
+        add("hint", self.status_presenter.show_hint, (turned, loading, turned_to, *hinted))
         exporting = self.documents.exporting_changed
         add("progress", self.status_presenter.show_progress, (turned, running, loading, exporting), (coming,))
         compared = workspace.compared_changed, workspace.truth_changed
@@ -337,7 +335,7 @@ class MainWindow(QMainWindow):
         }
         for name, handler in handlers.items():
             self.actions_[name].triggered.connect(lambda _=False, handler=handler: handler())
-        for key, name in ((Qt.Key.Key_B, "look_before"), (Qt.Key.Key_V, "blink")):
+        for key, name in ((Qt.Key.Key_B, "look_before"), (Qt.Key.Key_V, "blink"), (Qt.Key.Key_X, "cloud_raw")):
             self.keys.hold(key, self.actions_[name])
         look = self.actions_["look_before"]
         look.toggled.connect(self.effect.look)
@@ -361,8 +359,12 @@ class MainWindow(QMainWindow):
         self.loader.replayed.connect(self.replays.show_differences)
         self.runs.finished.connect(self.replays.show_verdict)
         self.stages.extraction_wished.connect(self.loader.extract)
-        self.stages.view_wished.connect(lambda: self.centre.setCurrentWidget(self.images))
-        self.review.shown.connect(lambda: self.centre.setCurrentWidget(self.images))
+        self.stages.view_wished.connect(self.centre.show_images)
+        self.review.shown.connect(self.centre.show_images)
+        for name, tool in self.editor.tools.items():  # who takes a tool wants to see what it is used on
+            if not tool.points_only:
+                self.actions_[f"tool_{name}"].triggered.connect(self.centre.show_images)
+        self.actions_["cloud_beside"].toggled.connect(self.centre.set_beside)
         self.runs.state_changed.connect(self._open_curves)
         self.workspace.sessions_changed.connect(self._open_frames)
         self.views.set_pointer_handler(self._point)
@@ -380,6 +382,7 @@ class MainWindow(QMainWindow):
         self.errors.failed.connect(lambda error: notes.report("Expected error", error))
         self.review.failed.connect(lambda error: notes.report("Suspicious places", error))
         self.distrust.failed.connect(lambda error: notes.report("Distrusted depth", error))
+        self.cloud_presenter.failed.connect(lambda error: notes.report("Point cloud", error))
         self.distrust.message.connect(notes.tell)
         self.loader.failed.connect(notes.report)
         self.loader.message.connect(notes.tell)
@@ -401,6 +404,13 @@ class MainWindow(QMainWindow):
         self.refresh.now()  # what the pointer is at is what the user sees
         return self.editor.pointer(event)
 
+    def _hint_of_cloud(self) -> str:
+        """What the mouse does where it is at the cloud."""
+        if not (self.centre.shows_cloud_alone or self.cloud.canvas.underMouse()):
+            return ""
+        tool = self.editor.tool
+        return f"{tool.hint} | {HINT}" if tool.points_only else HINT
+
     def _open_curves(self) -> None:
         if self.runs.state is RunState.RUNNING:
             self.panels.offer("Convergence")
@@ -415,6 +425,7 @@ class MainWindow(QMainWindow):
     def picture(self) -> QPixmap:
         """What the window shows."""
         self.refresh.now()
+        self.cloud.canvas.drawing.finish()
         return self.grab()
 
     # events
@@ -448,10 +459,8 @@ class MainWindow(QMainWindow):
         if not (self.documents.may_close() and self._may_stop_experiments()):
             event.ignore()
             return
-        reviews, views = (
-            (self.review, self.distrust),
-            (self.errors, self.effect, self.stages, self.editor, self.scrubbing),
-        )
+        reviews = self.review, self.distrust
+        views = self.errors, self.effect, self.stages, self.editor, self.scrubbing, self.cloud_presenter
         for worker in (self.runs, *reviews, *views, self.loader, self.documents, self.experiments):
             worker.shutdown()
         for part in self.parts:

@@ -56,11 +56,15 @@ class ToolBar(QToolBar):
         _fill(self, entries(actions, f"open export | run | undo redo | {_TOOLS} |"))
         by_amount = [actions[name] for name in ("grow_blocks", "shrink_blocks", "smooth_blocks")]
         self.options = OptionsRow(actions["similar_only"], actions["to_no_block"], by_amount)
-        self.addWidget(self.options)
+        self._options = self.addWidget(self.options)
         spring = QWidget()  # what is right of it stays where it is when another tool has other options
         spring.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self.addWidget(spring)
         _fill(self, entries(actions, "new_block merge_blocks delete_blocks clean_up | next_suspect"))
+
+    def show_options(self, on: bool) -> None:
+        """Whether the tool's options are to be seen: where the tool can be used."""
+        self._options.setVisible(on)
 
 
 def fill_menu_bar(
@@ -79,6 +83,7 @@ def fill_menu_bar(
     view.addMenu(_compare_menu(actions, views, view))
     view.addSeparator()
     _fill(view, entries(actions, "contours_only block_names show_missing shuffle_colours"))
+    _fill(view, entries(actions, "cloud_beside cloud_raw cloud_chosen_only"))
     view.addSeparator()
     view.addMenu(_layout_menu(views, view))
     stages = view.addMenu("&Stage of the extraction")

@@ -69,20 +69,62 @@ def point_cloud(depth: ArrayLike, rgb: ArrayLike, intrinsics: CameraIntrinsics |
     >>> point_cloud(depth, rgb, CameraIntrinsics(100.0, 100.0, 50.0, 0.0)).points.tolist()
     [[-1.0, 0.0, 2.0]]
     """
-    if intrinsics is None:
-        raise InputError(
-            "A point cloud needs the camera's intrinsics, and this frame has none. Give them as a preset "
-            "(such as nyu-kinect-v1), as fx,fy,cx,cy, or as a JSON file."
-        )
-    z_image, colour = np.asarray(depth, np.float64), np.asarray(rgb)
+    z_image, colour = np.asarray(depth), np.asarray(rgb)
     if z_image.ndim != 2 or colour.shape != (*z_image.shape, 3) or colour.dtype != np.uint8:
         raise InputError(
             f"A point cloud needs depth (H, W) and uint8 colour (H, W, 3), not {z_image.shape} and "
             f"{colour.dtype} {colour.shape}."
         )
-    rows, columns = np.nonzero(np.isfinite(z_image) & (z_image > 0))
-    points = intrinsics.points(columns, rows, z_image[rows, columns])
-    return PointCloud(points.astype(np.float32), colour[rows, columns])
+    points, pixels = back_project(z_image, intrinsics)
+    return PointCloud(points, colour.reshape(-1, 3)[pixels])
+
+
+def back_project(
+    depth: ArrayLike, intrinsics: CameraIntrinsics | None, only: NDArray[np.bool_] | None = None
+) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    """Points of the known pixels, and which pixels they are.
+
+    Parameters
+    ----------
+    depth : array_like
+        Depth along the optical axis [m], (H, W). What is not finite and positive is missing and
+        gives no point.
+    intrinsics : CameraIntrinsics
+        Of this image.
+    only : ndarray, optional
+        bool (H, W): pixels that may give points.
+
+    Returns
+    -------
+    points : ndarray
+        float32 (N, 3) [m] in camera axes, row by row.
+    pixels : ndarray
+        int32 (N,), rising: index of each point's pixel, its row times W plus its column.
+
+    Raises
+    ------
+    InputError
+        Without intrinsics.
+
+    Examples
+    --------
+    >>> points, pixels = back_project([[2.0, np.nan], [1.0, 4.0]], CameraIntrinsics(100.0, 100.0, 1.0, 0.0))
+    >>> points[:, 2].tolist(), pixels.tolist()
+    ([2.0, 1.0, 4.0], [0, 2, 3])
+    """
+    if intrinsics is None:
+        raise InputError(
+            "A point cloud needs the camera's intrinsics, and this frame has none. Give them as a preset "
+            "(such as nyu-kinect-v1), as fx,fy,cx,cy, or as a JSON file."
+        )
+    image = np.asarray(depth)
+    known = np.isfinite(image)
+    known &= image > 0
+    if only is not None:
+        known &= only
+    pixels = np.flatnonzero(known).astype(np.int32)
+    rows, columns = np.divmod(pixels, np.int32(image.shape[1]))
+    return intrinsics.points(columns, rows, image.reshape(-1)[pixels]).astype(np.float32), pixels
 
 
 def in_axes(cloud: PointCloud, axes: str) -> PointCloud:

@@ -1,117 +1,167 @@
-"""The picture of a point cloud, drawn by the numpy splat, with mouse and keys."""
+"""The picture of a point cloud, with mouse and keys: coarse while it moves, whole when it is at rest."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, QTimer
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
-    QColor,
+    QEnterEvent,
     QHideEvent,
-    QImage,
     QKeyEvent,
     QMouseEvent,
     QPainter,
     QPaintEvent,
     QPen,
     QResizeEvent,
+    QShowEvent,
     QWheelEvent,
 )
 from PySide6.QtWidgets import QWidget
 
 from gui import theme
-from ilf.drawing.splat import OrbitCamera, splat
+from gui.cloud.drawing import CloudDrawing
+from gui.cloud.overlays import paint_axes, paint_line, paint_mark, paint_scale
+from gui.cloud.scene import Scene, empty_scene
+from ilf.drawing.orbit import NEAR, OrbitCamera
+from ilf.drawing.splat import Look
 
-EMPTY_TEXT = "No cloud yet: run the completion, or give camera intrinsics"
-MOVING_POINTS = 400_000
-"""Larger clouds are thinned to this many points while the view moves."""
-REST_MS = 150
-"""The whole cloud is drawn when the view has not moved for this long."""
-
+HINT = (
+    "Drag: turn | Shift+drag: move | wheel: zoom | click: choose block | double-click: centre | R: reset | "
+    "hold X: raw depth"
+)
+EMPTY_TEXT = "No cloud yet: open a frame whose camera is known"
 _DIRECTIONS = {"home": (-22.0, 14.0), "front": (0.0, 0.0), "top": (0.0, 90.0), "side": (-90.0, 0.0)}
 _ORBIT_STEP = math.radians(5)
 _ORBIT_PER_PIXEL = math.radians(0.4)
 _PAN_STEP = 30
 _ZOOM_STEP = 0.85
-_TRIAD = 26
-
-Points = NDArray[np.float32]
-Rgb = NDArray[np.uint8]
+_CLICK = 4
+"""Farther than this [px] and a press is a drag."""
+_REACH = 4
+"""How far from a point [px] the pointer is still at it."""
 
 
 class CloudCanvas(QWidget):
-    """The picture of the cloud, the mouse and the keys."""
+    """The picture of the cloud, the mouse and the keys.
+
+    Signals
+    -------
+    hovered(object)
+        The pixel (x, y) of the frame whose point is under the pointer, or None; sent when it changes.
+    picked(int, int, bool)
+        x and y of the pixel whose point was clicked, and whether Ctrl was held.
+    pointed_at(bool)
+        The pointer has come or gone.
+    failed(object)
+        The exception that kept the cloud from being drawn.
+    """
+
+    hovered = Signal(object)
+    picked = Signal(int, int, bool)
+    pointed_at = Signal(bool)
+    failed = Signal(object)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMinimumSize(160, 120)
+        self.setMouseTracking(True)
         self.setCursor(Qt.CursorShape.OpenHandCursor)
-        self.setStatusTip("Drag: orbit. Shift or right drag: pan. Wheel: zoom. Double-click: reset.")
+        self.setAccessibleName("Point cloud")
+        self.setAccessibleDescription(HINT)
         self.camera = OrbitCamera()
-        self.points: Points = np.empty((0, 3), np.float32)
         self.point_size: int | None = None
         self.shaded = True
+        self.depths = (-math.inf, math.inf)
         self.message = EMPTY_TEXT
-        self._colours: Rgb = np.empty((0, 3), np.uint8)
-        self._caption = ""
-        self._thinned: NDArray[np.intp] | None = None
-        self._thin: tuple[Points, Rgb] | None = None
         self._direction: str | None = "home"
-        self._picture: QImage | None = None
-        self._moving = False
         self._last: QPointF | None = None
-        self.rest_timer = QTimer(self, singleShot=True, interval=REST_MS)
-        self.rest_timer.timeout.connect(self._redraw)
+        self._pressed: QPointF | None = None
+        self._pixel: tuple[int, int] | None = None
+        self._marked: tuple[int, int] | None = None
+        self._lines: Sequence[Sequence[tuple[float, float]]] = ()
+        self.drawing = CloudDrawing(self)
+        self.drawing.ready.connect(self.update)
+        self.drawing.failed.connect(self.failed)
 
-    def set_points(self, points: Points, reset: bool) -> None:
-        """Take new points; their colours follow by `set_colours`."""
-        first = not len(self.points)
-        self.points = points
-        self._thinned = self._thin = None
-        if len(points) > MOVING_POINTS:
-            # one at random out of each run of points: a fixed stride beats with the image's rows and shows stripes
-            starts = np.linspace(0, len(points), MOVING_POINTS, endpoint=False)
-            jitter = np.random.default_rng(0).random(MOVING_POINTS) * (len(points) / MOVING_POINTS)
-            self._thinned = (starts + jitter).astype(np.intp)
-        if reset or first:
+    # what is shown
+
+    @property
+    def scene(self) -> Scene:
+        """What is shown."""
+        return self.drawing.scene
+
+    def set_scene(self, scene: Scene, reset: bool) -> None:
+        """Show another cloud; with `reset`, from where all of it is seen."""
+        self.drawing.set_scene(scene)
+        if reset:
             self.look("home")
+        else:
+            self._redraw()
 
-    def set_colours(self, colours: Rgb, caption: str) -> None:
-        """Colours of the points, uint8 (N, 3), and what to say about them."""
-        self._colours, self._caption = colours, caption
-        self._thin = None
-        if self._thinned is not None:
-            self._thin = self.points[self._thinned], colours[self._thinned]
-        self._redraw()
+    def set_message(self, text: str) -> None:
+        """Show a text in place of a cloud."""
+        self.message = text
+        self.drawing.set_scene(empty_scene())
+        self._set_pixel(None)
+        self.update()
 
     def set_drawing(self, point_size: int | None, shaded: bool) -> None:
         """Size of a point in logical pixels (None: by density), and eye-dome lighting."""
         self.point_size, self.shaded = point_size, shaded
         self._redraw()
 
+    def set_depths(self, low: float, high: float) -> None:
+        """Draw only points whose depth [m] lies between these two."""
+        if (low, high) != self.depths:
+            self.depths = low, high
+            self._redraw(moving=True)
+
     def look(self, direction: str) -> None:
         """Show the whole cloud from "home", "front", "top" or "side"; it stays whole when the view is resized."""
         yaw, pitch = (math.radians(angle) for angle in _DIRECTIONS[direction])
         self._direction = direction
-        self.camera = OrbitCamera(yaw=yaw, pitch=pitch).fitted(self.points, self.width() / max(self.height(), 1))
-        self._redraw()
+        self.camera = OrbitCamera(yaw=yaw, pitch=pitch).fitted(self.scene.points, self.width() / max(self.height(), 1))
+        self._redraw(moving=True)
+
+    def mark(self, pixel: tuple[int, int] | None) -> None:
+        """Mark the point that comes from a pixel (x, y) of the frame; None for none."""
+        if pixel != self._marked:
+            self._marked = pixel
+            self.update()
+
+    def set_lines(self, lines: Sequence[Sequence[tuple[float, float]]]) -> None:
+        """Draw lines between the points that come from places of the frame, in image coordinates."""
+        self._lines = lines
+        self.update()
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the thread has ended."""
+        return self.drawing.shutdown()
 
     def sizeHint(self) -> QSize:
         return QSize(640, 480)
+
+    # painting
 
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         colours = theme.colours(self.palette())
-        if len(self.points):
-            if self._picture is None:
-                self._picture = self._render()
-            painter.drawImage(0, 0, self._picture)
-            self._paint_triad(painter, colours)
-            self._paint_caption(painter, colours)
+        if len(self.scene):
+            image = self.drawing.image()
+            if image is not None:
+                painter.drawImage(QRectF(self.rect()), image)
+            paint_axes(painter, self.camera, colours, self.height())
+            paint_scale(painter, self.camera.metres_per_pixel(max(self.height(), 1)), colours, self.height())
+            for line in self._lines:
+                paint_line(painter, [self._place_of((int(x), int(y))) for x, y in line])
+            marked = None if self._marked is None else self._place_of(self._marked)
+            if marked is not None:
+                paint_mark(painter, marked)
         else:
             painter.fillRect(self.rect(), colours.background)
             painter.setPen(colours.muted)
@@ -121,13 +171,68 @@ class CloudCanvas(QWidget):
             painter.setPen(QPen(colours.accent, 1))
             painter.drawRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5))
 
+    def _place_of(self, pixel: tuple[int, int]) -> QPointF | None:
+        """Where the point that comes from a pixel of the frame is on the widget; None if it is not there."""
+        index = self.scene.index_of(pixel)
+        if index is None:
+            return None
+        x, y, before = self.camera.project(self.scene.points[index : index + 1], self.width(), self.height())[0]
+        return QPointF(x, y) if before > NEAR else None
+
+    def _look(self) -> Look:
+        """How the cloud is looked at now."""
+        ratio = self.devicePixelRatioF()
+        back = theme.colours(self.palette()).background
+        return Look(
+            self.camera,
+            max(round(self.width() * ratio), 1),
+            max(round(self.height() * ratio), 1),
+            (back.red(), back.green(), back.blue()),
+            None if self.point_size is None else max(round(self.point_size * ratio), 1),
+            self.shaded,
+            self.depths,
+        )
+
+    def _redraw(self, moving: bool = False) -> None:
+        self.drawing.look(self._look(), moving)
+        self.update()
+
+    def _move(self, camera: OrbitCamera) -> None:
+        self.camera = camera
+        self._direction = None
+        self._redraw(moving=True)
+
+    # the point under the pointer
+
+    def _point_at(self, position: QPointF) -> int | None:
+        """Index of the point seen at a place of the widget, or near it."""
+        ratio = self.devicePixelRatioF()
+        return self.drawing.point_at(position.x() * ratio, position.y() * ratio, _REACH * ratio)
+
+    def _pixel_at(self, position: QPointF) -> tuple[int, int] | None:
+        index = self._point_at(position)
+        return None if index is None else self.scene.pixel_of(index)
+
+    def _set_pixel(self, pixel: tuple[int, int] | None) -> None:
+        if pixel != self._pixel:
+            self._pixel = pixel
+            self.mark(pixel)
+            self.hovered.emit(pixel)
+
+    # mouse and keys
+
     def mousePressEvent(self, event: QMouseEvent) -> None:
         self._last = event.position()
+        self._pressed = event.position() if event.button() == Qt.MouseButton.LeftButton else None
         self.setCursor(Qt.CursorShape.ClosedHandCursor)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         if self._last is None:
+            self._set_pixel(self._pixel_at(event.position()))
             return
+        if self._pressed is not None and (event.position() - self._pressed).manhattanLength() <= _CLICK:
+            return
+        self._pressed = None
         moved = event.position() - self._last
         self._last = event.position()
         panning = event.buttons() & (Qt.MouseButton.RightButton | Qt.MouseButton.MiddleButton)
@@ -137,17 +242,36 @@ class CloudCanvas(QWidget):
             self._move(self.camera.orbit(moved.x() * _ORBIT_PER_PIXEL, moved.y() * _ORBIT_PER_PIXEL))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        if not event.buttons():
-            self._last = None
-            self.setCursor(Qt.CursorShape.OpenHandCursor)
+        if event.buttons():
+            return
+        pressed, self._pressed, self._last = self._pressed, None, None
+        self.setCursor(Qt.CursorShape.OpenHandCursor)
+        pixel = None if pressed is None else self._pixel_at(pressed)
+        if pixel is not None:
+            self.picked.emit(*pixel, bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier))
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Turn about the point that is double-clicked from now on; beside the cloud, show all of it."""
         self._last = event.position()
-        self.look("home")
+        index = self._point_at(event.position())
+        if index is None:
+            self.look("home")
+        else:
+            x, y, z = (float(value) for value in self.scene.points[index])
+            self._move(replace(self.camera, target=(x, y, z)))
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         self._move(self.camera.dolly(_ZOOM_STEP ** (event.angleDelta().y() / 120)))
         event.accept()
+
+    def enterEvent(self, event: QEnterEvent) -> None:
+        super().enterEvent(event)
+        self.pointed_at.emit(True)
+
+    def leaveEvent(self, event: QEvent) -> None:
+        super().leaveEvent(event)
+        self._set_pixel(None)
+        self.pointed_at.emit(False)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         arrows: dict[int, tuple[int, int]] = {
@@ -172,95 +296,30 @@ class CloudCanvas(QWidget):
         else:
             super().keyPressEvent(event)
 
+    def _pan(self, dx: float, dy: float) -> None:
+        """Move the cloud with the cursor [logical px]: exact at the target's depth."""
+        metres = self.camera.metres_per_pixel(max(self.height(), 1))
+        self._move(self.camera.pan(-dx * metres, -dy * metres))
+
+    # the widget's own life
+
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         if self._direction is not None:
             self.look(self._direction)
-        self._redraw()
+        self._redraw(moving=True)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self.drawing.resume()
 
     def hideEvent(self, event: QHideEvent) -> None:
         super().hideEvent(event)
-        self.rest_timer.stop()
-        self._last = None
-        self._redraw()
+        self.drawing.pause()
+        self._last = self._pressed = None
+        self._set_pixel(None)
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
         if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.DevicePixelRatioChange):
-            self._redraw()
-
-    def _pan(self, dx: float, dy: float) -> None:
-        """Move the cloud with the cursor [logical px]: exact at the target's depth."""
-        metres = self.camera.distance / self.camera.focal(max(self.height(), 1))
-        self._move(self.camera.pan(-dx * metres, -dy * metres))
-
-    def _move(self, camera: OrbitCamera) -> None:
-        self.camera = camera
-        self._direction = None
-        self._moving = True
-        self._picture = None
-        if self._thin is not None:
-            self.rest_timer.start()
-        self.update()
-
-    def _redraw(self) -> None:
-        """Draw the whole cloud at the next paint."""
-        self.rest_timer.stop()
-        self._moving = False
-        self._picture = None
-        self.update()
-
-    def _render(self) -> QImage:
-        points, colours = self.points, self._colours
-        if self._moving and self._thin is not None:
-            points, colours = self._thin
-        ratio = self.devicePixelRatioF()
-        width, height = max(round(self.width() * ratio), 1), max(round(self.height() * ratio), 1)
-        back = theme.colours(self.palette()).background
-        size = None if self.point_size is None else max(round(self.point_size * ratio), 1)
-        pixels = splat(
-            points,
-            colours,
-            self.camera,
-            width,
-            height,
-            (back.red(), back.green(), back.blue()),
-            size,
-            shaded=self.shaded,
-        )
-        borrowed = QImage(pixels.data, width, height, 3 * width, QImage.Format.Format_RGB888)
-        # the conversion copies, so the image outlives the array
-        image = borrowed.convertToFormat(QImage.Format.Format_RGB32)
-        image.setDevicePixelRatio(ratio)
-        return image
-
-    def _paint_caption(self, painter: QPainter, colours: theme.Colours) -> None:
-        room = QRectF(self.rect()).adjusted(12, 6, -12, -8)
-        place = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap
-        self._paint_backing(painter, colours, painter.boundingRect(room, place, self._caption).adjusted(-6, -2, 6, 2))
-        painter.setPen(colours.text)
-        painter.drawText(room, place, self._caption)
-
-    @staticmethod
-    def _paint_backing(painter: QPainter, colours: theme.Colours, box: QRectF) -> None:
-        """Keep what is written over the cloud readable."""
-        veil = QColor(colours.background)
-        veil.setAlpha(190)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(veil)
-        painter.drawRoundedRect(box, 6, 6)
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-
-    def _paint_triad(self, painter: QPainter, colours: theme.Colours) -> None:
-        """The cloud's axes as the camera sees them, the one that points at the eye last."""
-        side = 2 * (_TRIAD + 14)
-        box = QRectF(6, self.height() - side - 6, side, side)
-        self._paint_backing(painter, colours, box)
-        origin = box.center()
-        axes = zip("xyz", (colours.error, colours.good, colours.accent), self.camera.rotation().T, strict=True)
-        for name, colour, (right, down, forward) in sorted(axes, key=lambda axis: -axis[2][2]):
-            painter.setPen(QPen(colour, 2, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
-            painter.drawLine(origin, origin + QPointF(right, down) * _TRIAD)
-            if abs(forward) < 0.97:  # an axis seen end on has no room for its letter
-                middle = origin + QPointF(right, down) * (_TRIAD + 9)
-                painter.drawText(QRectF(middle.x() - 8, middle.y() - 8, 16, 16), Qt.AlignmentFlag.AlignCenter, name)
+            self._redraw(moving=True)

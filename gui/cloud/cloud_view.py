@@ -1,201 +1,184 @@
-"""The 3D view of a point cloud: orbit, pan, zoom, and ways to colour it. Drawn by the numpy splat."""
+"""The 3D view of a point cloud: its picture, what its colours mean, and ways to look at it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from enum import StrEnum
+import math
+from collections.abc import Mapping
 from functools import partial
-from typing import Generic, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QSize, Qt
-from PySide6.QtGui import QAction, QActionGroup
-from PySide6.QtWidgets import QMenu, QToolBar, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtCore import QEvent, QSize, Signal
+from PySide6.QtGui import QAction, QBrush, QColor, QResizeEvent
+from PySide6.QtWidgets import QToolBar, QToolButton, QVBoxLayout, QWidget
 
 from gui import theme
-from gui.cloud.canvas import EMPTY_TEXT, CloudCanvas, Points, Rgb
-from gui.views.colour_maps import depth_table
-from ilf.drawing.levels import robust_depth_levels, to_indices
+from gui.cloud.canvas import EMPTY_TEXT, CloudCanvas
+from gui.cloud.choice_button import ChoiceButton
+from gui.cloud.clip_row import ClipRow
+from gui.cloud.colouring import ColourBy
+from gui.cloud.scene import Scene
+from gui.views.colour_bar import ColourBar
+from gui.views.title_strip import TitleStrip
 
-Choice = TypeVar("Choice")
-
-
-class ColourBy(StrEnum):
-    """What the points' colours mean."""
-
-    COLOUR = "colour"
-    DEPTH = "depth"
-    FILLED = "raw vs filled"
+_BAR_MARGIN = 6
+_BAR_SHARE = 0.55
+_BAR_HEIGHTS = 110, 260
+_LOOKS = {
+    "home": ("ph.house", "Show the whole cloud (R, Home, double-click beside it)"),
+    "front": ("ph.camera", "Look as the depth camera saw it: along its axis"),
+    "top": ("ph.arrow-line-down", "Look from above"),
+    "side": ("ph.arrow-line-left", "Look from the right"),
+}
 
 
 class CloudView(QWidget):
-    """A point cloud with its view buttons. Drag to orbit, shift or right drag to pan, wheel to zoom."""
+    """A point cloud with its view buttons, colour bar and clip.
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    Parameters
+    ----------
+    raw, chosen_only, beside : QAction
+        Whether the depth as it was before the completion is shown, whether only the chosen blocks are, whether the
+        view stands beside the images: buttons of its bar.
+
+    Signals
+    -------
+    colours_changed()
+        Other colours are wanted: they are to mean something else, or the theme has changed.
+    """
+
+    colours_changed = Signal()
+
+    def __init__(self, raw: QAction, chosen_only: QAction, beside: QAction, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self.colour_by = ColourBy.COLOUR
+        self.raw, self.chosen_only = raw, chosen_only
         self.canvas = CloudCanvas(self)
         self.setFocusProxy(self.canvas)
-        self._colours: Rgb = np.empty((0, 3), np.uint8)
-        self._filled: NDArray[np.bool_] | None = None
-        self._guessed: NDArray[np.bool_] | None = None
-        self._colour_by = ColourBy.COLOUR
+        self.strip = TitleStrip()
+        self.strip.setToolTip("Click on the title to choose what the colours mean")
+        self.strip.menuWished.connect(lambda place: self._colours.menu().popup(place))
+        self.clip = ClipRow()
+        self.clip.hide()
+        self.clip.changed.connect(self.canvas.set_depths)
+        self.bar = ColourBar(self.canvas)
         self._icons: list[tuple[QAction | QToolButton, str]] = []
-        self._bar = self._tool_bar()
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
-        layout.addWidget(self._bar)
+        for widget in (self._tool_bar(beside), self.strip, self.clip):
+            layout.addWidget(widget)
         layout.addWidget(self.canvas, 1)
-        self._refresh_theme()
+        self.canvas.installEventFilter(self)
+        self.set_message()
+        self._take_theme()
 
-    def set_cloud(self, points: Points, colours: Rgb, reset: bool = True) -> None:
-        """Show a cloud.
-
-        Parameters
-        ----------
-        points : ndarray
-            float32 (N, 3) [m], x right, y down, z forward, as the depth camera saw it.
-        colours : ndarray
-            uint8 (N, 3), red first.
-        reset : bool
-            False keeps the point of view: another cloud of the same frame.
-
-        Raises
-        ------
-        ValueError
-            If the shapes are not (N, 3) both.
-        """
-        points = np.ascontiguousarray(points, np.float32)
-        if points.ndim != 2 or points.shape[1] != 3 or points.shape != colours.shape:
-            raise ValueError(f"points and colours must both be (N, 3), not {points.shape} and {colours.shape}")
-        self._colours, self._filled, self._guessed = colours, None, None
-        self.canvas.set_points(points, reset)
-        self._recolour()
-
-    def set_filled(self, mask: NDArray[np.bool_] | None, guessed: NDArray[np.bool_] | None = None) -> None:
-        """Say which points of the present cloud were filled, and which of those are guesses, bool (N,); None: none.
-
-        Raises
-        ------
-        ValueError
-            If the mask's length is not the number of points.
-        """
-        if mask is not None and mask.shape != (len(self.canvas.points),):
-            raise ValueError(f"filled must be ({len(self.canvas.points)},), not {mask.shape}")
-        self._filled, self._guessed = mask, guessed
-        self._recolour()
+    def show_scene(self, scene: Scene, reset: bool = True) -> None:
+        """Show a cloud; without `reset` it is seen from where the one before was: it is of the same frame."""
+        self.canvas.set_scene(scene, reset)
+        self.clip.set_bounds(*scene.depths)
+        colouring = scene.colouring
+        notes = [f"{len(scene):,} points", *([colouring.note] if colouring.note else [])]
+        self.strip.set_title(scene.title)
+        self.strip.set_text(", ".join(notes))
+        self.strip.set_legend([(QBrush(QColor(*colour)), text) for colour, text in colouring.legend])
+        scale = colouring.scale
+        if scale is None:
+            self.bar.set_levels(None)
+        else:
+            self.bar.set_unit(scale.unit)
+            self.bar.set_table(scale.table)
+            self.bar.set_levels(scale.levels, scale.logarithmic)
 
     def set_message(self, text: str = EMPTY_TEXT) -> None:
         """Drop the cloud and show a text in its place."""
-        self._filled = self._guessed = None
-        self._colours = np.empty((0, 3), np.uint8)
-        self.canvas.message = text
-        self.canvas.set_points(np.empty((0, 3), np.float32), reset=True)
-        self._recolour()
+        self.canvas.set_message(text)
+        self.strip.set_title("3D")
+        self.strip.set_text("")
+        self.strip.set_legend([])
+        self.bar.set_levels(None)
 
     def set_colour_by(self, colour_by: ColourBy) -> None:
         """Choose what the colours mean."""
-        self._colour_by = ColourBy(colour_by)
-        self._colours_shown.show_choice(self._colour_by)
-        self._recolour()
+        self.colour_by = ColourBy(colour_by)
+        self._colours.show_choice(self.colour_by)
+        self.colours_changed.emit()
+
+    def set_lacking(self, lacking: Mapping[ColourBy, str]) -> None:
+        """Which colours there are not, and why."""
+        for choice in ColourBy:
+            why = lacking.get(choice, "")
+            self._colours.allow(choice, not why, f"{choice.hint}. {why}" if why else choice.hint)
 
     def set_point_size(self, size: int | None) -> None:
         """Side of a point in logical pixels; None: by the density of the cloud."""
-        self._sizes_shown.show_choice(size or 0)
+        self._sizes.show_choice(size or 0)
         self.canvas.set_drawing(point_size=size, shaded=self._shading.isChecked())
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the thread has ended."""
+        return self.canvas.shutdown()
+
+    def eventFilter(self, watched: object, event: QEvent) -> bool:
+        """Keep the colour bar at the canvas's side."""
+        if isinstance(event, QResizeEvent):
+            least, most = _BAR_HEIGHTS
+            room = self.canvas.height() - 2 * _BAR_MARGIN
+            self.bar.setVisible(room >= least)
+            self.bar.setFixedHeight(min(max(round(_BAR_SHARE * room), least), most))
+            self.bar.move(self.canvas.width() - self.bar.width() - _BAR_MARGIN, _BAR_MARGIN)
+        return False
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange:
-            self._refresh_theme()
+            self._take_theme()
+            self.colours_changed.emit()
 
-    def _recolour(self) -> None:
-        points, colours = self.canvas.points, self._colours
-        caption = f"{len(points):,} points"
-        if self._colour_by is ColourBy.DEPTH and len(points):
-            low, high = robust_depth_levels(points[:, 2])
-            colours = depth_table("turbo")[to_indices(points[:, 2], low, high), :3]
-            caption += f", blue {low:.2f} m to red {high:.2f} m"
-        elif self._colour_by is ColourBy.FILLED and self._filled is not None:
-            shades = theme.colours(self.palette())
-            colours = colours.copy()
-            colours[self._filled] = shades.accent.red(), shades.accent.green(), shades.accent.blue()
-            caption += f", {np.count_nonzero(self._filled):,} filled"
-            if self._guessed is not None and self._guessed.any():
-                colours[self._guessed] = shades.warning.red(), shades.warning.green(), shades.warning.blue()
-                caption += f", of these {np.count_nonzero(self._guessed):,} guessed"
-        self.canvas.set_colours(colours, caption)
-
-    def _refresh_theme(self) -> None:
+    def _take_theme(self) -> None:
+        colours = theme.colours(self.palette())
         for item, name in self._icons:
             item.setIcon(theme.icon(name, self.palette()))
-        self._recolour()
+        self.strip.set_colours(colours)
+        self.bar.set_colours(colours)
 
-    def _tool_bar(self) -> QToolBar:
-        bar = QToolBar(self)
+    def _tool_bar(self, beside: QAction) -> QToolBar:
+        """Where there is too little room, what stands last is in the bar's extension."""
+        bar = QToolBar("3D", self)
         bar.setIconSize(QSize(16, 16))
-        reset = bar.addAction("Reset", lambda: self.canvas.look("home"))
-        reset.setToolTip("Show the whole cloud (R, Home, double-click)")
-        self._icons.append((reset, "ph.house"))
-        for name, hint in (("front", "as the depth camera saw it"), ("top", "from above"), ("side", "from the right")):
-            action = bar.addAction(name.capitalize(), partial(self.canvas.look, name))
-            action.setToolTip(f"Look {hint}" if name != "front" else f"Look {hint}: along its axis")
+        self._colours = ChoiceButton(
+            {choice: choice.text for choice in ColourBy}, "What the colours of the points mean", self.set_colour_by
+        )
+        bar.addWidget(self._colours)
+        self._icons.append((self._colours, "ph.palette"))
+        bar.addActions([self.raw, self.chosen_only])
+        clip = self._switch(bar, "Clip", "ph.arrows-in-line-horizontal", "draw only depths between two handles", False)
+        clip.toggled.connect(self._show_clip)
         bar.addSeparator()
-        colours = {choice: choice.capitalize() for choice in ColourBy}
-        self._colours_shown = _ChoiceButton(colours, "What the colours of the points mean", self.set_colour_by)
+        for name, (icon, hint) in _LOOKS.items():
+            action = bar.addAction(name.capitalize(), partial(self.canvas.look, name))
+            action.setToolTip(hint)
+            self._icons.append((action, icon))
+        bar.addSeparator()
+        self._shading = self._switch(bar, "Shading", "ph.circle-half", "darken what lies behind its surroundings", True)
+        self._shading.toggled.connect(lambda on: self.canvas.set_drawing(point_size=self.canvas.point_size, shaded=on))
         sizes = {size: f"{size} px" if size else "Auto size" for size in range(5)}
-        self._sizes_shown = _ChoiceButton(
+        self._sizes = ChoiceButton(
             sizes,
             "Size of a point; auto: as wide as the gap to its neighbours",
             lambda size: self.set_point_size(size or None),
         )
-        for button, icon in ((self._colours_shown, "ph.palette"), (self._sizes_shown, "ph.dots-nine")):
-            bar.addWidget(button)
-            self._icons.append((button, icon))
-        self._shading = bar.addAction("Shading")
-        self._shading.setCheckable(True)
-        self._shading.setChecked(True)
-        self._shading.setToolTip("Shading: darken what lies behind its surroundings (eye-dome lighting)")
-        self._shading.toggled.connect(lambda on: self.canvas.set_drawing(point_size=self.canvas.point_size, shaded=on))
-        self._icons.append((self._shading, "ph.circle-half"))
+        bar.addWidget(self._sizes)
+        self._icons.append((self._sizes, "ph.dots-nine"))
+        bar.addAction(beside)
         return bar
 
+    def _switch(self, bar: QToolBar, text: str, icon: str, hint: str, on: bool) -> QAction:
+        action = bar.addAction(text)
+        action.setCheckable(True)
+        action.setChecked(on)
+        action.setToolTip(f"{text}: {hint}")
+        self._icons.append((action, icon))
+        return action
 
-class _ChoiceButton(QToolButton, Generic[Choice]):
-    """A button that opens a menu of choices and shows the present one.
-
-    Parameters
-    ----------
-    texts : mapping
-        Choice -> what the user reads; the first is the present one.
-    """
-
-    def __init__(self, texts: Mapping[Choice, str], hint: str, chosen: Callable[[Choice], None]) -> None:
-        super().__init__()
-        self.setToolTip(hint)
-        self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self.setAutoRaise(True)
-        self.setStyleSheet("QToolButton::menu-indicator { image: none; }")
-        menu = QMenu(self)
-        self.setMenu(menu)
-        group = QActionGroup(menu)
-        self._choices: dict[Choice, QAction] = {}
-        widths = []
-        for choice, text in texts.items():
-            action = menu.addAction(text)
-            action.setCheckable(True)
-            action.triggered.connect(lambda _=False, choice=choice: chosen(choice))
-            group.addAction(action)
-            self._choices[choice] = action
-            self.show_choice(choice)
-            widths.append(self.sizeHint().width())
-        # the bar keeps still when the choice changes; the icon comes with the theme
-        self.setMinimumWidth(max(widths) + self.iconSize().width())
-        self.show_choice(next(iter(texts)))
-
-    def show_choice(self, choice: Choice) -> None:
-        """Mark a choice as the present one."""
-        self._choices[choice].setChecked(True)
-        self.setText(f"{self._choices[choice].text()} \u25be")
+    def _show_clip(self, on: bool) -> None:
+        self.clip.setVisible(on)
+        self.canvas.set_depths(*(self.clip.depths if on else (-math.inf, math.inf)))

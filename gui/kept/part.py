@@ -16,6 +16,7 @@ from gui.kept.run_model import Column
 from gui.kept.run_rows import run_rows
 from gui.kept.run_table import RunTable
 from gui.state.kept_runs import MOST_COMPARED, KeptRun
+from gui.state.run_names import title_of
 from gui.work.keeping import RunKeeper
 from ilf.errors import IlfError
 
@@ -92,6 +93,12 @@ class KeptRunsPart(Part):
         compared = self.desk.workspace.session.compared
         same = len(chosen) == len(compared) and all(kept in compared for kept in chosen)
         self.desk.workspace.compare([] if same else chosen)
+        if not same:
+            first = chosen[0]
+            title = title_of(first.name, self.desk.workspace.session, first.run)
+            what = f"{title} is" if len(chosen) == 1 else f"{len(chosen)} runs are"
+            text = f"{what} compared with the present result: held V shows it."
+            self.desk.notes.offer(text, self.desk.actions["compare_two"])
 
     def restore(self) -> None:
         """Take the parameters of the chosen run."""

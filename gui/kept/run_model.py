@@ -127,6 +127,8 @@ class RunModel(RowModel[RunRow]):
             return HEADERS[column][0]
         if role == Qt.ItemDataRole.ToolTipRole:
             return HEADERS[column][1]
+        if role == Qt.ItemDataRole.AccessibleTextRole:
+            return HEADERS[column][0] or column.name.capitalize()
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return _alignment(column)
         return None

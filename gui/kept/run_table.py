@@ -206,6 +206,8 @@ class _RunView(QTableView):
         if event.key() == Qt.Key.Key_F2 and current.isValid():
             column = current.column() if current.column() in EDITABLE else Column.NAME
             self.edit(current.siblingAtColumn(column))
+        elif event.key() == Qt.Key.Key_Space:
+            event.ignore()  # it pans the views, wherever the focus is
         elif event.key() == Qt.Key.Key_Delete:
             self.delete_wished.emit()
         else:

@@ -12,6 +12,7 @@ from gui.views.contents.material import ShownRun
 from gui.views.contents.names import EARLIER, RUNS
 from gui.views.linked_views import LinkedViews
 from gui.views.presenter import ViewsPresenter, colour_table
+from ilf.outcomes import Completion
 
 
 class Comparison(QObject):
@@ -25,6 +26,7 @@ class Comparison(QObject):
         self._session: Session | None = None
         self._runs: tuple[ShownRun | None, ...] = ()
         self._truth: object = None
+        self._earlier: Completion | None = None
         self._has_other_blocks = False
 
     def show(self) -> None:
@@ -38,6 +40,7 @@ class Comparison(QObject):
             self._truth = session.frame.truth
             self._views.set_truth(session.frame.truth)
         earlier = earlier_run(session)
+        self._earlier = None if earlier is None else earlier.completion  # else it would be made anew every time
         runs = [_shown(kept, session) for kept in session.compared]
         before = None if earlier is None else _shown(earlier, session)
         if not _same((*runs, before), self._runs):

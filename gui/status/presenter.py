@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtCore import QObject
 
 from gui.dialogs.documents import Documents
@@ -16,7 +18,13 @@ _NO_FRAME = "Open a frame by the menu File, or drop its files here"
 
 
 class StatusPresenter(QObject):
-    """Hint and progress."""
+    """Hint and progress.
+
+    Parameters
+    ----------
+    elsewhere : callable
+        Gives what the mouse does where it is at no view of the tools; "" where it is at one.
+    """
 
     def __init__(
         self,
@@ -26,6 +34,7 @@ class StatusPresenter(QObject):
         documents: Documents,
         editor: Editor,
         bar: StatusBar,
+        elsewhere: Callable[[], str],
     ) -> None:
         super().__init__(bar)
         self._workspace = workspace
@@ -35,10 +44,12 @@ class StatusPresenter(QObject):
         self._editor = editor
         self._pace = Pace()
         self._bar = bar
+        self._elsewhere = elsewhere
 
     def show_hint(self) -> None:
         """What is being opened or extracted, or else what a click would do now."""
-        idle = self._editor.tool.hint if self._workspace.has_session else _NO_FRAME
+        hint = self._elsewhere() or self._editor.tool.hint
+        idle = hint if self._workspace.has_session else _NO_FRAME
         self._bar.hint.setText(self._loader.present or idle)
         self._bar.hint.setToolTip(idle)  # where the window is too narrow for it
 

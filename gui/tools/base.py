@@ -89,9 +89,12 @@ class Tool:
     ----------
     options : tuple of str
         Names of the `ToolOptions` that it has.
+    points_only : bool
+        Whether clicks at points are all that it needs: then it can be used on the cloud, too.
     """
 
     options: tuple[str, ...] = ()
+    points_only = False
 
     @property
     def hint(self) -> str:

@@ -67,15 +67,17 @@ class ToolKeys(QObject):
             self._views.set_space(False)  # wherever the focus has gone meanwhile
         if not isinstance(watched, QWidget) or not self._concerns(watched):
             return False
+        if event.key() in self._held and event.modifiers() == _PLAIN and event.type() != QEvent.Type.ShortcutOverride:
+            if not event.isAutoRepeat() and self._held[event.key()].isEnabled():
+                self._held[event.key()].setChecked(event.type() == QEvent.Type.KeyPress)
+            return True
+        if not (self._views.isVisible() or self._editor.tool.points_only):  # the cloud is shown in their place
+            return False
         if event.type() == QEvent.Type.ShortcutOverride:
             return self._override(event)
         if event.key() == _Key.Key_Space and event.modifiers() in (_PLAIN, Qt.KeyboardModifier.ShiftModifier):
             if event.type() == QEvent.Type.KeyPress and not event.isAutoRepeat():
                 self._views.set_space(True)
-            return True
-        if event.key() in self._held and event.modifiers() == _PLAIN:
-            if not event.isAutoRepeat() and self._held[event.key()].isEnabled():
-                self._held[event.key()].setChecked(event.type() == QEvent.Type.KeyPress)
             return True
         return event.type() == QEvent.Type.KeyPress and self._press(event)
 

@@ -11,6 +11,8 @@ from gui.views.preview import Preview
 class MeasureTool(Tool):
     """Every click adds a point to the measurement under way; a point that is dragged moves."""
 
+    points_only = True
+
     def __init__(self) -> None:
         self._press: Press | None = None
         self._held: tuple[int, int] | None = None

@@ -423,6 +423,10 @@ class LinkedViews(QWidget):
         """Whether the space key is held, wherever it was pressed: the left button pans meanwhile."""
         self._navigation.set_space(held)
 
+    def point_at(self, pixel: tuple[int, int] | None) -> None:
+        """Put the crosshair on a pixel (x, y), as if the pointer were there; None takes it away."""
+        self._navigation.point_at(pixel)
+
     # colours
 
     @property

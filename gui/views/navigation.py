@@ -74,7 +74,7 @@ class Navigation(QObject):
         """Width and height of the frame; None while there is none, and the mouse does nothing."""
         self._frame = size
         self._drag = _Drag.NONE
-        self._set_pixel(None)
+        self.point_at(None)
 
     def set_handler(self, handler: PointerHandler | None) -> None:
         """Send pointer events there. A drag under way ends for the old one without a release."""
@@ -97,7 +97,7 @@ class Navigation(QObject):
             case QKeyEvent():
                 return self._key(event)
         if event.type() == QEvent.Type.Leave:
-            self._set_pixel(None)
+            self.point_at(None)
             self._send(PointerKind.LEAVE, view, self._last)
         return False
 
@@ -108,7 +108,7 @@ class Navigation(QObject):
             case QEvent.Type.MouseMove if self._drag is _Drag.PAN:
                 self._pan(moved.x() / view.share, moved.y() / view.share)
             case QEvent.Type.MouseMove:
-                self._set_pixel(self._pixel_at(view.to_image(position)))
+                self.point_at(self._pixel_at(view.to_image(position)))
                 kind = PointerKind.MOVE if self._drag is _Drag.TOOL else PointerKind.HOVER
                 self._send(kind, view, position, event.modifiers())
             case QEvent.Type.MouseButtonRelease:
@@ -148,7 +148,7 @@ class Navigation(QObject):
         point = view.to_image(event.position())
         self._transform.zoom(ZOOM_STEP ** (turn / 120), point.x(), point.y())
         self.transformChanged.emit()
-        self._set_pixel(self._pixel_at(view.to_image(event.position())))
+        self.point_at(self._pixel_at(view.to_image(event.position())))
         return True
 
     def _context_menu(self, view: ImageView, event: QContextMenuEvent) -> bool:
@@ -213,7 +213,8 @@ class Navigation(QObject):
         x, y = math.floor(point.x()), math.floor(point.y())
         return (x, y) if 0 <= x < width and 0 <= y < height else None
 
-    def _set_pixel(self, pixel: tuple[int, int] | None) -> None:
+    def point_at(self, pixel: tuple[int, int] | None) -> None:
+        """Take a pixel (x, y) for the one under the pointer; None for none."""
         if pixel != self._pixel:
             self._pixel = pixel
             self.cursorMoved.emit(pixel)

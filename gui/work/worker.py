@@ -159,6 +159,7 @@ class Worker(QObject):
             return
         thread.join()
         kind, value = end
+        self._end = None  # what the job gave is not kept by who made it
         if kind == "cancelled" or self._command is _Command.CANCEL:
             self.cancelled.emit()
         elif kind == "finished":

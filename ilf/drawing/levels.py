@@ -20,6 +20,15 @@ def to_indices(values: NDArray[np.floating], low: float, high: float) -> NDArray
     return scaled.astype(np.uint8)
 
 
+def log_indices(error: NDArray[np.floating], levels: tuple[float, float]) -> NDArray[np.uint8]:
+    """Indices 1-255 of errors [m] on a logarithmic scale between two levels [mm], 0 for NaN (missing)."""
+    indices = np.zeros(error.shape, np.uint8)
+    known = np.isfinite(error)
+    low, high = np.log(levels)
+    indices[known] = to_indices(np.log(error[known] * np.float32(1000)), low, high)
+    return indices
+
+
 def robust_depth_levels(depth: NDArray[np.floating]) -> tuple[float, float]:
     """1st and 99th percentile of the known depth [m]; (0, 1) where nothing is known."""
     known = _known_sample(depth)

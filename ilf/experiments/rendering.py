@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cloud import point_cloud
-from ..drawing.splat import OrbitCamera, splat
+from ..drawing.orbit import OrbitCamera
+from ..drawing.splat import Look, splat
 from ..frame import CameraIntrinsics, RGBDFrame
 
 _MISSING = np.array([38, 38, 42], np.uint8)
@@ -62,4 +63,4 @@ def cloud_picture(frame: RGBDFrame, depth: NDArray[np.floating], focal: float, w
     given = point_cloud(frame.depth, frame.rgb, lens)
     camera = OrbitCamera(yaw=-_YAW, pitch=_PITCH).fitted(given.points, width / height)
     cloud = point_cloud(depth, frame.rgb, lens)
-    return splat(cloud.points, cloud.colours, camera, width, height, _EMPTY)
+    return splat(cloud.points, cloud.colours, Look(camera, width, height, _EMPTY)).picture

@@ -16,7 +16,8 @@ _AT_HAND = 32
 
 
 class CompactHistory(Sequence[IterationRecord]):
-    """Records in arrays, a quarter of their size or less; each is made anew when it is looked at.
+    """Records in arrays, a quarter of their size or less; each is made anew when it is looked at, but for the first:
+    by that very record, what belongs to the iteration can be told from what belongs to a like one.
 
     Parameters
     ----------
@@ -32,9 +33,9 @@ class CompactHistory(Sequence[IterationRecord]):
     """
 
     def __init__(self, records: Sequence[IterationRecord]) -> None:
-        self._kind = type(records[0])
+        self._first = records[0]
         self._columns = {
-            field.name: np.array([getattr(record, field.name) for record in records]) for field in fields(self._kind)
+            field.name: np.array([getattr(record, field.name) for record in records]) for field in fields(self._first)
         }
 
     def __len__(self) -> int:
@@ -57,8 +58,9 @@ class CompactHistory(Sequence[IterationRecord]):
 
 @lru_cache(maxsize=_AT_HAND)
 def _records(history: CompactHistory) -> tuple[IterationRecord, ...]:
-    kind, columns = history._kind, history._columns
+    first, columns = history._first, history._columns
     values = [
         [tuple(row) for row in column.tolist()] if column.ndim > 1 else column.tolist() for column in columns.values()
     ]
-    return tuple(kind(**dict(zip(columns, row, strict=True))) for row in zip(*values, strict=True))
+    others = list(zip(*values, strict=True))[1:]
+    return first, *(type(first)(**dict(zip(columns, row, strict=True))) for row in others)

@@ -70,10 +70,10 @@ def test_a_view_that_is_not_shown_costs_nothing_until_it_is(opened: MainWindow, 
     run_all(opened)
     assert not opened.errors.busy
     assert _picture(opened) is None
-    opened.centre.setCurrentWidget(opened.cloud)
+    opened.centre.show_cloud()
     opened.views.set_layout("expected-error")
     assert not opened.errors.busy
-    opened.centre.setCurrentWidget(opened.images)
+    opened.centre.show_images()
     qtbot.waitUntil(lambda: _picture(opened) is not None, timeout=WAIT_MS)
 
 

@@ -167,5 +167,6 @@ def test_without_intrinsics_the_cloud_tab_says_what_to_do(window: MainWindow, qt
     cv2.imwrite(str(tmp_path / "depth.png"), np.full((20, 30), 1500, np.uint16))
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         window.loader.open(FrameSource(str(tmp_path / "rgb.png"), str(tmp_path / "depth.png")))
-    window.centre.setCurrentWidget(window.cloud)
+    window.centre.show_cloud()
+    window.refresh.now()
     assert "intrinsics" in window.cloud.canvas.message

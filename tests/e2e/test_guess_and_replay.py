@@ -81,10 +81,12 @@ def test_guesses_are_striped_named_and_counted(margin: MainWindow, qtbot: QtBot,
     assert "guessed" not in margin.status.readout.text()
     assert not margin.actions_["guess"].isEnabled()
     margin.cloud.set_colour_by(ColourBy.FILLED)
-    margin.centre.setCurrentWidget(margin.cloud)
+    margin.centre.show_cloud()
     margin.refresh.now()
-    assert f"of these {np.count_nonzero(completion.guessed)} guessed" in margin.cloud.canvas._caption
-    margin.centre.setCurrentWidget(margin.images)
+    qtbot.waitUntil(lambda: not margin.cloud_presenter.busy and len(margin.cloud.canvas.scene) > 0)
+    legend = [text for _, text in margin.cloud.canvas.scene.colouring.legend]
+    assert legend[-1] == f"{np.count_nonzero(completion.guessed)} guessed"
+    margin.centre.show_images()
     margin.actions_["clear_results"].trigger()
     margin.refresh.now()
     assert not cell.painter._stripes.isVisible()

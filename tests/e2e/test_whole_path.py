@@ -203,7 +203,7 @@ def test_several_frames_keep_their_own_state(opened: MainWindow, qtbot: QtBot, r
     assert first.completion() is not None
     opened.refresh.now()
     assert opened.windowTitle().startswith("two-planes")
-    opened.centre.setCurrentWidget(opened.cloud)
+    opened.centre.show_cloud()
     opened.actions_["next_frame"].trigger()
     opened.actions_["close_frame"].trigger()
     assert opened.workspace.sessions == [first]

@@ -1,31 +1,45 @@
 """The cloud widget: mouse, keys, colours, and what it leaves behind when it goes."""
 
+import math
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QImage, QMouseEvent, QWheelEvent
+from PySide6.QtGui import QAction, QImage, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication
 
 from gui import theme
-from gui.cloud import canvas as cloud_canvas
-from gui.cloud.cloud_view import CloudView, ColourBy
+from gui.cloud.clip_row import ClipRow
+from gui.cloud.cloud_view import CloudView
+from gui.cloud.colouring import ColourBy, Subject, colours_of, signed_table, value_of
+from gui.cloud.detail import MOVING_S, Detail
+from gui.cloud.overlays import length_text, round_length
+from gui.cloud.scene import Colouring, Scene
+from gui.views.colour_maps import depth_table
+from gui.views.ranges import FIXED, Range
+from ilf.drawing.levels import to_indices
+
+RED = 200, 30, 30
 
 
 @pytest.fixture
-def cloud():
+def scene():
+    """A slanted wall of 50 x 60 pixels of a frame that is 64 pixels wide."""
     x, y = np.meshgrid(np.linspace(-1, 1, 60, dtype=np.float32), np.linspace(-1, 1, 50, dtype=np.float32))
     points = np.stack([x, y, 2 + 0.3 * x], axis=-1).reshape(-1, 3)
-    return points, np.full(points.shape, (200, 30, 30), np.uint8)
+    pixels = (64 * np.arange(50)[:, None] + np.arange(60)).reshape(-1).astype(np.int32)
+    return Scene(points, pixels, 64, Colouring(np.full(points.shape, RED, np.uint8)), 0.02, (1.7, 2.3), "Colour")
 
 
 @pytest.fixture
-def view(qtbot, cloud):
-    widget = CloudView()
+def view(qtbot, scene):
+    widget = CloudView(*(QAction(name, checkable=True) for name in ("raw", "chosen", "beside")))
     qtbot.addWidget(widget)
     widget.resize(400, 320)
     widget.show()
-    widget.set_cloud(*cloud)
-    return widget
+    widget.show_scene(scene)
+    yield widget
+    widget.shutdown()
 
 
 def drag(qtbot, canvas, button, by, modifier=Qt.KeyboardModifier.NoModifier):
@@ -51,8 +65,8 @@ def test_left_drag_orbits_and_double_click_resets(qtbot, view):
     assert turned.yaw > home.yaw
     assert turned.pitch > home.pitch
     assert (turned.distance, turned.target) == (home.distance, home.target)
-    qtbot.mouseDClick(view.canvas, Qt.MouseButton.LeftButton)
-    assert view.canvas.camera == home
+    qtbot.mouseDClick(view.canvas, Qt.MouseButton.LeftButton, pos=QPoint(2, 2))
+    assert view.canvas.camera == home, "beside the cloud"
 
 
 @pytest.mark.parametrize(
@@ -98,70 +112,244 @@ def test_wheel_forward_comes_nearer(view):
     assert view.canvas.camera.distance < before
 
 
-def test_a_cloud_of_the_same_frame_keeps_the_point_of_view(qtbot, view, cloud):
+def test_a_double_click_turns_about_the_point_there(qtbot, view, scene):
+    view.canvas.grab()
+    middle, home = view.canvas.rect().center(), view.canvas.camera
+    place = middle + QPoint(40, 30)
+    qtbot.mouseDClick(view.canvas, Qt.MouseButton.LeftButton, pos=place)
+    camera = view.canvas.camera
+    assert (camera.yaw, camera.pitch, camera.distance) == (home.yaw, home.pitch, home.distance)
+    x, y, _ = home.project(np.array([camera.target]), view.canvas.width(), view.canvas.height())[0]
+    assert math.hypot(x - place.x(), y - place.y()) < 8
+    view.canvas.grab()
+    seen = scene.points[view.canvas._point_at(QPointF(middle))]
+    assert np.linalg.norm(seen - camera.target) < 0.05
+
+
+def test_a_cloud_of_the_same_frame_keeps_the_point_of_view(qtbot, view, scene):
     qtbot.keyClick(view.canvas, Qt.Key.Key_Right)
     turned = view.canvas.camera
-    view.set_cloud(cloud[0][::2], cloud[1][::2], reset=False)
+    view.show_scene(scene, reset=False)
     assert view.canvas.camera == turned
-    view.set_cloud(*cloud)
+    view.show_scene(scene)
     assert view.canvas.camera != turned
 
 
-def test_colours_mean_what_is_chosen(view, cloud):
-    accent = theme.colours(view.palette()).accent
-    rgb = accent.red(), accent.green(), accent.blue()
-    view.canvas.set_drawing(point_size=8, shaded=False)
-    view.set_colour_by(ColourBy.FILLED)
-    middle = view.canvas.rect().center()
-    assert tuple(pixels(view.canvas)[middle.y(), middle.x()]) == (200, 30, 30)
-    view.set_filled(np.ones(len(cloud[0]), bool))
-    assert tuple(pixels(view.canvas)[middle.y(), middle.x()]) == rgb
-    view.set_colour_by(ColourBy.DEPTH)
-    assert tuple(pixels(view.canvas)[middle.y(), middle.x()]) not in (rgb, (200, 30, 30))
-    view.set_colour_by(ColourBy.COLOUR)
-    assert tuple(pixels(view.canvas)[middle.y(), middle.x()]) == (200, 30, 30)
+def test_points_and_pixels_find_each_other(qtbot, view, scene):
+    canvas = view.canvas
+    assert scene.pixel_of(61) == (1, 1)
+    assert scene.index_of((1, 1)) == 61
+    assert scene.index_of((62, 1)) is scene.index_of((64, 0)) is scene.index_of((0, 50)) is None
+    hovered, picked = [], []
+    canvas.hovered.connect(hovered.append)
+    canvas.picked.connect(lambda *pixel: picked.append(pixel))
+    canvas.grab()
+    index = 25 * 60 + 12
+    x, y, _ = canvas.camera.project(scene.points[index : index + 1], canvas.width(), canvas.height())[0]
+    place = QPoint(round(x), round(y))
+    qtbot.mouseMove(canvas, place)
+    assert np.abs(np.subtract(hovered[-1], scene.pixel_of(index))).max() <= 1
+    qtbot.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=place)
+    assert picked == [(*hovered[-1], False)]
+    qtbot.mouseMove(canvas, QPoint(2, 2))
+    assert hovered[-1] is None
+    drag(qtbot, canvas, Qt.MouseButton.LeftButton, QPoint(40, 20))
+    qtbot.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=QPoint(2, 2))
+    assert len(picked) == 1, "neither a drag nor a click beside the cloud picks"
+    plain = pixels(canvas)
+    canvas.mark(scene.pixel_of(index))
+    rows, columns = np.nonzero((pixels(canvas) != plain).any(axis=2))
+    x, y, _ = canvas.camera.project(scene.points[index : index + 1], canvas.width(), canvas.height())[0]
+    assert math.hypot(columns.mean() - x, rows.mean() - y) < 2
 
 
-def test_arrays_that_do_not_fit_are_refused_and_the_cloud_stays(view, cloud):
+@pytest.fixture
+def subject():
+    depth = np.array([[1, 2, 3], [4, np.nan, 5]], np.float32)
+    mask = np.array([[False, True, False], [False, False, True]])
+    return Subject(
+        np.arange(18, dtype=np.uint8).reshape(2, 3, 3),
+        depth,
+        theme.colours(QApplication.palette()),
+        depth_table("turbo"),
+        {
+            kind: Range(FIXED, levels)
+            for kind, levels in {"depth": (1.0, 5.0), "signed": (-10.0, 10.0), "expected": (1.0, 100.0)}.items()
+        },
+        labels=np.array([[0, 1, 1], [2, 2, 2]], np.int32),
+        block_colours=np.array([[0, 0, 0, 255], [9, 8, 7, 255], [6, 5, 4, 255]], np.uint8),
+        expected=np.where(mask, np.float32(0.01), np.float32(np.nan)),
+        truth=depth - np.float32(0.0051),
+        other=np.where(mask, np.float32(np.nan), depth),
+        other_name="Run 1",
+        filled=mask,
+    )
+
+
+def test_colours_mean_what_is_chosen(qapp, subject):
+    pixels = np.array([0, 1, 2, 3, 5], np.int32)
+    points = np.stack([np.zeros(5), np.zeros(5), [1, 2, 3, 4, 5]], axis=1).astype(np.float32)
+
+    def colours(by):
+        return colours_of(subject, by, points, pixels)
+
+    def shade(colour):
+        return [colour.red(), colour.green(), colour.blue()]
+
+    rgb = subject.rgb.reshape(-1, 3)[pixels]
+    none = shade(subject.shades.grid if subject.shades.is_dark else subject.shades.muted)
+    assert colours(ColourBy.COLOUR).colours.tolist() == rgb.tolist()
+    depth = colours(ColourBy.DEPTH)
+    assert depth.colours.tolist() == depth_table("turbo")[to_indices(points[:, 2], 1, 5), :3].tolist()
+    assert (depth.scale.unit, depth.scale.levels) == ("m", (1.0, 5.0))
+    assert colours(ColourBy.BLOCK).colours.tolist() == [none, [9, 8, 7], [9, 8, 7], [6, 5, 4], [6, 5, 4]]
+    expected = colours(ColourBy.EXPECTED)
+    assert expected.scale.logarithmic
+    assert expected.colours[1].tolist() == expected.scale.table[128, :3].tolist(), "10 of 1 to 100 mm"
+    assert expected.colours[0].tolist() == none
+    error = colours(ColourBy.ERROR)
+    table = signed_table()
+    assert (error.colours == table[to_indices(np.float32([5.1]), -10, 10)[0], :3]).all(), "5.1 mm too far"
+    assert error.scale.levels == (-10.0, 10.0)
+    assert value_of(subject, ColourBy.ERROR, (2, 1)) == pytest.approx(5.1, abs=1e-3)
+    assert value_of(subject, ColourBy.EXPECTED, (0, 0)) is value_of(subject, ColourBy.BLOCK, (0, 0)) is None
+    difference = colours(ColourBy.DIFFERENCE)
+    assert difference.colours[1].tolist() == difference.colours[4].tolist() == none
+    assert difference.colours[0].tolist() == table[128, :3].tolist()
+    assert [text for _, text in difference.legend] == ["not in Run 1"]
+    filled = colours(ColourBy.FILLED)
+    assert filled.colours[[1, 4]].tolist() == [shade(subject.shades.accent)] * 2
+    assert filled.colours[0].tolist() == rgb[0].tolist()
+    assert [text for _, text in filled.legend] == ["2 filled"]
+
+
+def test_what_cannot_be_shown_says_why(view):
+    view.set_lacking({ColourBy.ERROR: "This frame has no truth: load one"})
+    error, depth = (view._colours._choices[by] for by in (ColourBy.ERROR, ColourBy.DEPTH))
+    assert not error.isEnabled()
+    assert "no truth" in error.toolTip()
+    assert depth.isEnabled()
+
+
+def test_arrays_that_do_not_fit_are_refused(scene):
     with pytest.raises(ValueError, match="must both be"):
-        view.set_cloud(cloud[0], cloud[1][:-1])
-    with pytest.raises(ValueError, match="filled must be"):
-        view.set_filled(np.ones(3, bool))
-    assert len(view.canvas.points) == len(cloud[0])
+        Scene(scene.points, scene.pixels, 64, Colouring(scene.colouring.colours[:-1]))
+    with pytest.raises(ValueError, match="pixels must be"):
+        Scene(scene.points, scene.pixels[1:], 64, scene.colouring)
 
 
 def test_a_message_takes_the_place_of_the_cloud(view):
     before = pixels(view.canvas)
     view.set_message("This frame has no camera intrinsics.")
-    assert len(view.canvas.points) == 0
+    assert len(view.canvas.scene) == 0
     assert (pixels(view.canvas) != before).any()
 
 
-def test_large_clouds_are_thin_while_moving_and_whole_at_rest(qtbot, view, cloud, monkeypatch):
-    monkeypatch.setattr(cloud_canvas, "MOVING_POINTS", 500)
-    drawn = []
-    real = cloud_canvas.splat
-    monkeypatch.setattr(
-        cloud_canvas, "splat", lambda points, *rest, **named: drawn.append(len(points)) or real(points, *rest, **named)
-    )
-    view.set_cloud(*cloud)
+def test_large_clouds_are_coarse_while_moving_and_whole_at_rest(qtbot, view, scene, monkeypatch):
+    monkeypatch.setattr(view.canvas.drawing.detail, "choose", lambda points, pixels: (2, 500))
+    view.show_scene(scene)
     view.canvas.grab()
+    assert not view.canvas.drawing.is_whole
+    qtbot.waitUntil(lambda: view.canvas.drawing.is_whole)
+    assert view.canvas.drawing._picture.some is None
+    whole = pixels(view.canvas)
     qtbot.keyClick(view.canvas, Qt.Key.Key_Left)
     view.canvas.grab()
-    assert view.canvas.rest_timer.isActive()
-    qtbot.waitUntil(lambda: not view.canvas.rest_timer.isActive())
+    assert len(view.canvas.drawing._picture.some) == 500
+    index = view.canvas._point_at(QPointF(view.canvas.rect().center()))
+    assert scene.points[index, :2] == pytest.approx((0, 0), abs=0.2), "some of the points know which they are"
+    qtbot.keyClick(view.canvas, Qt.Key.Key_Right)
+    qtbot.waitUntil(lambda: view.canvas.drawing.is_whole)
+    assert (pixels(view.canvas) == whole).all()
+    qtbot.keyClick(view.canvas, Qt.Key.Key_Right)
     view.canvas.grab()
-    assert drawn[0] == drawn[-1] == len(cloud[0])
-    assert 500 in drawn
-    count = len(drawn)
-    view.canvas.grab()
-    assert len(drawn) == count  # nothing changed, nothing drawn anew
+    assert not view.canvas.drawing.is_whole
+    view.canvas.drawing.finish()
+    assert view.canvas.drawing.is_whole, "for a picture of the window"
 
 
-def test_closing_stops_the_timer(qtbot, view, cloud, monkeypatch):
-    monkeypatch.setattr(cloud_canvas, "MOVING_POINTS", 500)
-    view.set_cloud(*cloud)
+def test_a_picture_that_has_been_overtaken_is_not_shown(qtbot, view, scene, monkeypatch):
+    monkeypatch.setattr(view.canvas.drawing.detail, "choose", lambda points, pixels: (2, 500))
+    view.show_scene(scene)
+    view.canvas.grab()
+    view.canvas.drawing._ask_whole()
     qtbot.keyClick(view.canvas, Qt.Key.Key_Left)
-    assert view.canvas.rest_timer.isActive()
+    turned = view.canvas.camera
+    qtbot.waitUntil(lambda: view.canvas.drawing.is_whole)
+    assert view.canvas.drawing._picture.look.camera == turned
+
+
+def test_detail_follows_the_time_that_drawing_takes():
+    detail, pixels = Detail(), 1_000_000
+    assert detail.choose(100_000, pixels) == (1, 100_000)
+    side, count = detail.choose(2_000_000, pixels)
+    assert count < 2_000_000
+    for _ in range(30):
+        detail.note(0.3, count, pixels / side**2)
+    slow = detail.choose(2_000_000, pixels)
+    assert slow[0] > side
+    for _ in range(60):
+        detail.note(MOVING_S / 20, slow[1], pixels / slow[0] ** 2)
+    assert detail.choose(2_000_000, pixels)[1] > slow[1]
+
+
+def test_closing_gives_up_what_is_being_drawn(qtbot, view, scene, monkeypatch):
+    monkeypatch.setattr(view.canvas.drawing.detail, "choose", lambda points, pixels: (2, 500))
+    qtbot.keyClick(view.canvas, Qt.Key.Key_Left)
+    view.canvas.grab()
+    assert view.canvas.drawing._rest.isActive()
     view.close()
-    assert not view.canvas.rest_timer.isActive()
+    assert not view.canvas.drawing._rest.isActive()
+    assert not view.canvas.drawing._whole.busy
+
+
+def test_depths_are_clipped_in_metres(qtbot, view):
+    view._show_clip(True)
+    everything = np.count_nonzero((pixels(view.canvas) == RED).all(axis=2))
+    slider = view.clip.slider
+    slider.setFocus()
+    slider.mousePressEvent(mouse(slider, 0.0))
+    slider.mouseMoveEvent(mouse(slider, 0.5))
+    low, high = view.canvas.depths
+    assert low == pytest.approx(2.0, abs=0.01)
+    assert high == math.inf
+    half = np.count_nonzero((pixels(view.canvas) == RED).all(axis=2))
+    assert half < 0.7 * everything
+    view._show_clip(False)
+    assert view.canvas.depths == (-math.inf, math.inf)
+    view._show_clip(True)
+    assert view.canvas.depths == (low, high), "what was cut off comes back"
+    view.clip.clear()
+    assert np.count_nonzero((pixels(view.canvas) == RED).all(axis=2)) == everything
+
+
+def mouse(slider, share):
+    place = QPointF(slider._place(share), slider.height() / 2)
+    left = Qt.MouseButton.LeftButton
+    return QMouseEvent(
+        QEvent.Type.MouseButtonPress, place, slider.mapToGlobal(place), left, left, Qt.KeyboardModifier.NoModifier
+    )
+
+
+def test_clipped_depths_stay_in_metres_when_the_cloud_changes(qtbot):
+    row = ClipRow()
+    qtbot.addWidget(row)
+    row.set_bounds(1.0, 3.0)
+    row._take(0.5, 1.0)
+    row.set_bounds(0.0, 4.0)
+    assert row.depths == (2.0, math.inf)
+    assert row.slider.values == [0.5, 1.0]
+    qtbot.keyClick(row.slider, Qt.Key.Key_Left)
+    assert row.depths == (pytest.approx(1.96), math.inf)
+    qtbot.keyClick(row.slider, Qt.Key.Key_Space)
+    qtbot.keyClick(row.slider, Qt.Key.Key_Left, Qt.KeyboardModifier.ShiftModifier)
+    assert row.depths == (pytest.approx(1.96), pytest.approx(3.6)), "Space turns to the other handle"
+
+
+@pytest.mark.parametrize(
+    ("most", "length", "text"),
+    [(0.0499, 0.02, "2 cm"), (0.5, 0.5, "50 cm"), (1.99, 1.0, "1 m"), (0.003, 0.002, "2 mm"), (2e3, 2e3, "2 km")],
+)
+def test_the_scale_bar_is_round(most, length, text):
+    assert round_length(most) == pytest.approx(length)
+    assert length_text(round_length(most)) == text

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import threading
+import weakref
 from collections.abc import Callable, Generator, Iterator
 from typing import Any
 
@@ -170,3 +172,20 @@ def test_a_thread_that_does_not_end_is_not_waited_for_for_ever(worker: Worker, m
     job.gate.release(3)
     monkeypatch.setattr("gui.work.worker.SHUTDOWN_LIMIT_S", 20)
     assert worker.shutdown()
+
+
+def test_what_a_job_has_given_is_not_kept(worker: Worker, until: Until) -> None:
+    class Large:
+        """Something that takes room."""
+
+    kept: list[weakref.ref[Large]] = []
+
+    def job() -> Generator[None, None, Large]:
+        yield None
+        return Large()
+
+    worker.finished.connect(lambda large: kept.append(weakref.ref(large)))
+    worker.start(job)
+    until(lambda: not worker.busy and bool(kept))
+    gc.collect()
+    assert kept[0]() is None

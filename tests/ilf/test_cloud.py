@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ilf.cloud import PointCloud, in_axes, point_cloud
+from ilf.cloud import PointCloud, back_project, in_axes, point_cloud
 from ilf.errors import InputError, ParameterError
 from ilf.frame import CameraIntrinsics
 
@@ -30,6 +30,16 @@ def test_points_project_back_onto_their_pixels():
     np.testing.assert_allclose(points[:, 0] / points[:, 2] * CAMERA.fx + CAMERA.cx, columns.ravel(), atol=1e-4)
     np.testing.assert_allclose(points[:, 1] / points[:, 2] * CAMERA.fy + CAMERA.cy, rows.ravel(), atol=1e-4)
     np.testing.assert_array_equal(points[:, 2], depth.ravel())
+
+
+def test_points_know_their_pixels_and_may_be_some_only():
+    depth = np.array([[1.0, np.nan, 3.0], [4.0, 5.0, -1.0]], np.float32)
+    only = np.array([[False, True, True], [True, False, True]])
+    points, pixels = back_project(depth, CAMERA, only)
+    assert pixels.tolist() == [2, 3]
+    whole, everywhere = back_project(depth, CAMERA)
+    assert everywhere.tolist() == [0, 2, 3, 4]
+    np.testing.assert_array_equal(points, whole[[1, 2]])
 
 
 def test_y_up_is_a_rotation_that_lifts_the_upper_half():

@@ -12,7 +12,7 @@ from gui.views.colour_maps import error_table
 from gui.views.items import mix
 from gui.views.ranges import Levels
 from gui.views.view_cell import ViewCell
-from ilf.drawing.levels import robust_error_levels, sample, to_indices
+from ilf.drawing.levels import log_indices, robust_error_levels, sample
 
 from .material import Depth, Material
 from .painter import NO_RESULT, Painter, levels_of, mark_table, number_at
@@ -52,10 +52,10 @@ class ExpectedErrorPainter(Painter):
         if drawn is not None and drawn[0] is depth and drawn[2] == levels:
             box = changed_box(drawn[1], error)
             if box is not None:
-                self.cell.view.image.update_indices(box, _log_indices(error[box], levels))
+                self.cell.view.image.update_indices(box, log_indices(error[box], levels))
             return
         self._measured.set_indices(np.isfinite(depth).view(np.uint8), self._marks)
-        self.cell.view.set_picture(_log_indices(error, levels), self._table)
+        self.cell.view.set_picture(log_indices(error, levels), self._table)
         self.cell.bar.set_levels(levels, logarithmic=True)
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
@@ -72,12 +72,3 @@ class ExpectedErrorPainter(Painter):
 
     def leave(self) -> None:
         self.cell.view.remove(self._measured)
-
-
-def _log_indices(error: Depth, levels: Levels) -> NDArray[np.uint8]:
-    """Indices of errors [m] on a logarithmic scale between two levels [mm]."""
-    indices = np.zeros(error.shape, np.uint8)
-    known = np.isfinite(error)
-    low, high = np.log(levels)
-    indices[known] = to_indices(np.log(error[known] * _MM), low, high)
-    return indices

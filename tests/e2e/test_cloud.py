@@ -1,0 +1,150 @@
+"""The cloud in the window: what it shows of the frame, how it is linked with the images, where it stands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from pytestqt.qtbot import QtBot
+
+from gui.cloud.canvas import HINT
+from gui.cloud.colouring import ColourBy
+from gui.cloud.scene import Scene
+from gui.main_window import MainWindow
+from gui.state.kept_runs import KeptRun
+
+Run = Callable[[MainWindow], None]
+
+
+def shown(window: MainWindow, qtbot: QtBot) -> Scene:
+    """The cloud, when all that is to come has come."""
+    window.refresh.now()
+    canvas = window.cloud.canvas
+    qtbot.waitUntil(lambda: not window.cloud_presenter.busy and not window.errors.busy)
+    window.refresh.now()
+    qtbot.waitUntil(lambda: not window.cloud_presenter.busy and (canvas.drawing.is_whole or not len(canvas.scene)))
+    return canvas.scene
+
+
+def place_of(window: MainWindow, pixel: tuple[int, int]) -> QPoint:
+    """Where the point of a pixel is on the canvas."""
+    canvas = window.cloud.canvas
+    index = canvas.scene.index_of(pixel)
+    assert index is not None
+    x, y, _ = canvas.camera.project(canvas.scene.points[index : index + 1], canvas.width(), canvas.height())[0]
+    return QPoint(round(x), round(y))
+
+
+def test_the_cloud_follows_what_is_known_of_the_frame(opened: MainWindow, qtbot: QtBot, run_all: Run) -> None:
+    session, cloud, actions = opened.workspace.session, opened.cloud, opened.actions_
+    opened.centre.show_cloud()
+    assert len(shown(opened, qtbot)) == session.frame.known.sum()
+    assert not actions["cloud_raw"].isEnabled()
+    why = {by: action.toolTip() for by, action in cloud._colours._choices.items() if not action.isEnabled()}
+    assert set(why) == {ColourBy.EXPECTED, ColourBy.ERROR, ColourBy.DIFFERENCE, ColourBy.FILLED}
+    assert "truth" in why[ColourBy.ERROR]
+
+    run_all(opened)
+    completion = session.completion()
+    assert completion is not None
+    assert len(shown(opened, qtbot)) == np.isfinite(completion.depth).sum()
+    cloud.canvas.setFocus()
+    QTest.keyPress(cloud.canvas, Qt.Key.Key_X)
+    assert len(shown(opened, qtbot)) == session.frame.known.sum()
+    QTest.keyRelease(cloud.canvas, Qt.Key.Key_X)
+    assert len(shown(opened, qtbot)) == np.isfinite(completion.depth).sum()
+
+    cloud.set_colour_by(ColourBy.EXPECTED)
+    scale = shown(opened, qtbot).colouring.scale
+    assert scale is not None, "worked out for who looks at it here"
+    assert (scale.unit, scale.logarithmic) == ("mm", True)
+    opened.workspace.set_truth(completion.depth - np.float32(0.02))
+    cloud.set_colour_by(ColourBy.ERROR)
+    colours = shown(opened, qtbot).colouring.colours
+    assert (colours == colours[0]).all(), "20 mm everywhere"
+    assert colours[0, 0] > colours[0, 2], "too far is red"
+    opened.workspace.set_truth(None)
+    assert shown(opened, qtbot).colouring.scale is None
+
+    other = KeptRun(1, "Run 1", session.run(session.common), dict(session.valid_results()), 1.0, (1, 2, 3))
+    opened.workspace.keep_run(session, other)
+    opened.workspace.compare([other])
+    cloud.set_colour_by(ColourBy.DIFFERENCE)
+    scale = shown(opened, qtbot).colouring.scale
+    assert scale is not None
+    assert scale.unit == "mm"
+
+    opened.workspace.select([1])
+    actions["cloud_chosen_only"].setChecked(True)
+    scene = shown(opened, qtbot)
+    assert (session.labels.reshape(-1)[scene.pixels] == 1).all()
+    assert 0 < len(scene) < np.isfinite(completion.depth).sum()
+    QTest.keyClick(cloud.canvas, Qt.Key.Key_Left)
+    camera = cloud.canvas.camera
+    opened.workspace.select([])
+    assert len(shown(opened, qtbot)) == 0
+    assert "No block is chosen" in cloud.canvas.message
+    actions["cloud_chosen_only"].setChecked(False)
+    assert len(shown(opened, qtbot)) == np.isfinite(completion.depth).sum()
+    assert cloud.canvas.camera == camera, "seen from where it was"
+
+
+def test_points_and_pixels_are_linked(opened: MainWindow, qtbot: QtBot) -> None:
+    session, canvas = opened.workspace.session, opened.cloud.canvas
+    opened.actions_["cloud_beside"].setChecked(True)
+    assert opened.views.isVisible()
+    assert opened.cloud.isVisible()
+    shown(opened, qtbot)
+    opened.views.point_at((10, 40))
+    assert canvas._marked == (10, 40)
+    wanted = (50, 20)
+    QTest.mouseMove(canvas, place_of(opened, wanted))
+    QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=place_of(opened, wanted))
+    assert session.selected == [session.labels[20, 50]]
+    x, y = canvas._marked or (0, 0)
+    assert np.abs(np.subtract((x, y), wanted)).max() <= 1
+    assert opened.status.readout.text().startswith(f"x {x}, y {y}")
+
+
+def test_distances_are_measured_between_points_of_the_cloud(opened: MainWindow, qtbot: QtBot) -> None:
+    canvas, measurements = opened.cloud.canvas, opened.editor.inspection.measurements
+    opened.centre.show_cloud()
+    shown(opened, qtbot)
+    opened.actions_["tool_measure"].trigger()
+    assert opened.cloud.isVisible()
+    chosen = opened.workspace.session.selected
+    ends = (50, 5), (10, 44)
+    for pixel in ends:
+        QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=place_of(opened, pixel))
+    (chain,) = measurements.chains
+    assert np.abs(np.subtract(np.floor(chain), ends)).max() <= 1
+    assert opened.workspace.session.selected == chosen
+    assert canvas._lines == [chain]
+    assert measurements.is_open
+    canvas.setFocus()
+    QTest.keyClick(canvas, Qt.Key.Key_Return)
+    assert not measurements.is_open
+    opened.actions_["tool_select"].trigger()
+    assert not canvas._lines
+
+
+def test_the_cloud_has_hints_of_its_own_and_no_tools(opened: MainWindow, qtbot: QtBot) -> None:
+    options = opened.tool_bar.options
+    opened.centre.show_cloud()
+    opened.refresh.now()
+    assert opened.status.hint.text() == HINT
+    qtbot.waitUntil(lambda: not options.isVisible())
+    QTest.keyClick(opened.cloud.canvas, Qt.Key.Key_Tab)
+    assert opened.editor.tool_name == "select", "no next tool where there is none to be seen"
+    opened.actions_["tool_paint"].trigger()
+    opened.refresh.now()
+    assert opened.views.isVisible()
+    assert opened.status.hint.text() != HINT
+    qtbot.waitUntil(options.isVisible)
+    opened.actions_["cloud_beside"].setChecked(True)
+    opened.actions_["cloud_beside"].setChecked(False)
+    assert opened.centre.count() == 2
+    opened.centre.show_cloud()
+    assert opened.cloud.isVisible()
