@@ -342,11 +342,6 @@ class Actions:
             if icon:
                 self[name].setIcon(theme.icon(icon, self._window.palette()))
 
-    def enable(self, allowed: bool, *names: str) -> None:
-        """Enable or disable several actions."""
-        for name in names:
-            self[name].setEnabled(allowed)
-
     def allow(self, why_not: str, *names: str) -> None:
         """Enable several actions, or disable them for a reason: a sentence that says what to do first; "" for none."""
         for name in names:

@@ -31,8 +31,14 @@ class Entry:
 
     @property
     def keys(self) -> str:
-        """Its keys, as this system writes them."""
-        return keys_text(self.action.shortcuts())
+        """Its keys, as this system writes them, with the one that it is switched on by while that is held."""
+        held = f"hold {self.held}" if self.held else ""
+        return ", ".join(filter(None, (keys_text(self.action.shortcuts()), held)))
+
+    @property
+    def held(self) -> str:
+        """The key that switches it on while it is held; "" for none."""
+        return str(self.action.property(HELD) or "")
 
     @property
     def why_not(self) -> str:
@@ -44,6 +50,9 @@ class Entry:
 
 WHY_NOT = "why_not"
 """The property in which an action says why it is disabled."""
+
+HELD = "held"
+"""The property of an action that a key switches on while it is held: which key."""
 
 PASSING = "passing"
 """The property of an action that comes and goes: it is no use to give it keys."""

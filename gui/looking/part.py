@@ -50,7 +50,8 @@ class LookingPart(Part):
         self._allow()
 
     def _allow(self) -> None:
-        self.desk.actions.enable(self.desk.workspace.has_session, *_NEED_A_FRAME)
+        no_frame = "" if self.desk.workspace.has_session else "Open a frame first."
+        self.desk.actions.allow(no_frame, *_NEED_A_FRAME)
 
     def _swipe(self, on: bool) -> None:
         """The handle, and the result to see it over if that is shown nowhere."""

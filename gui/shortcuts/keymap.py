@@ -16,8 +16,6 @@ _FIXED = {
     "Shift+Space": "pans the views",
     "Tab": "goes on to the next tool",
     "Shift+Tab": "goes back to the tool before",
-    "B": "shows the state before the last edit while it is held",
-    "V": "shows side A in place of the result while it is held",
     "Return": "finishes what is being drawn",
     "Enter": "finishes what is being drawn",
     "Backspace": "takes back the last point of what is being drawn",
@@ -87,7 +85,8 @@ class Keymap(QObject):
             QKeySequence.mnemonic(action.text()).toString(): f"opens the menu {plain(action.text())}"
             for action in self._window.menuBar().actions()
         }
-        does = _FIXED.get(first) or menus.get(first)
+        held = {entry.held: f"is held for “{entry.text}”" for entry in self.entries}
+        does = _FIXED.get(first) or menus.get(first) or held.get(first)
         return f"{first} {does}, and can be given to no command." if does else ""
 
     def clashes(self, key: str, sequence: QKeySequence) -> list[Entry]:

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from gui.inventory import HELD
 from gui.tools.editor import Editor
 from gui.views.linked_views import LinkedViews
 
@@ -50,6 +51,7 @@ class ToolKeys(QObject):
     def hold(self, key: Qt.Key, action: QAction) -> None:
         """While a key is held, an action is checked."""
         self._held[key] = action
+        action.setProperty(HELD, QKeySequence(key).toString())
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Take the keys that are meant for the tools."""

@@ -11,6 +11,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMainWindow
 from pytestqt.qtbot import QtBot
 
+from gui.inventory import HELD, keys_text
 from gui.shortcuts.dialog import ShortcutsDialog
 from gui.shortcuts.keymap import Keymap
 
@@ -26,6 +27,7 @@ def make_window(qtbot: QtBot) -> MakeWindow:
             action = menu.addAction(f"&{name.capitalize()}")
             action.setObjectName(name)
             action.setShortcut(QKeySequence(keys))
+            action.setProperty(HELD, "B" if name == "export" else "")
             action.setToolTip(f"Do {name}" + (f" ({keys})" if keys else ""))
         qtbot.addWidget(window)
         return window
@@ -34,7 +36,7 @@ def make_window(qtbot: QtBot) -> MakeWindow:
 
 
 def _keys(keymap: Keymap) -> dict[str, str]:
-    return {entry.key: entry.keys for entry in keymap.entries}
+    return {entry.key: keys_text(entry.action.shortcuts()) for entry in keymap.entries}
 
 
 def _tips(keymap: Keymap) -> list[str]:
@@ -101,7 +103,8 @@ def test_keys_of_another_command_are_swapped_or_taken(
 @pytest.mark.parametrize(
     ("key", "modifier", "said"),
     [
-        (Qt.Key.Key_B, Qt.KeyboardModifier.NoModifier, "the state before the last edit"),
+        (Qt.Key.Key_Space, Qt.KeyboardModifier.NoModifier, "pans the views"),
+        (Qt.Key.Key_B, Qt.KeyboardModifier.NoModifier, "is held for “Export”"),
         (Qt.Key.Key_F, Qt.KeyboardModifier.AltModifier, "opens the menu File"),
     ],
 )
