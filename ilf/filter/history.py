@@ -17,8 +17,9 @@ _AT_HAND = 32
 
 
 class CompactHistory(Sequence[IterationRecord]):
-    """Records in arrays, a quarter of their size or less; each is made anew when it is looked at, but for the first, which
-    stays the very same: what else is kept of the iterations may be known by it.
+    """Records in arrays, a quarter of their size or less; each is made anew when it is looked at.
+
+    The first stays the very same, since what else is kept of the iterations may be known by it.
 
     Parameters
     ----------
