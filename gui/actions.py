@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QWidget
 from gui import theme
 from gui.cloud.commands import COMMANDS as _OF_CLOUD
 from gui.command import Command
+from gui.inventory import WHY_NOT
 
 COMMANDS = (
     Command("open", "&Open frame…", "ph.folder-open", "Ctrl+O", "Open a colour and a depth file, or a frame folder"),
@@ -213,14 +214,6 @@ COMMANDS = (
     Command("fit", "&Fit frame", "ph.arrows-out", "Ctrl+0", "Show the whole frame"),
     Command("one_to_one", "&One to one", "ph.frame-corners", "Ctrl+9", "One image pixel on one screen pixel"),
     Command(
-        "layout_correct",
-        "&Correct",
-        "ph.layout",
-        "F4",
-        "One large view to correct blocks in, the others small beside it; or back",
-        checkable=True,
-    ),
-    Command(
         "contours_only",
         "&Contours only",
         "ph.polygon",
@@ -292,6 +285,10 @@ COMMANDS = (
     ),
     Command("next_frame", "Next frame", "", "Ctrl+PgDown"),
     Command("previous_frame", "Previous frame", "", "Ctrl+PgUp"),
+    Command("palette", "Command &palette…", "ph.magnifying-glass", "Ctrl+Shift+P", "Find any command by some letters"),
+    Command(
+        "shortcuts", "&Keyboard shortcuts…", "ph.keyboard", "F1", "See which keys give which command, and change them"
+    ),
     Command("about", "&About ILF Studio", "ph.info"),
     *_OF_CLOUD,
 )
@@ -310,7 +307,10 @@ class Actions:
         undo.triggered.disconnect()  # what undoing means while a stroke is under way is not the history's to say
         undo.setShortcut(QKeySequence("Ctrl+Z"))
         redo.setShortcuts([QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")])
-        self._actions |= {"undo": undo, "redo": redo}
+        for name, action in (("undo", undo), ("redo", redo)):
+            action.setObjectName(name)
+            action.setProperty(WHY_NOT, f"There is nothing to {name}.")
+            self._actions[name] = action
         self.add(COMMANDS)
 
     def __getitem__(self, name: str) -> QAction:
@@ -346,3 +346,9 @@ class Actions:
         """Enable or disable several actions."""
         for name in names:
             self[name].setEnabled(allowed)
+
+    def allow(self, why_not: str, *names: str) -> None:
+        """Enable several actions, or disable them for a reason: a sentence that says what to do first; "" for none."""
+        for name in names:
+            self[name].setEnabled(not why_not)
+            self[name].setProperty(WHY_NOT, why_not)

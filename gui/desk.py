@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QMainWindow
 
 from gui.actions import Actions
+from gui.dialogs.documents import Documents
 from gui.docks import Docks
 from gui.filtering.filter_panel import FilterPanel
 from gui.filtering.presenter import FilterPresenter
@@ -40,6 +41,7 @@ class Desk:
     filter_panel: FilterPanel
     filter_presenter: FilterPresenter
     errors: ErrorPresenter
+    documents: Documents
 
 
 class Part(QObject):
@@ -52,6 +54,9 @@ class Part(QObject):
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk.window)
         self.desk = desk
+
+    def begin(self) -> None:
+        """The window has all its parts and menus, and is about to be shown."""
 
     def shutdown(self) -> bool:
         """Stop for good, before the window closes. True if no thread of it is left."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from PySide6.QtCore import QEvent, QObject, QRect, QSettings, QSize, Qt
+from PySide6.QtCore import QByteArray, QEvent, QObject, QRect, QSettings, QSize, Qt
 from PySide6.QtGui import QAction, QPalette
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolBar, QWidget
 
@@ -35,8 +35,7 @@ class _Panel(NamedTuple):
 class Docks(QObject):
     """The panels around the centre of a window, and the rail of icons at its side that opens and folds them.
 
-    Which panels are open is remembered, apart for each `arrangement`. What the user has folded does not open by
-    itself any more, until the user opens it.
+    What the user has folded does not open by itself any more, until the user opens it.
 
     Parameters
     ----------
@@ -44,21 +43,22 @@ class Docks(QObject):
     fold : QAction
         What folds all panels; the first icon of the rail.
     remembers : bool
-        Whether size, places and what is open are those of the last time, and are kept for the next.
+        Whether the window's size, and what the user has folded, are those of the last time, and are kept for the next.
     """
 
     def __init__(self, window: QMainWindow, fold: QAction, remembers: bool) -> None:
         super().__init__(window)
         self._window = window
-        self._remembers = remembers
+        self.remembers = remembers
         self._arranged = False
         self._panels: dict[str, _Panel] = {}
         self._first: list[str] = []
         self._folded: list[str] = []
         self._declined: set[str] = set()
         self._sized: set[str] = set()
-        self._arrangement = ""
-        self._open_in: dict[str, list[str]] = {}
+        self._declared = QByteArray()
+        self._wanted: tuple[list[str] | None, bytes] = None, b""
+        """What was to be taken before the window was shown."""
         window.setDockOptions(QMainWindow.DockOption.AnimatedDocks | QMainWindow.DockOption.AllowTabbedDocks)
         self.rail = QToolBar("Panels", window)
         self.rail.setObjectName("Panels")
@@ -142,16 +142,40 @@ class Docks(QObject):
         else:
             self._show(self._folded or self._first)
 
-    def use(self, arrangement: str) -> None:
-        """Turn to another set of open panels; one that is new has none."""
-        if arrangement != self._arrangement:
-            self._open_in[self._arrangement] = self.open
-            self._arrangement = arrangement
-            self._show(self._open_in.get(arrangement, []))
+    def places(self) -> bytes:
+        """Where the panels stand, how large they are, and which are open."""
+        return bytes(self._window.saveState(_VERSION).data()) if self._arranged else self._wanted[1]
+
+    def take(self, titles: Iterable[str] | None, places: bytes = b"") -> None:
+        """Open these panels and no others; None for those that are open from the first.
+
+        Parameters
+        ----------
+        titles : iterable of str, optional
+            Those that there are not are passed over.
+        places : bytes
+            As `places` gave them; empty, or of another version, for where the panels were added.
+        """
+        wanted = self._first if titles is None else list(titles)
+        if not self._arranged:  # docks take sizes only in a shown window
+            self._wanted = wanted, places
+            self._show(wanted)
+            return
+        if places and self._window.restoreState(QByteArray(places), _VERSION):
+            self._sized.update(wanted)
+            self._show(wanted)
+            return
+        self._window.restoreState(self._declared, _VERSION)
+        self._show(wanted)
+        self._set_sizes(self.open)
+
+    def forget_folded(self) -> None:
+        """Let panels open by themselves again, whatever the user has folded."""
+        self._declined.clear()
 
     def size_window(self) -> None:
         """Give the window the size and place of the last time, or the default one, as far as the screen has room."""
-        geometry = QSettings().value("window/geometry") if self._remembers else None
+        geometry = QSettings().value("window/geometry") if self.remembers else None
         if geometry is None or not self._window.restoreGeometry(geometry):
             self._window.resize(DEFAULT_SIZE)
         if not self._window.isFullScreen() and not self._window.isMaximized():
@@ -161,33 +185,20 @@ class Docks(QObject):
                 self._window.setGeometry(fitted)
 
     def arrange(self) -> None:
-        """Take the last arrangement, or the default one: docks take sizes only in a shown window. Once."""
+        """Arrange the panels as was asked for before the window was shown. Once."""
         if self._arranged:
             return
         self._arranged = True
-        settings = QSettings()
-        state = settings.value("panels/state") if self._remembers else None
-        if state is None or not self._window.restoreState(state, _VERSION):
-            self._set_sizes(self.open)
-            return
-        self._declined = set(_titles(settings.value("panels/declined")))
-        self._sized = set(self.open)
-        settings.beginGroup("panels/open")
-        self._open_in = {name: _titles(settings.value(name)) for name in settings.childKeys()}
-        settings.endGroup()
+        self._declared = self._window.saveState(_VERSION)
+        if self.remembers:
+            self._declined = set(_titles(QSettings().value("panels/declined")))
+        self.take(*self._wanted)
 
     def remember(self) -> None:
-        """Keep size, places and what is open for the next time, which begins as the first arrangement."""
-        if not self._remembers:
-            return
-        self.use("")
-        settings = QSettings()
-        settings.setValue("window/geometry", self._window.saveGeometry())
-        settings.setValue("panels/state", self._window.saveState(_VERSION))
-        settings.setValue("panels/declined", sorted(self._declined))
-        for name, titles in self._open_in.items():
-            if name:
-                settings.setValue(f"panels/open/{name}", titles)
+        """Keep the window's size, and what the user has folded, for the next time."""
+        if self.remembers:
+            QSettings().setValue("window/geometry", self._window.saveGeometry())
+            QSettings().setValue("panels/declined", sorted(self._declined))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Hear of panels that are folded by the button in their title."""

@@ -22,6 +22,7 @@ from gui.curves.curves_panel import CurvesPanel
 from gui.curves.presenter import CurvesPresenter
 from gui.curves.scrubbing import Scrubbing
 from gui.desk import Desk, Part
+from gui.dialogs.about import AboutDialog
 from gui.dialogs.documents import Documents
 from gui.docks import Docks
 from gui.effect.effect_line import EffectLine
@@ -38,13 +39,17 @@ from gui.frames.replays import ReplayPresenter
 from gui.history.history_view import HistoryView
 from gui.inspect.part import InspectPart
 from gui.kept.part import KeptRunsPart
+from gui.layouts.part import LayoutsPart
 from gui.levels.part import RangePart
 from gui.looking.part import LookingPart
-from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar, show_about
+from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar
+from gui.palette.part import PalettePart
 from gui.presets.part import PresetsPart
+from gui.recent.part import RecentPart
 from gui.review.distrust import DistrustPresenter
 from gui.review.presenter import ReviewPresenter
 from gui.review.strip import ReviewStrip
+from gui.shortcuts.part import ShortcutsPart
 from gui.state.workspace import Workspace
 from gui.status.bar import StatusBar
 from gui.status.commands import CommandsPresenter
@@ -57,14 +62,13 @@ from gui.tools.editor import Editor
 from gui.tools.keys import ToolKeys
 from gui.tools.presenter import ToolsPresenter
 from gui.views.errors import ErrorPresenter
-from gui.views.layouts import CORRECT
 from gui.views.linked_views import LinkedViews
 from gui.views.pointer import PointerEvent
 from gui.views.presenter import ViewsPresenter
 from gui.views.view_bar import ViewBar
 from gui.widgets.log import LogPanel
-from gui.widgets.message_strip import MessageStrip
 from gui.widgets.notes import Notes
+from gui.widgets.toasts import Toasts
 from gui.work.live import LiveSolver
 from gui.work.refresh import Refresh
 from gui.work.runs import RunController, RunState
@@ -78,6 +82,10 @@ _PARTS: tuple[type[Part], ...] = (
     InspectPart,
     LookingPart,
     RangePart,
+    RecentPart,
+    LayoutsPart,
+    ShortcutsPart,
+    PalettePart,
 )
 
 
@@ -99,6 +107,8 @@ class MainWindow(QMainWindow):
         self._make_parts()
         self._connect_commands()
         self._connect_messages()
+        for part in self.parts:
+            part.begin()
         self.commands.show()
         self.refresh.draw_all()
         self.panels.size_window()
@@ -119,9 +129,9 @@ class MainWindow(QMainWindow):
         going = [actions[name] for name in ["previous_suspect", "next_suspect", "close_review"]]
         self.review_strip = ReviewStrip(going, [actions["leave_suspect"]])
         self.distrust_strip = ReviewStrip([], [actions["take_suggested"], actions["leave_suggested"]])
-        self.messages = MessageStrip(self, (self.effect_line, self.review_strip, self.distrust_strip))
-        self.notes = Notes(self, self.messages, self.log)
         self.cloud = CloudView(actions["cloud_raw"], actions["cloud_chosen_only"], actions["cloud_beside"])
+        self.toasts = Toasts(self, (self.views, self.cloud))
+        self.notes = Notes(self, self.toasts, self.log)
         self.curves = CurvesPanel()
         self.frames = FrameList()
         self.history = HistoryView(self.workspace.undo_group)
@@ -132,9 +142,7 @@ class MainWindow(QMainWindow):
         )
         self.extraction_panel = ExtractionPanel(actions["extract"])
         self.tool_bar = ToolBar(actions, self)
-        self.view_bar = ViewBar(
-            self.views, entries(actions, "contours_only block_names show_missing | layout_correct fit")
-        )
+        self.view_bar = ViewBar(self.views, entries(actions, "contours_only block_names show_missing | fit"))
         self.experiments = ExperimentsMenu(self)
 
     def _make_presenters(self) -> None:
@@ -161,7 +169,9 @@ class MainWindow(QMainWindow):
         self.tool_presenter = ToolsPresenter(self.editor, tools, self.tool_bar.options)
         self.context_menu = ContextMenu(workspace, self.editor, entries(actions, BLOCK_MENU), self.views)
         self.commands = CommandsPresenter(workspace, runs, loader, actions)
-        self.status_presenter = StatusPresenter(workspace, runs, loader, self.editor, self.status, self._hint_of_cloud)
+        self.status_presenter = StatusPresenter(
+            workspace, runs, loader, self.documents, self.editor, self.status, self._hint_of_cloud
+        )
         self.readout = ReadoutPresenter(workspace, self.status.readout)
 
     def _make_layout(self) -> None:
@@ -203,6 +213,7 @@ class MainWindow(QMainWindow):
             self.filter_panel,
             self.filter_presenter,
             self.errors,
+            self.documents,
         )
         self.parts: list[Part] = [make(desk) for make in _PARTS]
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.experiments)
@@ -259,7 +270,8 @@ class MainWindow(QMainWindow):
         add("tools", self.tool_presenter.show, (turned, self.editor.tool_changed, self.editor.options_changed))
         hinted = self.editor.tool_changed, self.editor.hint_changed, self.cloud.canvas.pointed_at
         add("hint", self.status_presenter.show_hint, (turned, loading, turned_to, *hinted))
-        add("progress", self.status_presenter.show_progress, (turned, running, loading), (coming,))
+        exporting = self.documents.exporting_changed
+        add("progress", self.status_presenter.show_progress, (turned, running, loading, exporting), (coming,))
         compared = workspace.compared_changed, workspace.truth_changed
         add(
             "readout",
@@ -316,10 +328,9 @@ class MainWindow(QMainWindow):
             "fit": self.views.fit,
             "one_to_one": self.views.one_to_one,
             "shuffle_colours": self.block_presenter.shuffle_colours,
-            "layout_correct": partial(self.views.toggle_layout, CORRECT),
             "next_frame": lambda: self.frame_presenter.turn(1),
             "previous_frame": lambda: self.frame_presenter.turn(-1),
-            "about": lambda: show_about(self),
+            "about": lambda: AboutDialog(self).open(),
             **{f"stage_{name}": partial(self.stages.show_stage, name) for name in STAGES},
         }
         for name, handler in handlers.items():
@@ -339,7 +350,10 @@ class MainWindow(QMainWindow):
         stage_cell = self.views.extraction
         self.actions_[f"stage_{stage_cell.stage}"].setChecked(True)
         stage_cell.stageChanged.connect(lambda name: self.actions_[f"stage_{name}"].setChecked(True))
-        stage_cell.set_hints({name: self.actions_[f"stage_{name}"].toolTip() for name in STAGES})
+        stages = {name: self.actions_[f"stage_{name}"] for name in STAGES}
+        for action in stages.values():  # also when it is given other keys
+            action.changed.connect(lambda: stage_cell.set_hints({name: stages[name].toolTip() for name in stages}))
+        stage_cell.set_hints({name: stages[name].toolTip() for name in stages})
         self.loader.extracted.connect(self.stages.hold)
         self.loader.extracted.connect(self.editor.guides.hold)
         self.loader.replayed.connect(self.replays.show_differences)
@@ -351,7 +365,6 @@ class MainWindow(QMainWindow):
             if not tool.points_only:
                 self.actions_[f"tool_{name}"].triggered.connect(self.centre.show_images)
         self.actions_["cloud_beside"].toggled.connect(self.centre.set_beside)
-        self.views.layoutChanged.connect(self._show_layout)
         self.runs.state_changed.connect(self._open_curves)
         self.workspace.sessions_changed.connect(self._open_frames)
         self.views.set_pointer_handler(self._point)
@@ -397,11 +410,6 @@ class MainWindow(QMainWindow):
             return ""
         tool = self.editor.tool
         return f"{tool.hint} | {HINT}" if tool.points_only else HINT
-
-    def _show_layout(self, name: str) -> None:
-        """Correcting has open panels of its own: at first none, for a picture as large as can be."""
-        self.actions_["layout_correct"].setChecked(name == CORRECT)
-        self.panels.use(CORRECT if name == CORRECT else "")
 
     def _open_curves(self) -> None:
         if self.runs.state is RunState.RUNNING:

@@ -10,13 +10,11 @@ from PySide6.QtWidgets import (
     QApplication,
     QMenu,
     QMenuBar,
-    QMessageBox,
     QSizePolicy,
     QToolBar,
     QWidget,
 )
 
-import ilf
 from gui import theme
 from gui.actions import Actions
 from gui.tools.options_row import OptionsRow
@@ -84,8 +82,9 @@ def fill_menu_bar(
     _fill(view, entries(actions, "view_content reset_contents"))
     view.addMenu(_compare_menu(actions, views, view))
     view.addSeparator()
-    _fill(view, entries(actions, "contours_only block_names show_missing shuffle_colours | layout_correct"))
+    _fill(view, entries(actions, "contours_only block_names show_missing shuffle_colours"))
     _fill(view, entries(actions, "cloud_beside cloud_raw cloud_chosen_only"))
+    view.addSeparator()
     view.addMenu(_layout_menu(views, view))
     stages = view.addMenu("&Stage of the extraction")
     _fill(stages, entries(actions, " ".join(f"stage_{name}" for name in STAGES)))
@@ -93,7 +92,7 @@ def fill_menu_bar(
     _fill(view, entries(actions, "show_range lock_range"))
     view.addMenu(_theme_menu(view))
     bar.addMenu(experiments)
-    _fill(bar.addMenu("&Help"), entries(actions, "about"))
+    _fill(bar.addMenu("&Help"), entries(actions, "palette shortcuts | about"))
 
 
 def entries(actions: Mapping[str, QAction] | Actions, names: str) -> list[QAction | None]:
@@ -101,16 +100,15 @@ def entries(actions: Mapping[str, QAction] | Actions, names: str) -> list[QActio
     return [None if name == "|" else actions[name] for name in names.split()]
 
 
-def show_about(window: QWidget) -> None:
-    """Say what this program is."""
-    QMessageBox.about(
-        window,
-        "About ILF Studio",
-        f"<b>ILF Studio {ilf.__version__}</b><p>Completes the missing depth in RGB-D frames by iterative low-pass "
-        "filtering.</p><p>After Wang, Yu, Yang, Huang, Zhu, Lau, Sun: <i>Depth Image Completion through "
-        "Iterative Low-Pass Filtering</i>, Appl. Sci. 2024, 14(2), 696, doi:10.3390/app14020696.</p>"
-        "<p>MIT licence.</p>",
-    )
+def insert_menu(bar: QMenuBar, menu: QMenu, after: QAction) -> None:
+    """Put a menu into the one of the bar's in which an action stands, after that."""
+    for action in bar.actions():
+        holder = action.menu()
+        entries = holder.actions() if isinstance(holder, QMenu) else []
+        if isinstance(holder, QMenu) and after in entries[:-1]:
+            holder.insertMenu(entries[entries.index(after) + 1], menu)
+            return
+    raise ValueError(f"no menu has {after.text()!r}, or it is the last there")
 
 
 def _fill(menu: QMenu | QToolBar, actions: Iterable[QAction | None]) -> None:
@@ -145,7 +143,7 @@ def _compare_menu(actions: Actions, views: LinkedViews, parent: QMenu) -> QMenu:
 
 
 def _layout_menu(views: LinkedViews, parent: QMenu) -> QMenu:
-    menu = QMenu("&Layout", parent)
+    menu = QMenu("&Views", parent)
     actions = _choices(menu, LAYOUT_TEXTS, LAYOUTS[0])
     menu.insertSeparator(actions[next(iter(CELLS))])
     for name, action in actions.items():

@@ -99,8 +99,9 @@ class AccuracyPart(Part):
         workspace = self.desk.workspace
         has_truth = workspace.has_session and workspace.session.frame.truth is not None
         self.panel.turn_to(hidden=workspace.has_session and not has_truth)
-        self.desk.actions.enable(workspace.has_session, "load_truth", "test_hidden")
-        self.desk.actions.enable(has_truth, "remove_truth")
+        no_frame = "" if workspace.has_session else "Open a frame first."
+        self.desk.actions.allow(no_frame, "load_truth", "test_hidden")
+        self.desk.actions.allow(no_frame or ("" if has_truth else "This frame has no truth."), "remove_truth")
 
     def _tell_errors(self) -> None:
         """What the table of blocks says."""

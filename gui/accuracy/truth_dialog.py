@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 
 from gui.dialogs.preview import Preview
 from gui.widgets.messages import Message, last_folder
-from gui.widgets.notes import error_text
+from gui.widgets.problems import error_text
 from gui.work.latest_question import LatestQuestion
 from ilf.drawing.levels import sample
 from ilf.errors import InputError

@@ -103,7 +103,7 @@ OPTIONAL = {
 HIDDEN_AT_FIRST = (Column.ITERATIONS, Column.SIGMA, Column.PIXELS)
 
 _HEADERS = {
-    Column.VISIBLE: ("", "Shown in the views. Click the eye, or press Space for the selected blocks."),
+    Column.VISIBLE: ("", "Shown in the views. Click the eye; Show or hide does it for all chosen blocks."),
     Column.LOCKED: ("", "Locked blocks cannot be edited. Click the lock to change it."),
     Column.COLOUR: ("", "Colour in the views and plots. Click to choose another."),
     Column.NAME: ("Name", "Name of the block. Press F2 to rename."),

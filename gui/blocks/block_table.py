@@ -79,6 +79,7 @@ class BlockTable(QWidget):
         self._proxy.setSourceModel(self._model)
         self._proxy.setSortRole(SORT_ROLE)
         self.view = _BlockView(self)
+        self.view.setAccessibleName("Blocks")
         self.view.setModel(self._proxy)
         self.view.arrange()
         layout = QVBoxLayout(self)
@@ -87,7 +88,6 @@ class BlockTable(QWidget):
         self.setFocusProxy(self.view)
 
         self.view.pressed_tool.connect(self._use)
-        self.view.toggled.connect(self._toggle_visibility)
         self.view.shown.connect(lambda index: self.activated.emit(self._row(index).label))
         self.view.selectionModel().selectionChanged.connect(self._report_selection)
         self.view.customContextMenuRequested.connect(
@@ -163,21 +163,11 @@ class BlockTable(QWidget):
             if colour.isValid():
                 self.recoloured.emit(row.label, colour)
 
-    def _toggle_visibility(self) -> None:
-        """Show the selected blocks if any of them is hidden, otherwise hide them."""
-        wanted = set(self.selected())
-        rows = [row for row in self._model.rows if row.label in wanted]
-        show = not all(row.visible for row in rows)
-        for row in rows:
-            if row.visible != show:
-                self.visibilityChanged.emit(row.label, show)
-
 
 class _BlockView(QTableView):
     """Mouse and keyboard of the table."""
 
     pressed_tool = Signal(QModelIndex)
-    toggled = Signal()
     shown = Signal(QModelIndex)
 
     def arrange(self) -> None:
@@ -257,7 +247,7 @@ class _BlockView(QTableView):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         current = self.currentIndex()
         if event.key() == Qt.Key.Key_Space:
-            self.toggled.emit()
+            event.ignore()  # it pans the views, and changes no block
         elif event.key() == Qt.Key.Key_F2 and current.isValid():
             self.edit(current.siblingAtColumn(Column.NAME))
         elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and current.isValid():

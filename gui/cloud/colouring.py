@@ -27,6 +27,7 @@ from ilf.drawing.levels import (
 
 Depth = NDArray[np.float32]
 _MM = np.float32(1000)
+_DIMMED = 0.8
 _LEAST_MM = 0.01
 """A logarithmic scale begins above 0."""
 
@@ -117,7 +118,7 @@ def colours_of(subject: Subject, by: ColourBy, points: Points, pixels: NDArray[n
             return Colouring(subject.depth_table[indices, :3], scale)
         case ColourBy.BLOCK if subject.labels is not None and subject.block_colours is not None:
             table = subject.block_colours[:, :3].copy()
-            table[0] = none = _rgb(subject.shades.muted)
+            table[0] = none = _plain(subject.shades)
             labels = subject.labels.reshape(-1)[pixels]
             return Colouring(table[labels], legend=() if labels.all() else ((none, "no block"),))
         case ColourBy.EXPECTED if subject.expected is not None:
@@ -130,6 +131,14 @@ def colours_of(subject: Subject, by: ColourBy, points: Points, pixels: NDArray[n
             return _filled(subject, subject.filled, pixels)
     lacking = "" if by is ColourBy.COLOUR else "in the image's colours until it is known"
     return Colouring(subject.rgb.reshape(-1, 3)[pixels], note=lacking)
+
+
+def signed_table() -> NDArray[np.uint8]:
+    """Table of differences, uint8 (256, 4), whose zero is grey: in the images it is near the background, before which a
+    surface without error could not be seen."""
+    table = difference_table(dark=False)
+    table[:, :3] = np.round(table[:, :3] * _DIMMED)
+    return table
 
 
 def value_of(subject: Subject, by: ColourBy, pixel: tuple[int, int]) -> float | None:
@@ -165,8 +174,7 @@ def _signed(subject: Subject, other: Depth, pixels: NDArray[np.int32], lacking: 
     level = max(abs(end) for end in _levels(subject, "signed", (-level, level), few))
     levels = -level, level
     indices = to_indices(difference.reshape(-1)[pixels], *levels)
-    # the zero of the images' table is near the background: there, a surface without error could not be seen
-    scale = Scale("mm", difference_table(not subject.shades.is_dark), levels)
+    scale = Scale("mm", signed_table(), levels)
     return _by_table(subject, indices, scale, lacking)
 
 
@@ -176,7 +184,7 @@ def _levels(subject: Subject, kind: str, robust: Levels, values: Depth) -> Level
 
 def _by_table(subject: Subject, indices: NDArray[np.uint8], scale: Scale, lacking: str) -> Colouring:
     """Colours of a scale, with a plain one for points that have no value."""
-    plain = _rgb(subject.shades.muted)
+    plain = _plain(subject.shades)
     table = scale.table[:, :3].copy()
     table[0] = plain
     return Colouring(table[indices], scale, ((plain, lacking),) if not indices.all() else ())
@@ -194,6 +202,11 @@ def _filled(subject: Subject, filled: NDArray[np.bool_], pixels: NDArray[np.int3
         colours[chosen] = _rgb(colour)
         legend.append((_rgb(colour), f"{np.count_nonzero(chosen):,} {name}"))
     return Colouring(colours, legend=tuple(legend), note="in the image's colours where measured")
+
+
+def _plain(shades: Colours) -> tuple[int, int, int]:
+    """Of points that have no value: seen before the background, and unlike any value."""
+    return _rgb(shades.grid if shades.is_dark else shades.muted)
 
 
 def _rgb(colour: QColor) -> tuple[int, int, int]:

@@ -14,7 +14,7 @@ from PySide6.QtGui import QBrush, QColor, QFont
 from gui import theme
 from gui.curves.curve import Values
 
-_NAMED_AXIS, _AXIS, _LINE = 34, 20, 6
+NAMED_AXIS, AXIS, _BARE = 34, 20, 6
 """Heights of the horizontal axis [px]: with its name, with numbers alone, and bare."""
 
 _ERROR_RANGE = 0.4
@@ -67,6 +67,7 @@ class ConvergencePlot(pg.PlotWidget):
     def __init__(self, axis: pg.AxisItem, label: str, least_span: float = 0.0) -> None:
         super().__init__(viewBox=pg.ViewBox(enableMenu=False), axisItems={"left": axis}, enableMenu=False)
         self._label = label
+        self.setAccessibleName(f"Plot: {label or 'errors'}")
         self._least_span = least_span
         self._span_name: pg.InfLineLabel | None = None
         self.lines: list[_Curve] = []
@@ -203,7 +204,7 @@ class ConvergencePlot(pg.PlotWidget):
         axis = self.getAxis("bottom")
         axis.setStyle(showValues=shown)
         axis.showLabel(shown and named)
-        axis.setHeight((_NAMED_AXIS if named else _AXIS) if shown else _LINE)
+        axis.setHeight((NAMED_AXIS if named else AXIS) if shown else _BARE)
 
     def set_colours(self, colours: theme.Colours, font: QFont) -> None:
         """Take the theme's colours."""

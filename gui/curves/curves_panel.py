@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QLabel, QStackedWidget, Q
 
 from gui import theme
 from gui.curves.axes import LengthAxis, SumAxis
-from gui.curves.convergence_plot import ConvergencePlot, HeldOutPlot, Line
+from gui.curves.convergence_plot import AXIS, NAMED_AXIS, ConvergencePlot, HeldOutPlot, Line
 from gui.curves.criteria import CriterionLines
 from gui.curves.curve import Columns, Curve, legible
 from gui.curves.numbers import readout_columns, readout_texts
@@ -22,7 +22,7 @@ from ilf.filter.convergence import IterationRecord
 EMPTY_TEXT = "Run the filter to see how each block converges"
 
 _SIDE_BY_SIDE = 1.7  # width over height from which the plots stand next to each other
-_LEAST_HEIGHT, _LEAST_WIDTH = 64, 180  # of a plot [px]; where there is less room, the last ones are left out
+_LEAST_HEIGHT, _LEAST_WIDTH = 56, 180  # of a plot [px]; where there is less room, the last ones are left out
 _LOW = 250  # height of the panel [px] up to which axes have no name
 _LEAST_ROWS = 4  # of the readout over the plots
 _BESIDE = 330  # width of the readout beside the plots [px]
@@ -235,7 +235,9 @@ class CurvesPanel(QWidget):
         if wide:
             fitting = (self.width() - (_BESIDE if beside else 0)) // _LEAST_WIDTH
         else:
-            fitting = (height - line * min(len(self._curves), _LEAST_ROWS)) // _LEAST_HEIGHT
+            rows = min(len(self._curves), max(height // 3 // line, _LEAST_ROWS))
+            axis = NAMED_AXIS if self.height() > _LOW else AXIS
+            fitting = (height - line * rows - axis) // _LEAST_HEIGHT
         wanted = [plot for plot, has in zip(self._plots, there, strict=True) if has][: max(fitting, 1)]
         for plot in self._plots:
             plot.setVisible(plot in wanted)

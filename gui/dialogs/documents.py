@@ -46,9 +46,12 @@ class Documents(QObject):
     -------
     exported(object)
         What has been Written by an export.
+    exporting_changed()
+        An export has begun or ended.
     """
 
     exported = Signal(object)
+    exporting_changed = Signal()
 
     def __init__(
         self,
@@ -70,6 +73,8 @@ class Documents(QObject):
         self._exporter = Worker(self)
         self._exporter.finished.connect(self._note_exported)
         self._exporter.failed.connect(lambda error: notes.report("Export failed", error))
+        for ended in (self._exporter.finished, self._exporter.failed):
+            ended.connect(lambda _: self.exporting_changed.emit())
         self._saving: tuple[Session, tuple[int, int]] | None = None
         self.discard_silently = False
         """Close without asking; for pictures and checks made without a user."""
@@ -233,7 +238,13 @@ class Documents(QObject):
             return write(folder, run, completion, options)
 
         self._exporter.start(job)
+        self.exporting_changed.emit()
         self._notes.tell(" ".join((f"Exporting to {folder}…", behind(session) if session.results.kept else "")).strip())
+
+    @property
+    def exporting(self) -> bool:
+        """Whether an export is under way."""
+        return self._exporter.busy
 
     def _note_exported(self, written: Written) -> None:
         if self._saving is not None:

@@ -89,6 +89,7 @@ class ExportDialog(QDialog):
         self.cloud = QCheckBox("Write the point cloud")
         self.cloud_format, self.axes, self.cloud_unit = QComboBox(), QComboBox(), QComboBox()
         self.cloud_format.addItems(list(_CLOUD_FORMATS))
+        self.png_units.setAccessibleName("Units of the PNG per metre")
         self.axes.addItems(list(_AXES))
         self.cloud_unit.addItems(list(_CLOUD_UNITS))
         self.labels = QCheckBox("Blocks as label map (blocks.png)")

@@ -23,7 +23,7 @@ from gui.dialogs.block_files import BlockSource
 from gui.dialogs.preview import Preview
 from gui.extraction.found_blocks import describe_blocks
 from gui.widgets.messages import Message, last_folder
-from gui.widgets.notes import error_text
+from gui.widgets.problems import error_text
 from gui.work.latest_question import LatestQuestion
 from ilf.drawing.block_pictures import block_overlay
 from ilf.frame import RGBDFrame

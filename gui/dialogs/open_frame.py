@@ -71,6 +71,7 @@ class OpenFrameDialog(QDialog):
         self.camera = QComboBox()
         self.camera.addItems([_FROM_META, *INTRINSICS, _NUMBERS, _FILE])
         self.camera_text = QLineEdit()
+        self.camera_text.setAccessibleName("Numbers or file of the intrinsics")
         self.camera_browse = QPushButton("File…", autoDefault=False)
         self.message = Message(lines=4)
         self.colour_preview, self.depth_preview = Preview("Colour"), Preview("Depth")
@@ -141,7 +142,7 @@ class OpenFrameDialog(QDialog):
             self.colour_preview.show_rgb(frame.rgb)
             self.depth_preview.show_depth(frame.depth)
             doubt = doubtful_scale(frame.depth, float(str(frame.sources["depth_units"])))
-            text = _reading(frame)
+            text = " ".join(filter(None, (_reading(frame), source.beside())))
             self.message.say(f"{text}\n{doubt}" if doubt else text, "warning" if doubt else "good")
             self.open_button.setEnabled(True)
 

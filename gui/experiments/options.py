@@ -48,6 +48,7 @@ class ExperimentOptions(QWidget):
         self.thoroughness.setToolTip("Full runs take minutes to hours. Both keep their results, beside each other.")
         self.thoroughness.currentIndexChanged.connect(lambda _: self.folder_changed.emit())
         self.data = QLineEdit(placeholderText="The bundled sample", clearButtonEnabled=True)
+        self.data.setAccessibleName("Frames")
         self.data.setToolTip(
             "Frames for 'Real frames' and 'Errors over all operation blocks': a folder of frame folders, one frame "
             "folder, or nyu_depth_v2_labeled.mat"
@@ -58,6 +59,7 @@ class ExperimentOptions(QWidget):
         self.seed = QSpinBox(maximum=2**31 - 1)
         self.seed.setToolTip("What noise and hidden pixels follow from: the same seed, the same numbers")
         self.folder = QLineEdit(str(QSettings().value(_FOLDER_KEY, "")) or _usual_folder())
+        self.folder.setAccessibleName("Folder of the results")
         self.folder.setToolTip(f"Where results are kept; those of quick runs in '{QUICK_FOLDER}' below it")
         self.folder.editingFinished.connect(self._take_folder)
         self._known_folder = self.folder.text()

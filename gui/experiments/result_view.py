@@ -71,6 +71,7 @@ class ResultView(QWidget):
         button = QToolButton()
         button.setAutoRaise(True)
         button.setToolTip(hint)
+        button.setAccessibleName(hint)
         return button
 
     def show_experiment(self, experiment: Experiment, result: StoredResult | None, folder: Path) -> None:

@@ -27,8 +27,9 @@ from gui import theme
 from gui.experiments.options import ExperimentOptions
 from gui.experiments.result_view import ResultView
 from gui.experiments.runner import ExperimentRunner
-from gui.widgets.messages import Message, warn
-from gui.widgets.notes import error_text
+from gui.widgets.messages import Message
+from gui.widgets.problems import error_details, error_text, warn
+from gui.work.pace import Pace
 from ilf.errors import IlfError
 from ilf.experiments import EXPERIMENTS, read_result, write_report
 from ilf.experiments.files import StoredResult
@@ -56,6 +57,7 @@ class ExperimentsWindow(QWidget):
         self.setWindowTitle("Experiments of the paper")
         self.resize(_SIZE)
         self._results: dict[str, StoredResult | IlfError] = {}
+        self._pace = Pace()
         self.runner = ExperimentRunner(self)
         self.runner.changed.connect(self._show_state)
         self.runner.written.connect(self._take_written)
@@ -82,6 +84,7 @@ class ExperimentsWindow(QWidget):
 
     def _make_list(self) -> None:
         self.list = QListWidget()
+        self.list.setAccessibleName("Experiments")
         self.list.setFrameShape(QFrame.Shape.StyledPanel)
         self.list.setIconSize(QSize(18, 18))
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -100,6 +103,7 @@ class ExperimentsWindow(QWidget):
         self.run_all_button = _button("Run all", "Run every experiment, one after the other", self.run_all)
         self.cancel_button = _button("Cancel", "Stop; experiments that are done keep their results", self.runner.cancel)
         self.progress = QProgressBar()
+        self.progress.setAccessibleName("Progress")
         self.progress.setTextVisible(False)
         self.progress.setFixedHeight(8)
         self.state = Message()
@@ -245,7 +249,10 @@ class ExperimentsWindow(QWidget):
         if self.runner.writing:
             return "writing files"
         progress = self.runner.progress
-        return f"{progress.done} of {progress.total}" if progress is not None and progress.total else "starting"
+        if progress is None or not progress.total:
+            return "starting"
+        self._pace.note(progress.done / progress.total)
+        return ", ".join(filter(None, (f"{progress.done} of {progress.total}", self._pace.text())))
 
     def _standing(self, name: str) -> tuple[str, str, str]:
         """Icon, tone and words for an experiment's state."""
@@ -331,7 +338,7 @@ class ExperimentsWindow(QWidget):
         self.told.setToolTip(str(path))
 
     def _report(self, what: str, error: Exception) -> None:
-        warn(self, what, error_text(error))
+        warn(self, what, error_text(error), error_details(error))
 
     # events
 

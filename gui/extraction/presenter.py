@@ -10,7 +10,8 @@ from gui.extraction.preview import Answer, ExtractionPreview, Question
 from gui.state.workspace import Workspace
 from gui.views.layouts import LAYOUT_TEXTS
 from gui.views.linked_views import LinkedViews
-from gui.widgets.notes import Notes, error_text
+from gui.widgets.notes import Notes
+from gui.widgets.problems import error_text
 from ilf.frame import RGBDFrame
 from ilf.parameters import BlockParameters
 

@@ -37,6 +37,7 @@ class FilterPanel(QWidget):
         self.presets.chosen.connect(self._choose_preset)
         self._scope = QComboBox()
         self._scope.addItems(["All blocks", "Chosen blocks"])
+        self._scope.setAccessibleName("Values for")
         self._scope.setToolTip("Whether the values below go for all blocks, or for the chosen ones alone")
         self._scope.activated.connect(self.scope_changed)
         self.form = ParameterForm(Parameters)

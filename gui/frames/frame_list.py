@@ -56,6 +56,7 @@ class FrameList(QWidget):
         self._current = ""
         self._items: dict[str, QListWidgetItem] = {}
         self.view = _FrameView(self)
+        self.view.setAccessibleName("Open frames")
         self.view.setItemDelegate(_FrameDelegate(self.view))
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)

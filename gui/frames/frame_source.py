@@ -31,6 +31,19 @@ class FrameSource:
         """Tells frames apart: the path of what holds the depth."""
         return str(Path(self.depth or self.rgb).absolute())
 
+    def beside(self) -> str:
+        """What is taken from a meta.json that lies beside the two files, as a sentence; "" for nothing."""
+        from ilf.io import META_NAME, frame_beside
+
+        files = frame_beside(self.rgb, self.depth) if self.depth is not None else None
+        if files is None:
+            return ""
+        taken = ["name"]
+        taken += ["depth units"] * (self.depth_units is None and files.depth_units is not None)
+        taken += ["intrinsics"] * (self.intrinsics is None and files.intrinsics is not None)
+        taken += ["truth"] * (self.truth is None and files.truth is not None)
+        return f"As {META_NAME} beside the files says: {', '.join(taken)}."
+
 
 def sorted_out(paths: Iterable[Path]) -> tuple[list[Path], list[Path], list[Path]]:
     """Frame folders, run records and image files among paths, each in the order given."""

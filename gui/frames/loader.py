@@ -75,6 +75,8 @@ class FrameLoader(QObject):
         self._workspace = workspace
         self._queue: deque[tuple[str, Job]] = deque()
         self._present = ""
+        self._done = 0
+        """How many have ended since nothing was under way."""
         self._worker = Worker(self)
         self._opening: Session | None = None
         """The frame whose blocks are being extracted for the first time."""
@@ -91,6 +93,11 @@ class FrameLoader(QObject):
     def present(self) -> str:
         """What is being done; "" when idle."""
         return self._present if self.busy else ""
+
+    @property
+    def share_done(self) -> float:
+        """Share of what was to be opened or extracted together that is done, 0-1; 0 where it is just one."""
+        return self._done / max(self._done + len(self._queue) + self._worker.busy, 1)
 
     def open(self, source: FrameSource) -> None:
         """Read a frame, show it, and extract its blocks.
@@ -142,6 +149,7 @@ class FrameLoader(QObject):
         if self._worker.busy:
             return
         if not self._queue:
+            self._done = 0
             self.busy_changed.emit()
             self.idle.emit()
             return
@@ -157,6 +165,7 @@ class FrameLoader(QObject):
 
     def _take(self, outcome: Found | _Extracted | None) -> None:
         opening, self._opening = self._opening, None
+        self._done += 1
         if isinstance(outcome, Found):
             if opening is not None and opening in self._workspace.sessions:
                 self._take_first(opening, outcome)
@@ -169,7 +178,8 @@ class FrameLoader(QObject):
         if self._workspace.is_present(session):
             self.extracted.emit(found)
         self._workspace.set_first_blocks(session, found.extraction, found.parameters)
-        self._tell_blocks(session, *found.extraction.notes)
+        beside = session.origin.beside() if isinstance(session.origin, FrameSource) else ""
+        self._tell_blocks(session, beside, *found.extraction.notes)
 
     def _take_extraction(self, outcome: _Extracted) -> None:
         session, found = outcome.session, outcome.found
@@ -196,6 +206,7 @@ class FrameLoader(QObject):
 
     def _fail(self, error: Exception) -> None:
         what, self._opening = self._present, None
+        self._done += 1
         self.failed.emit(what, error)
         self._next()
 

@@ -12,5 +12,6 @@ class HistoryView(QUndoView):
     def __init__(self, history: QUndoGroup, parent: QWidget | None = None) -> None:
         super().__init__(history, parent)
         self.setEmptyLabel("As opened")
+        self.setAccessibleName("History")
         self.setToolTip("Click a step to go back, or forward, to the state after it")
         self.setUniformItemSizes(True)

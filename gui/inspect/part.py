@@ -111,4 +111,5 @@ class InspectPart(Part):
         self.inspection.set_region(None)
 
     def _enable(self) -> None:
-        self.desk.actions.enable(self.desk.workspace.has_session, *(command.name for command in COMMANDS))
+        no_frame = "" if self.desk.workspace.has_session else "Open a frame first."
+        self.desk.actions.allow(no_frame, *(command.name for command in COMMANDS))

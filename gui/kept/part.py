@@ -181,9 +181,11 @@ class KeptRunsPart(Part):
         workspace, actions = self.desk.workspace, self.desk.actions
         there = bool(workspace.has_session and workspace.session.kept_runs)
         chosen = self._selected()
-        actions.enable(bool(chosen), "compare_runs", "delete_runs")
-        actions.enable(len(chosen) == 1, "restore_run", "accept_run", "rename_run", "note_run")
-        actions.enable(there, "export_runs", "clear_runs")
+        none = "" if there else "There are no runs yet."
+        actions.allow(none or ("" if chosen else "Choose a run first."), "compare_runs", "delete_runs")
+        one = none or ("" if len(chosen) == 1 else "Choose one run first.")
+        actions.allow(one, "restore_run", "accept_run", "rename_run", "note_run")
+        actions.allow(none, "export_runs", "clear_runs")
 
     def _show_menu(self, place: QPoint) -> None:
         menu = QMenu(self.table)

@@ -148,7 +148,8 @@ class PresetsPart(Part):
             self.desk.notes.tell(f"{name} sets the values of the extraction, too: extract blocks to use them.")
 
     def _allow(self) -> None:
-        self.desk.actions.enable(self._box.present in self._own, "rename_preset", "delete_preset")
+        why_not = "" if self._box.present in self._own else "Choose a preset of your own first."
+        self.desk.actions.allow(why_not, "rename_preset", "delete_preset")
 
     def _may(self, text: str, title: str) -> bool:
         yes, no = QMessageBox.StandardButton.Yes, QMessageBox.StandardButton.No

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QWidget
+
+_PROGRESS = 200
 
 
 class StatusBar(QStatusBar):
@@ -16,9 +19,29 @@ class StatusBar(QStatusBar):
         # neither may keep the window from being made narrower than what they say
         for label in (self.hint, self.readout):
             label.setMinimumWidth(1)
-        self.progress.setFixedWidth(160)
+        self.progress.setFixedWidth(_PROGRESS)
+        self.progress.setAccessibleName("Progress")
         self.progress.setTextVisible(True)
         self.progress.hide()
         self.addWidget(self.hint, 1)
         self.addPermanentWidget(self.readout)
         self.addPermanentWidget(self.progress)
+
+    def show_progress(self, text: str, share: float | None, left: str) -> None:
+        """Say what is under way, how much of it is done, 0-1 or None if that is not known, and what time is left.
+
+        "" for nothing under way.
+        """
+        progress = self.progress
+        progress.setVisible(bool(text))
+        said = ""
+        if share is None:
+            progress.setRange(0, 0)
+        else:
+            progress.setRange(0, 100)
+            progress.setValue(round(100 * share))
+            said = f" {round(100 * share)} %" + (f", {left}" if left else "")
+        metrics = progress.fontMetrics()
+        room = progress.width() - 2 * metrics.averageCharWidth() - metrics.horizontalAdvance(said)
+        progress.setFormat(metrics.elidedText(text, Qt.TextElideMode.ElideRight, room) + said)
+        progress.setToolTip(text + said)

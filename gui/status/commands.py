@@ -6,6 +6,7 @@ from PySide6.QtCore import QObject
 
 from gui.actions import Actions
 from gui.frames.loader import FrameLoader
+from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.tools.kinds import TOOL_NAMES
 from gui.work.runs import RunController, RunState
@@ -28,6 +29,7 @@ _FRAME_ACTIONS = (
     "one_to_one",
     *(f"stage_{name}" for name in STAGES),
 )
+_ANY_CHOSEN = "lock_blocks", "hide_blocks"
 
 
 class CommandsPresenter(QObject):
@@ -44,28 +46,42 @@ class CommandsPresenter(QObject):
         """Enable and disable."""
         runs, actions = self._runs, self._actions
         session = self._workspace.session if self._workspace.has_session else None
-        shown = session is not None
-        free = runs.free and not self._loader.busy
         counts = session.counts() if session else {}
         chosen = set(session.selected) & set(counts) if session else set()
         unlocked = chosen - session.locked if session else set()
-        paused = runs.state is RunState.PAUSED
-        actions.enable(shown, *_FRAME_ACTIONS)
-        actions.enable(shown and free, "extract", "load_blocks")
-        actions.enable(bool(counts), "save_blocks")
-        actions.enable(bool(chosen), "zoom_block")
-        actions.enable(bool(unlocked), "delete_blocks", "grow_blocks", "shrink_blocks", "smooth_blocks")
-        actions.enable(bool(counts), "clean_up")
-        actions.enable(len(unlocked) > 1, "merge_blocks")
-        actions.enable(bool(session and session.selected), "lock_blocks", "hide_blocks")
-        actions.enable(free and bool(counts), "run", "run_all")
-        actions.enable(free and bool(chosen), "run_selected")
-        actions.enable((free and bool(counts)) or paused, "step")
-        actions.enable(runs.state in (RunState.RUNNING, RunState.PAUSED, RunState.GUESSING), "pause", "cancel")
-        actions.enable(bool(free and session and session.valid_results() and not session.guessed), "guess")
-        actions.enable(bool(session and session.results.kept), "clear_results")
         own = session.notes.own if session else {}
-        actions.enable(not chosen.isdisjoint(own), "reset_own")
-        actions.enable(bool(session and len(session.selected) > 1 and session.selected[0] in own), "copy_own")
+        paused = runs.state is RunState.PAUSED
+        free = runs.free and not self._loader.busy
+        no_frame = "" if session else "Open a frame first."
+        busy = no_frame or ("" if free else "Wait until what is under way has ended, or cancel it.")
+        no_blocks = no_frame or ("" if counts else "There are no blocks: extract or draw some first.")
+        none_chosen = no_blocks or ("" if chosen else "Choose a block first.")
+        locked = none_chosen or ("" if unlocked else "The chosen blocks are locked: unlock them first.")
+        idle = "" if runs.state in (RunState.RUNNING, RunState.PAUSED, RunState.GUESSING) else "Nothing is running."
+        no_results = no_frame or ("" if session and session.results.kept else "There are no results yet.")
+        allow = actions.allow
+        allow(no_frame, *_FRAME_ACTIONS)
+        allow(busy, "extract", "load_blocks")
+        allow(no_blocks, "save_blocks", "clean_up")
+        allow(none_chosen, "zoom_block")
+        allow(locked, "delete_blocks", "grow_blocks", "shrink_blocks", "smooth_blocks")
+        allow("" if len(unlocked) > 1 else no_blocks or "Choose two or more unlocked blocks first.", "merge_blocks")
+        allow("" if session and session.selected else none_chosen or "Choose a block first.", *_ANY_CHOSEN)
+        allow(no_blocks or busy, "run", "run_all")
+        allow(none_chosen or busy, "run_selected")
+        allow("" if paused else no_blocks or busy, "step")
+        allow(idle, "pause", "cancel")
+        allow(no_results or busy or self._why_no_guess(session), "guess")
+        allow(no_results, "clear_results")
+        none_own = "The chosen blocks have no values of their own." if chosen.isdisjoint(own) else ""
+        allow(none_chosen or none_own, "reset_own")
+        can_copy = session is not None and len(session.selected) > 1 and session.selected[0] in own
+        allow("" if can_copy else "Choose a block with values of its own, and others after it.", "copy_own")
         actions["pause"].setChecked(paused)
         actions["pause"].setText("Resume" if paused else "&Pause")
+
+    @staticmethod
+    def _why_no_guess(session: Session | None) -> str:
+        if session is None or not session.valid_results():
+            return "Run the blocks first."
+        return "The rest is guessed already." if session.guessed else ""

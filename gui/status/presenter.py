@@ -6,11 +6,15 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QObject
 
+from gui.dialogs.documents import Documents
 from gui.frames.loader import FrameLoader
 from gui.state.workspace import Workspace
 from gui.status.bar import StatusBar
 from gui.tools.editor import Editor
+from gui.work.pace import Pace
 from gui.work.runs import RunController, RunState
+
+_NO_FRAME = "Open a frame by the menu File, or drop its files here"
 
 
 class StatusPresenter(QObject):
@@ -27,6 +31,7 @@ class StatusPresenter(QObject):
         workspace: Workspace,
         runs: RunController,
         loader: FrameLoader,
+        documents: Documents,
         editor: Editor,
         bar: StatusBar,
         elsewhere: Callable[[], str],
@@ -35,28 +40,42 @@ class StatusPresenter(QObject):
         self._workspace = workspace
         self._runs = runs
         self._loader = loader
+        self._documents = documents
         self._editor = editor
+        self._pace = Pace()
         self._bar = bar
         self._elsewhere = elsewhere
 
     def show_hint(self) -> None:
         """What is being opened or extracted, or else what a click would do now."""
         hint = self._elsewhere() or self._editor.tool.hint
-        idle = hint if self._workspace.has_session else "Open a frame: Ctrl+O"
+        idle = hint if self._workspace.has_session else _NO_FRAME
         self._bar.hint.setText(self._loader.present or idle)
         self._bar.hint.setToolTip(idle)  # where the window is too narrow for it
 
     def show_progress(self) -> None:
-        """How far the run is; or that something is being opened or extracted."""
-        runs, progress = self._runs, self._bar.progress
-        progress.setVisible(not runs.free or self._loader.busy)
-        if runs.state is RunState.GUESSING:
-            progress.setRange(0, 0)
-            progress.setFormat(runs.state.value)
-        elif not runs.free:
-            progress.setRange(0, 100)
-            progress.setValue(round(100 * runs.share_done))
-            progress.setFormat(f"{runs.state.value} %p%")
+        """How far runs, openings and extractions are, and how long they will still take; or that files are written."""
+        bar, share = self._bar, None
+        if self._runs.running:
+            text, share = self._runs_text()
         elif self._loader.busy:
-            progress.setRange(0, 0)
-            progress.setFormat(self._loader.present)
+            text, share = self._loader.present, self._loader.share_done or None
+            self._pace.note(share or 0.0)
+        else:
+            text = "Exporting" if self._documents.exporting else ""
+        if not text:
+            self._pace.forget()
+        bar.show_progress(text, share, self._pace.text() if share is not None else "")
+
+    def _runs_text(self) -> tuple[str, float | None]:
+        """What goes on for the present frame, or else for others, and the share of it that is done."""
+        runs, present = self._runs, not self._runs.free
+        if runs.state is RunState.GUESSING:
+            return runs.state.value, None
+        going = [self._workspace.session] if present else runs.running
+        shares = [runs.of(session).share_done for session in going]
+        share = sum(shares) / len(shares)
+        self._pace.note(share, going=runs.state is not RunState.PAUSED)
+        if present:
+            return runs.state.value, share
+        return (going[0].name if len(going) == 1 else f"{len(going)} other frames running"), share

@@ -140,7 +140,7 @@ class SweepPart(Part):
             self.window_.forget()
 
     def _allow(self) -> None:
-        self.desk.actions.enable(self.desk.workspace.has_session, "sweep")
+        self.desk.actions.allow("" if self.desk.workspace.has_session else "Open a frame first.", "sweep")
 
     def _show_menu(self, name: str, place: QPoint) -> None:
         """What can be done with a parameter of the filter's form."""

@@ -37,11 +37,12 @@ class OptionsRow(QWidget):
     ) -> None:
         super().__init__(parent)
         self._brush_text, self._leash_text = QLabel(), QLabel()
-        self.brush = _slider(1, round(BRUSH_RADII[-1]))
-        self.leash = _slider(0, LARGEST_LEASH)
+        self.brush = _slider("Brush", 1, round(BRUSH_RADII[-1]))
+        self.leash = _slider("Snap", 0, LARGEST_LEASH)
         self._switches = {"similar_only": similar, "to_no_block": no_block}
         self.amount = QSpinBox()
         self.amount.setRange(1, LARGEST_AMOUNT)
+        self.amount.setAccessibleName("Amount")
         self.amount.setSuffix(" px")
         self.leash.setToolTip(
             "Snap: how far a drawn line may move on the screen to an edge, so less far when zoomed in; 0: not at all"
@@ -86,8 +87,9 @@ class OptionsRow(QWidget):
             switch.setChecked(getattr(options, name))
 
 
-def _slider(low: int, high: int) -> QSlider:
+def _slider(name: str, low: int, high: int) -> QSlider:
     slider = QSlider(Qt.Orientation.Horizontal)
+    slider.setAccessibleName(name)
     slider.setRange(low, high)
     slider.setFixedWidth(_SLIDER_WIDTH)
     slider.setFocusPolicy(Qt.FocusPolicy.NoFocus)

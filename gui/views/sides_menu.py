@@ -5,6 +5,8 @@ from __future__ import annotations
 from PySide6.QtGui import QActionGroup
 from PySide6.QtWidgets import QMenu, QWidget
 
+from gui.inventory import PASSING
+
 from .contents.names import short_title
 from .linked_views import LinkedViews
 
@@ -28,6 +30,7 @@ class SidesMenu(QMenu):
         for depth in ("", *material.comparable()):
             text = short_title(depth, material.names) if depth else "what is best"
             action = self.addAction(text[:1].upper() + text[1:].replace("&", "&&"))
+            action.setProperty(PASSING, True)
             action.setCheckable(True)
             action.setChecked(material.chosen_sides[self._side] == depth)
             group.addAction(action)

@@ -24,11 +24,14 @@ class TitleStrip(QWidget):
 
     Signals
     -------
+    titled(str)
+        There is another title.
     doubleClicked()
     menuWished(QPoint)
         The title was clicked: the menu is to open at this place on the screen.
     """
 
+    titled = Signal(str)
     doubleClicked = Signal()
     menuWished = Signal(QPoint)
 
@@ -59,6 +62,7 @@ class TitleStrip(QWidget):
         if (title, colour) != (self.title, self._swatch):
             self.title, self._swatch = title, colour
             self.setAccessibleName(f"View: {title}")
+            self.titled.emit(title)
             self._place_guest()
             self.update()
 

@@ -29,11 +29,13 @@ class ViewBar(QWidget):
         super().__init__()
         self.opacity = QSlider(Qt.Orientation.Horizontal)
         self.opacity.setRange(0, 100)
+        self.opacity.setAccessibleName("Opacity of the blocks")
         self.opacity.setFixedWidth(80)
         self.opacity.setToolTip("Opacity of the blocks over the colour image")
         self.opacity.valueChanged.connect(lambda value: views.set_overlay_opacity(value / 100))
         self.opacity.setValue(_OPACITY)
         self.layouts = QComboBox()
+        self.layouts.setAccessibleName("Views")
         for name, text in LAYOUT_TEXTS.items():
             self.layouts.addItem(text, name)
         self.layouts.setToolTip("Which views are shown; a double-click on a title shows one large or alone")

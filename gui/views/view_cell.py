@@ -39,6 +39,7 @@ class ViewCell(QWidget):
         super().__init__()
         self.strip = TitleStrip()
         self.view = ImageView(on_event)
+        self.strip.titled.connect(self.view.setAccessibleName)
         self.bar = ColourBar(self)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)

@@ -4,21 +4,56 @@ from __future__ import annotations
 
 from datetime import datetime
 
-from PySide6.QtWidgets import QPlainTextEdit, QWidget
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QHBoxLayout, QPlainTextEdit, QToolButton, QVBoxLayout, QWidget
 
 MAXIMUM_LINES = 2000
 
 
-class LogPanel(QPlainTextEdit):
-    """Messages in the order they came; read-only, can be selected and copied."""
+class LogPanel(QWidget):
+    """Messages in the order they came; they can be selected, copied and cleared."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setReadOnly(True)
-        self.setMaximumBlockCount(MAXIMUM_LINES)
-        self.setFrameShape(QPlainTextEdit.Shape.NoFrame)
-        self.setPlaceholderText("Messages appear here.")
+        self.text = QPlainTextEdit()
+        self.text.setReadOnly(True)
+        self.text.setMaximumBlockCount(MAXIMUM_LINES)
+        self.text.setFrameShape(QPlainTextEdit.Shape.NoFrame)
+        self.text.setPlaceholderText("Messages appear here.")
+        self.text.setAccessibleName("Log")
+        self.copy_button = _button("Copy", "Copy the whole log, or what is selected in it")
+        self.copy_button.clicked.connect(self.copy)
+        self.clear_button = _button("Clear", "Empty the log")
+        self.clear_button.clicked.connect(self.text.clear)
+        buttons = QVBoxLayout()
+        buttons.setContentsMargins(4, 4, 4, 4)
+        buttons.setSpacing(2)
+        for button in (self.copy_button, self.clear_button):
+            buttons.addWidget(button)
+        buttons.addStretch(1)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(0)
+        row.addWidget(self.text, 1)
+        row.addLayout(buttons)
+        self.setFocusProxy(self.text)
 
     def add(self, message: str) -> None:
         """Append a message."""
-        self.appendPlainText(f"{datetime.now():%H:%M:%S}  {message}")
+        self.text.appendPlainText(f"{datetime.now():%H:%M:%S}  {message}")
+
+    def copy(self) -> None:
+        """Take what is selected to the clipboard, or all."""
+        cursor = self.text.textCursor()
+        chosen = cursor.selection().toPlainText() if cursor.hasSelection() else self.text.toPlainText()
+        QGuiApplication.clipboard().setText(chosen)
+
+
+def _button(text: str, hint: str) -> QToolButton:
+    button = QToolButton()
+    button.setText(text)
+    button.setToolTip(hint)
+    button.setAutoRaise(True)
+    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    return button

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QEvent, QSettings, Qt
 from PySide6.QtGui import QPalette
-from PySide6.QtWidgets import QGroupBox, QLabel, QMessageBox, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGroupBox, QLabel, QVBoxLayout, QWidget
 
 from gui import theme
 
@@ -53,13 +53,6 @@ def group(title: str) -> tuple[QGroupBox, QVBoxLayout]:
     column.setContentsMargins(12, 10, 12, 12)
     column.setSpacing(8)
     return box, column
-
-
-def warn(parent: QWidget, title: str, text: str) -> None:
-    """Show a warning beside the work that goes on."""
-    box = QMessageBox(QMessageBox.Icon.Warning, title, text, QMessageBox.StandardButton.Ok, parent)
-    box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    box.open()
 
 
 def last_folder(key: str) -> str:

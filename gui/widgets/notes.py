@@ -9,13 +9,12 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
 from gui.widgets.log import LogPanel
-from gui.widgets.message_strip import MessageStrip
-from gui.widgets.messages import warn
-from ilf.errors import IlfError
+from gui.widgets.problems import error_details, error_text, warn
+from gui.widgets.toasts import Toasts
 
 _TOLD_MS = 6000
 _GLIMPSE_MS = 4000
-_OFFERED_MS = 30_000
+_OFFERED_MS = 15_000
 
 
 class Notes(QObject):
@@ -29,44 +28,39 @@ class Notes(QObject):
 
     reported = Signal(str)
 
-    def __init__(self, window: QWidget, strip: MessageStrip, log: LogPanel) -> None:
+    def __init__(self, window: QWidget, toasts: Toasts, log: LogPanel) -> None:
         super().__init__(window)
         self._window = window
-        self._strip = strip
+        self._toasts = toasts
         self._log = log
         self._glimpsed = ""
 
     def tell(self, message: str) -> None:
         """Something that needs no answer."""
-        self._strip.tell(message, _TOLD_MS)
+        self._toasts.tell(message, _TOLD_MS)
         self._log.add(message)
 
     def offer(self, message: str, action: QAction) -> None:
-        """Something that a command could be given for; it stays until something else is done."""
-        self._strip.tell(message, _OFFERED_MS, action)
+        """Something that a command could be given for; it stays for a good while."""
+        self._toasts.tell(message, _OFFERED_MS, action)
 
     def glimpse(self, message: str) -> None:
         """Something that is of no interest any more when it has been read, as it comes at every move of a slider; nor
         while anything else is said."""
-        if self._strip.message in ("", self._glimpsed):
+        if self._toasts.message in ("", self._glimpsed):
             self._glimpsed = message
-            self._strip.tell(message, _GLIMPSE_MS)
+            self._toasts.change(message, _GLIMPSE_MS)
 
-    def warn(self, what: str, notes: Iterable[str]) -> None:
+    def warn(self, what: str, notes: Iterable[str], details: str = "") -> None:
         """Something that was done, but not quite as asked for; nothing is shown if there are no notes."""
         texts = list(notes)
         for text in texts:
             self._log.add(f"{what}: {text}")
         if texts:
-            warn(self._window, what, "\n\n".join(texts))
+            warn(self._window, what, "\n\n".join(texts), details)
 
     def report(self, what: str, error: Exception) -> None:
         """Something that went wrong."""
         text = error_text(error)
-        self.warn(what, [text])
+        self.warn(what, [text], error_details(error))
         self.reported.emit(f"{what}: {text}")
-
-
-def error_text(error: Exception) -> str:
-    """What to tell of an error. What IlfError and the operating system say is meant for people."""
-    return str(error) if isinstance(error, (IlfError, OSError)) else f"{type(error).__name__}: {error}"

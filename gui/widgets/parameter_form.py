@@ -173,6 +173,7 @@ class ParameterForm(QScrollArea):
         reset = QToolButton(autoRaise=True)
         reset.setFixedSize(_RESET_SIZE, _RESET_SIZE)
         reset.setObjectName(f"reset_{name}")
+        reset.setAccessibleName(f"Reset {declaration.label}")
         reset.clicked.connect(lambda: self._edited(name, getattr(self._base, name)))
         policy = reset.sizePolicy()
         policy.setRetainSizeWhenHidden(True)
@@ -186,6 +187,7 @@ class ParameterForm(QScrollArea):
     def _slider(self, declaration: Declaration) -> ValueSlider:
         slider = ValueSlider(declaration)
         slider.setObjectName(f"slider_{declaration.name}")
+        slider.setAccessibleName(declaration.label)
         slider.installEventFilter(self._wheel_guard)
         slider.valueChanged.connect(lambda _: self._edited(declaration.name, slider.shown_value))
         return slider

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import time
-
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QPushButton, QSizePolicy, QWidget
 
-_TELLING_SHARE = 0.03
-"""Before so much is done, nothing can be said of the time that is left."""
+from gui.work.pace import Pace
 
 
 class WorkRow(QWidget):
@@ -24,7 +21,7 @@ class WorkRow(QWidget):
 
     def __init__(self, what: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._begun = 0.0
+        self._pace = Pace()
         self.bar = QProgressBar()
         self.bar.setRange(0, 1000)
         self.bar.setAccessibleName(f"Progress of the {what}")
@@ -42,7 +39,7 @@ class WorkRow(QWidget):
 
     def begin(self) -> None:
         """Work has begun."""
-        self._begun = time.monotonic()
+        self._pace.forget()
         self.cancel_button.setEnabled(True)
         self.show_share(0.0)
         self.show()
@@ -50,7 +47,8 @@ class WorkRow(QWidget):
     def show_share(self, share: float) -> None:
         """So much is done, 0-1."""
         self.bar.setValue(round(1000 * share))
-        left = time_left(time.monotonic() - self._begun, share)
+        self._pace.note(share)
+        left = self._pace.text()
         self.bar.setFormat(f"{share:.0%}, {left}" if left else f"{share:.0%}")
 
     def end(self) -> None:
@@ -61,17 +59,3 @@ class WorkRow(QWidget):
         self.cancel_button.setEnabled(False)
         self.bar.setFormat("Stopping…")
         self.cancelled.emit()
-
-
-def time_left(elapsed: float, share: float) -> str:
-    """How long work still takes, in words, if `share` of it took `elapsed` seconds; "" where nothing can be said.
-
-    Examples
-    --------
-    >>> time_left(3.0, 0.25), time_left(60.0, 0.2), time_left(1.0, 0.0)
-    ('9 s left', '4 min left', '')
-    """
-    if not _TELLING_SHARE <= share < 1:
-        return ""
-    left = elapsed * (1 - share) / share
-    return f"{left:.0f} s left" if left < 100 else f"{left / 60:.0f} min left"

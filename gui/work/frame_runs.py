@@ -196,7 +196,7 @@ class FrameRuns(QObject):
         if changed:
             self.start(set(changed))
         else:
-            self.ended.emit(f"{self.session.name}: all blocks are up to date. Run all again: Ctrl+F5.")
+            self.ended.emit(f"{self.session.name}: all blocks are up to date. The menu Run runs them all again.")
 
     def start_chosen(self) -> None:
         """Run the chosen blocks."""

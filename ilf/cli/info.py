@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..frame import CameraIntrinsics, check_depth_scale
-from ..io import META_NAME, default_depth_units, frame_folder, read_colour, read_depth_values
+from ..io import META_NAME, FrameFiles, default_depth_units, frame_beside, frame_folder, read_colour, read_depth_values
 from ..io.camera_files import intrinsics_from
 from ..io.depth_files import depth_in_metres
 from ..io.truth_files import read_truth, scale_misfit
@@ -47,6 +47,10 @@ def run(arguments: argparse.Namespace) -> None:
     elif len(inputs) in {1, 2}:
         facts = [("colour", _colour(inputs[0]))]
         if len(inputs) == 2:
+            beside = frame_beside(*inputs)
+            if beside is not None:
+                _print_frame(beside, arguments)
+                return
             metres, found = _depth_facts(inputs[1], arguments.depth_units, arguments.intrinsics)
             facts += [*found, *_truth_facts(arguments.truth, arguments.truth_units, metres, arguments.depth_units)]
         _print_facts(facts)
@@ -64,17 +68,21 @@ def _print_folder(folder: Path, arguments: argparse.Namespace) -> None:
             "back what was there before, first."
         )
     if is_frame or not record.is_file():
-        files = frame_folder(folder)
-        units = arguments.depth_units or files.depth_units
-        metres, found = _depth_facts(files.depth, units, arguments.intrinsics or files.intrinsics)
-        stated = files.truth_units if arguments.truth is None else None
-        truth = _truth_facts(arguments.truth or files.truth, arguments.truth_units or stated, metres, units)
-        if not truth and (filled := sorted(folder.glob("gt.*"))):
-            truth = [("truth", f"none: {META_NAME} says of {filled[0].name} that it is no measured or exact depth")]
-        _print_facts([("name", files.name), ("colour", _colour(files.rgb)), *found, *truth])
+        _print_frame(frame_folder(folder), arguments)
         print()
     if record.is_file():
         _print_record(record)
+
+
+def _print_frame(files: FrameFiles, arguments: argparse.Namespace) -> None:
+    """What a meta.json says of a frame, and what there is in its files."""
+    units = arguments.depth_units or files.depth_units
+    metres, found = _depth_facts(files.depth, units, arguments.intrinsics or files.intrinsics)
+    stated = files.truth_units if arguments.truth is None else None
+    truth = _truth_facts(arguments.truth or files.truth, arguments.truth_units or stated, metres, units)
+    if not truth and (filled := sorted(files.rgb.parent.glob("gt.*"))):
+        truth = [("truth", f"none: {META_NAME} says of {filled[0].name} that it is no measured or exact depth")]
+    _print_facts([("name", files.name), ("colour", _colour(files.rgb)), *found, *truth])
 
 
 def _print_record(path: Path) -> None:

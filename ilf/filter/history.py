@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import fields
 from functools import lru_cache
@@ -17,9 +16,8 @@ _AT_HAND = 32
 
 
 class CompactHistory(Sequence[IterationRecord]):
-    """Records in arrays, a quarter of their size or less; each is made anew when it is looked at.
-
-    The first stays the very same, since what else is kept of the iterations may be known by it.
+    """Records in arrays, a quarter of their size or less; each is made anew when it is looked at, but for the first:
+    by that very record, what belongs to the iteration can be told from what belongs to a like one.
 
     Parameters
     ----------
@@ -30,15 +28,14 @@ class CompactHistory(Sequence[IterationRecord]):
     --------
     >>> records = [IterationRecord(i, 1, 0.1 / i, 20.0, 0.01, float("nan"), 0.002 * i) for i in (1, 2, 3)]
     >>> history = CompactHistory(records)
-    >>> len(history), history[-1] == records[-1], list(history) == records, history[0] is records[0]
-    (3, True, True, True)
+    >>> len(history), history[-1] == records[-1], list(history) == records
+    (3, True, True)
     """
 
     def __init__(self, records: Sequence[IterationRecord]) -> None:
         self._first = records[0]
-        self._kind = type(records[0])
         self._columns = {
-            field.name: np.array([getattr(record, field.name) for record in records]) for field in fields(self._kind)
+            field.name: np.array([getattr(record, field.name) for record in records]) for field in fields(self._first)
         }
 
     def __len__(self) -> int:
@@ -61,9 +58,9 @@ class CompactHistory(Sequence[IterationRecord]):
 
 @lru_cache(maxsize=_AT_HAND)
 def _records(history: CompactHistory) -> tuple[IterationRecord, ...]:
-    kind, columns = history._kind, history._columns
+    first, columns = history._first, history._columns
     values = [
         [tuple(row) for row in column.tolist()] if column.ndim > 1 else column.tolist() for column in columns.values()
     ]
-    made = (kind(**dict(zip(columns, row, strict=True))) for row in zip(*values, strict=True))
-    return (history._first, *itertools.islice(made, 1, None))
+    others = list(zip(*values, strict=True))[1:]
+    return first, *(type(first)(**dict(zip(columns, row, strict=True))) for row in others)

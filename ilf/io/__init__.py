@@ -16,7 +16,7 @@ from .depth_files import (
     write_depth,
     write_expected_error,
 )
-from .frames import META_NAME, FrameFiles, frame_folder, load_frame
+from .frames import META_NAME, FrameFiles, frame_beside, frame_folder, load_frame
 from .images import read_colour
 from .interchange import BLOCK_FORMATS, LoadedBlocks, read_blocks, write_blocks
 from .label_files import read_labels, write_labels, write_mask
@@ -34,6 +34,7 @@ __all__ = [
     "check_cloud_format",
     "coarser_units",
     "default_depth_units",
+    "frame_beside",
     "frame_folder",
     "intrinsics_from",
     "load_frame",

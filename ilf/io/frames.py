@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +63,7 @@ def load_frame(
     name: str | None = None,
     truth: str | os.PathLike[str] | None = None,
     truth_units: float | None = None,
+    beside: bool = True,
 ) -> RGBDFrame:
     """Read a registered RGB-D frame.
 
@@ -74,8 +75,8 @@ def load_frame(
     depth : path-like, optional
         Depth as 16-bit PNG, 16-bit or float TIFF, 16-bit PGM, or NPY.
     depth_units : float, optional
-        File units per metre. None takes what meta.json says; for two files 1000 if they hold integers
-        and 1 if they hold floats.
+        File units per metre. None takes what meta.json says, also for two files that lie beside it (see
+        `frame_beside`); without one 1000 if they hold integers and 1 if they hold floats.
     intrinsics : optional
         Anything that `ilf.io.intrinsics_from` takes; it goes before what meta.json says.
     name : str, optional
@@ -85,6 +86,8 @@ def load_frame(
     truth_units : float, optional
         Its file units per metre. None takes what meta.json says; otherwise those of the depth file if both hold
         integers, 1 if it holds floats.
+    beside : bool
+        Whether a meta.json that lies beside two files counts.
 
     Returns
     -------
@@ -110,7 +113,7 @@ def load_frame(
     ('room', (480, 640), 0.168, False)
     """
     if depth is not None:
-        files = _two_files(Path(rgb), Path(depth))
+        files = (frame_beside(rgb, depth) if beside else None) or _two_files(Path(rgb), Path(depth))
     elif Path(rgb).is_dir():
         files = frame_folder(rgb)
         if files.depth_units is None and depth_units is None:
@@ -220,6 +223,28 @@ def _truth_in(root: Path, worth: str | None) -> Path | None:
     if worth and Path(worth).suffix.lower() in DEPTH_FILE_SUFFIXES and not re.search(r"\s", worth):
         return _named_image(root, worth)
     return _found(root, "gt", DEPTH_FILE_SUFFIXES) if is_truth(worth) else None
+
+
+def frame_beside(rgb: str | os.PathLike[str], depth: str | os.PathLike[str]) -> FrameFiles | None:
+    """What the meta.json in the folder of two files says of them: units, intrinsics and name, as for the folder.
+
+    Returns
+    -------
+    FrameFiles or None
+        None if there is none, if it cannot be read, or if it speaks of other files: whoever names two files can have
+        them without it. Its `size` is not held against them.
+    """
+    colour_path, depth_path = Path(rgb).absolute(), Path(depth).absolute()
+    try:
+        files = frame_folder(colour_path.parent)
+    except InputError:
+        return None
+    is_theirs = _is_same(files.rgb, colour_path) and _is_same(files.depth, depth_path)
+    return replace(files, rgb=colour_path, depth=depth_path, size=None) if is_theirs else None
+
+
+def _is_same(file: Path, other: Path) -> bool:
+    return file == other or (other.exists() and file.samefile(other))
 
 
 def _input_file(content: FileContent) -> InputFile:

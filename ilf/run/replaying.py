@@ -182,6 +182,7 @@ def _recorded_frame(
         depth_units=inputs.depth_units,
         intrinsics=inputs.intrinsics,
         name=record.name or None,
+        beside=False,
     )
     if (
         frame.inputs is None

@@ -384,7 +384,7 @@ def test_a_preview_that_fails_says_why_without_a_dialog(
     _slide(staged, "dilation", 5)
     _settle(staged, qtbot)
     assert "no memory for the regions" in _summary(staged)
-    assert "no memory for the regions" in staged.log.toPlainText()
+    assert "no memory for the regions" in staged.log.text.toPlainText()
     assert _picture(staged) is None
     monkeypatch.undo()
     _slide(staged, "dilation", 4)

@@ -56,7 +56,7 @@ def test_a_frame_that_cannot_be_read_leaves_the_open_one_alone(
     assert "not depth" in reported[0]
     assert len(reported) == 1
     assert opened.workspace.sessions == [session]
-    assert "picture.png" in opened.log.toPlainText()
+    assert "picture.png" in opened.log.text.toPlainText()
 
 
 def test_dropping_a_folder_opens_it(window: MainWindow, qtbot: QtBot, frame_folder: Path) -> None:
@@ -143,7 +143,7 @@ def test_a_filter_without_its_network_is_told_of_in_the_log_and_in_the_table(ope
     opened.runs.ended.connect(said.append)
     run_all(opened)
     assert "Canny's edges stand in" in said[0]
-    assert said[0] in opened.log.toPlainText()
+    assert said[0] in opened.log.text.toPlainText()
     rows = block_rows(workspace.session, opened.runs)
     assert [row.detail.splitlines()[-1] for row in rows] == list(workspace.session.completion().notes) * len(rows)
 

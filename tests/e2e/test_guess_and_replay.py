@@ -123,7 +123,7 @@ def test_a_dense_export_is_that_of_the_command_line_and_comes_back_dense(
     with qtbot.waitSignal(margin.runs.finished, timeout=WAIT_MS):
         margin.actions_["run"].trigger()
     assert margin.workspace.session.guessed
-    assert "the run came out as recorded" in margin.log.toPlainText()
+    assert "the run came out as recorded" in margin.log.text.toPlainText()
     assert len(reported) == 1
 
 
@@ -137,7 +137,7 @@ def test_what_differs_from_a_record_is_said_when_it_is_opened(
     _open_run(opened, qtbot, tmp_path / "out" / "run.json")
     assert len(reported) == 1
     assert "depth.png has changed since the run was written" in reported[0]
-    assert "depth.png has changed" in opened.log.toPlainText()
+    assert "depth.png has changed" in opened.log.text.toPlainText()
 
 
 def test_an_input_that_was_replaced_is_refused(
@@ -175,10 +175,10 @@ def test_another_run_than_the_recorded_one_is_not_judged(
     opened.workspace.set_parameters(ilf.preset("paper"))
     run_all(opened)
     assert reported == []
-    assert "as recorded" not in opened.log.toPlainText()
+    assert "as recorded" not in opened.log.text.toPlainText()
     opened.workspace.set_parameters(ilf.preset())
     run_all(opened)
-    assert opened.log.toPlainText().count("came out as recorded") == 1
+    assert opened.log.text.toPlainText().count("came out as recorded") == 1
 
 
 def test_a_run_with_other_distrusted_depth_or_drawn_borders_is_not_judged(
@@ -196,4 +196,4 @@ def test_a_run_with_other_distrusted_depth_or_drawn_borders_is_not_judged(
     session.notes.drawn = mask
     run_all(opened)
     assert reported == []
-    assert "as recorded" not in opened.log.toPlainText()
+    assert "as recorded" not in opened.log.text.toPlainText()

@@ -20,7 +20,7 @@ from .conftest import WAIT_MS
 
 def _shown(window: MainWindow) -> np.ndarray:
     window.refresh.now()
-    return window.views.cells["depth-out"]._depth
+    return window.views.cells["depth-out"].painter._depth
 
 
 def test_the_views_look_back_and_return(

@@ -251,31 +251,12 @@ def test_slivers_are_said_and_cleaned_up_by_what_is_offered(editing: MainWindow,
     _take(editing, "paint")
     editing.editor.set_option("brush_radius", 1.0)
     click(editing, (10, 24))
-    assert editing.messages.message == "1 sliver left."
-    assert editing.status.hint.isVisible()
-    QTest.mouseClick(editing.messages, Qt.MouseButton.LeftButton)
-    assert editing.messages.message, "beside the link"
-    editing.messages.linkActivated.emit("#")
+    assert editing.toasts.message == "1 sliver left."
+    QTest.mouseClick(editing.toasts.shown[-1].command, Qt.MouseButton.LeftButton)
     assert session.undo_stack.undoText() == "Clean up"
     assert session.labels[24, 10] == session.labels[5, 5]
-    assert "1 sliver" in editing.messages.message
-    qtbot.wait(1)
-    hover(editing, (20, 20))
-    assert editing.messages.message
-    click(editing, (50, 24))
-    assert not editing.messages.message, "the next click takes it away"
-
-
-def test_a_message_of_a_key_stays_until_the_next_one(editing: MainWindow, qtbot: QtBot) -> None:
-    editing.workspace.select([1])
-    _take(editing, "select")
-    key(editing, _Key.Key_K, CTRL)
-    assert "no islands" in editing.messages.message
-    qtbot.wait(1)
-    QTest.keyClick(editing.views.cells["colour"].view, _Key.Key_Shift)
-    assert editing.messages.message
-    key(editing, _Key.Key_Tab)
-    assert not editing.messages.message
+    assert "1 sliver" in editing.toasts.message
+    assert [toast for toast in editing.toasts.shown if toast.action is not None] == [], "what was offered is done"
 
 
 def test_blocks_grow_shrink_and_become_smooth_by_the_amount(editing: MainWindow) -> None:
@@ -299,7 +280,7 @@ def test_merging_says_that_parts_do_not_touch(editing: MainWindow) -> None:
     editing.workspace.replace_labels(labels, "Corners")
     editing.workspace.select([2, 3])
     editing.actions_["merge_blocks"].trigger()
-    assert "do not touch" in editing.messages.message
+    assert "do not touch" in editing.toasts.message
     assert session.labels[-1, -1] == session.labels[0, 0]
 
 

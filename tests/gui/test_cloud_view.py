@@ -11,11 +11,11 @@ from PySide6.QtWidgets import QApplication
 from gui import theme
 from gui.cloud.clip_row import ClipRow
 from gui.cloud.cloud_view import CloudView
-from gui.cloud.colouring import ColourBy, Subject, colours_of, value_of
+from gui.cloud.colouring import ColourBy, Subject, colours_of, signed_table, value_of
 from gui.cloud.detail import MOVING_S, Detail
 from gui.cloud.overlays import length_text, round_length
 from gui.cloud.scene import Colouring, Scene
-from gui.views.colour_maps import depth_table, difference_table
+from gui.views.colour_maps import depth_table
 from gui.views.ranges import FIXED, Range
 from ilf.drawing.levels import to_indices
 
@@ -197,7 +197,7 @@ def test_colours_mean_what_is_chosen(qapp, subject):
         return [colour.red(), colour.green(), colour.blue()]
 
     rgb = subject.rgb.reshape(-1, 3)[pixels]
-    none = shade(subject.shades.muted)
+    none = shade(subject.shades.grid if subject.shades.is_dark else subject.shades.muted)
     assert colours(ColourBy.COLOUR).colours.tolist() == rgb.tolist()
     depth = colours(ColourBy.DEPTH)
     assert depth.colours.tolist() == depth_table("turbo")[to_indices(points[:, 2], 1, 5), :3].tolist()
@@ -208,7 +208,7 @@ def test_colours_mean_what_is_chosen(qapp, subject):
     assert expected.colours[1].tolist() == expected.scale.table[128, :3].tolist(), "10 of 1 to 100 mm"
     assert expected.colours[0].tolist() == none
     error = colours(ColourBy.ERROR)
-    table = difference_table(dark=not subject.shades.is_dark)
+    table = signed_table()
     assert (error.colours == table[to_indices(np.float32([5.1]), -10, 10)[0], :3]).all(), "5.1 mm too far"
     assert error.scale.levels == (-10.0, 10.0)
     assert value_of(subject, ColourBy.ERROR, (2, 1)) == pytest.approx(5.1, abs=1e-3)

@@ -11,7 +11,6 @@ import pytest
 from PySide6.QtCore import QRect, QSettings, QSize, Qt
 from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QMainWindow
 from pytestqt.qtbot import QtBot
 
 from gui import docks
@@ -103,27 +102,6 @@ def test_the_rail_opens_and_folds_panels_and_one_key_all_of_them(shown: MainWind
     assert shown.panels.open == ["Blocks", "Log"]
 
 
-def test_what_is_open_is_remembered_for_each_arrangement(shown: MainWindow, qtbot: QtBot) -> None:
-    shown.actions_["layout_correct"].trigger()
-    assert shown.panels.open == [], "correcting begins with the largest picture"
-    _click(shown, "Blocks")
-    shown.actions_["layout_correct"].trigger()
-    assert shown.views.layout_name == "grid"
-    assert shown.panels.open == ["Blocks", "Parameters"]
-    _click(shown, "Parameters")
-    shown.views.set_layout("correct")
-    assert shown.panels.open == ["Blocks"]
-    shown.close()
-    second = MainWindow()
-    qtbot.addWidget(second)
-    second.show()
-    qtbot.waitExposed(second)
-    assert second.panels.open == ["Blocks"]
-    _click(second, "Frames")
-    second.views.set_layout("correct")
-    assert second.panels.open == ["Blocks"]
-
-
 @pytest.mark.parametrize("folds_by", ["rail", "title"])
 def test_what_the_user_has_folded_stays_folded(shown: MainWindow, qtbot: QtBot, folds_by: str) -> None:
     shown.panels.offer("Convergence")
@@ -138,18 +116,6 @@ def test_what_the_user_has_folded_stays_folded(shown: MainWindow, qtbot: QtBot, 
     shown.panels.toggle_all()
     shown.panels.offer("Convergence")
     assert shown.panels.open == []
-
-
-def test_an_arrangement_of_an_older_version_gives_way_to_the_default(qtbot: QtBot) -> None:
-    older = QMainWindow()
-    qtbot.addWidget(older)
-    QSettings().setValue("window/state", older.saveState())
-    QSettings().setValue("panels/state", older.saveState(0))
-    window = MainWindow()
-    qtbot.addWidget(window)
-    window.show()
-    qtbot.waitExposed(window)
-    assert window.panels.open == ["Blocks", "Parameters"]
 
 
 def test_full_screen_by_f11_and_back_and_escape_does_not_quit(qtbot: QtBot) -> None:

@@ -175,7 +175,7 @@ def test_the_normal_run_is_of_what_has_changed(bench: Bench, until: Until) -> No
     until(lambda: len(bench.said) == 2)
     bench.runs.start_changed()
     assert _asked(bench) == [[1, 2], [2, 3]]
-    assert bench.said[-1] == "first: all blocks are up to date. Run all again: Ctrl+F5."
+    assert bench.said[-1] == "first: all blocks are up to date. The menu Run runs them all again."
 
 
 def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(

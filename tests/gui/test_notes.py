@@ -2,47 +2,102 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QPoint
-from PySide6.QtWidgets import QLabel, QMainWindow, QVBoxLayout, QWidget
+from collections.abc import Iterator
+
+import pytest
+from PySide6.QtCore import QEvent, QPointF, QRect, Qt
+from PySide6.QtGui import QAction, QEnterEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
 from pytestqt.qtbot import QtBot
 
 from gui.widgets.log import LogPanel
-from gui.widgets.message_strip import MessageStrip
 from gui.widgets.notes import Notes
+from gui.widgets.toasts import MOST, Toast, Toasts
 
 
-def test_what_is_of_no_interest_takes_the_place_of_nothing_but_its_like(qtbot: QtBot) -> None:
+@pytest.fixture
+def window(qtbot: QtBot) -> QMainWindow:
     window = QMainWindow()
-    qtbot.addWidget(window)
-    window.show()
-    strip, log = MessageStrip(window), LogPanel()
-    qtbot.addWidget(log)
-    notes = Notes(window, strip, log)
-    notes.glimpse("3 blocks in 20 ms")
-    notes.glimpse("3 blocks in 25 ms")
-    assert strip.message == "3 blocks in 25 ms"
-    notes.tell("Values of their own stay.")
-    notes.glimpse("3 blocks in 21 ms")
-    assert strip.message == "Values of their own stay."
-    strip.hide()
-    notes.glimpse("3 blocks in 22 ms")
-    assert strip.message == "3 blocks in 22 ms"
-
-
-def test_a_message_covers_no_strip_also_if_that_comes_later(qtbot: QtBot) -> None:
-    window, centre, strip = QMainWindow(), QWidget(), QLabel("Where next?")
-    column = QVBoxLayout(centre)
-    column.addStretch()
-    column.addWidget(strip)
-    strip.hide()
-    window.setCentralWidget(centre)
+    window.setCentralWidget(QLineEdit())
     window.statusBar()
     qtbot.addWidget(window)
-    window.resize(500, 300)
+    window.resize(600, 400)
     window.show()
     qtbot.waitExposed(window)
-    messages = MessageStrip(window, (strip,))
-    messages.tell("Done", 10_000)
-    strip.show()
-    qtbot.waitUntil(lambda: messages.geometry().bottom() < strip.mapTo(window, QPoint()).y())
-    messages.hide()
+    return window
+
+
+@pytest.fixture
+def toasts(window: QMainWindow) -> Iterator[Toasts]:
+    toasts = Toasts(window, (window.centralWidget(),))
+    yield toasts
+    toasts.clear()
+
+
+def test_what_is_of_no_interest_takes_the_place_of_nothing_but_its_like(
+    window: QMainWindow, toasts: Toasts, qtbot: QtBot
+) -> None:
+    log = LogPanel()
+    qtbot.addWidget(log)
+    notes = Notes(window, toasts, log)
+    notes.glimpse("3 blocks in 20 ms")
+    notes.glimpse("3 blocks in 25 ms")
+    assert [toast.message for toast in toasts.shown] == ["3 blocks in 25 ms"]
+    notes.tell("Values of their own stay.")
+    notes.glimpse("3 blocks in 21 ms")
+    assert toasts.message == "Values of their own stay."
+    toasts.clear()
+    notes.glimpse("3 blocks in 22 ms")
+    assert toasts.message == "3 blocks in 22 ms"
+
+
+def test_they_stack_in_the_corner_and_take_no_focus(window: QMainWindow, toasts: Toasts) -> None:
+    field = window.centralWidget()
+    field.setFocus()
+    for message in ("one", "two", "three of them " * 20, "one", "four"):
+        toasts.tell(message, 10_000)
+    assert [toast.message[:5] for toast in toasts.shown] == ["three", "one", "four"]
+    assert len(toasts.shown) == MOST
+    room = QRect(field.mapTo(window, field.rect().topLeft()), field.size())
+    boxes = [toast.geometry() for toast in toasts.shown]
+    assert all(room.contains(box) for box in boxes)
+    assert boxes[0].bottom() < boxes[1].top() < boxes[1].bottom() < boxes[2].top()
+    assert boxes[0].height() > 2 * boxes[1].height(), "what is long is wrapped"
+    QTest.mouseClick(toasts.shown[1].close_button, Qt.MouseButton.LeftButton)
+    assert toasts.message == "four"
+    assert len(toasts.shown) == 2
+    assert QApplication.focusWidget() is field
+
+
+def _over(toast: Toast, kind: type[QEvent] = QEvent) -> QEvent:
+    at = QPointF(3, 3)
+    return QEnterEvent(at, at, at) if kind is QEnterEvent else QEvent(QEvent.Type.Leave)
+
+
+def test_one_stays_while_the_pointer_is_on_it(toasts: Toasts, qtbot: QtBot) -> None:
+    toasts.tell("read me", 30)
+    (toast,) = toasts.shown
+    QApplication.sendEvent(toast, _over(toast, QEnterEvent))
+    toasts.tell("gone soon", 30)
+    qtbot.waitUntil(lambda: [toast.message for toast in toasts.shown] == ["read me"])
+    QApplication.sendEvent(toast, _over(toast))
+    with qtbot.waitSignal(toast.gone, timeout=10_000):
+        pass
+
+
+def test_a_command_is_offered_once(window: QMainWindow, toasts: Toasts) -> None:
+    action = QAction("&Clean up…", window)
+    given: list[bool] = []
+    action.triggered.connect(lambda: given.append(True))
+    toasts.tell("3 slivers left.", 10_000, action)
+    (toast,) = toasts.shown
+    assert toast.command.text() == "Clean up"
+    QTest.mouseClick(toast.command, Qt.MouseButton.LeftButton)
+    assert given == [True]
+    assert toasts.shown == []
+    for left in (1, 2):
+        toasts.tell(f"{left} slivers left.", 10_000, action)
+    assert [toast.message for toast in toasts.shown] == ["2 slivers left."]
+    action.trigger()
+    assert toasts.shown == []

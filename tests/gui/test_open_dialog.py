@@ -45,6 +45,17 @@ def test_colour_file_brings_its_depth_and_a_reading(dialog, folder):
     assert not dialog.depth_preview.picture.pixmap().isNull()
 
 
+def test_two_files_beside_a_meta_are_read_as_it_says_and_that_is_said(dialog, folder):
+    (folder / "meta.json").write_text(json.dumps({"depth_units_per_m": 500, "K": [525, 525, 320, 240]}))
+    dialog.set_files(str(folder / "rgb.png"), str(folder / "depth.png"))
+    assert "Median 4.00 m" in dialog.message.text()
+    assert dialog.message.text().endswith("As meta.json beside the files says: name, depth units, intrinsics.")
+    dialog.units.setCurrentText("1000 (millimetres)")
+    dialog.read()
+    assert "Median 2.00 m" in dialog.message.text()
+    assert dialog.message.text().endswith("As meta.json beside the files says: name, intrinsics.")
+
+
 def test_request_opens_the_very_frame(dialog, folder):
     dialog.set_files(str(folder / "depth.png"), str(folder / "rgb.png"))
     dialog.units.setEditText("500 (mine)")

@@ -344,6 +344,23 @@ def test_folder_is_read_as_its_meta_says(folder):
     assert (changed.name, changed.intrinsics.fx) == ("other", 40)
 
 
+def test_two_files_beside_the_meta_that_speaks_of_them_are_read_as_it_says(folder):
+    root = folder({**META, "depth_units_per_m": 500, "size": [1, 1]})
+    frame = load_frame(root / "rgb.png", root / "depth.png")
+    np.testing.assert_array_equal(frame.depth, METRES * 2)
+    assert (frame.name, frame.intrinsics.fy) == ("kitchen", 30.5)
+    given = load_frame(root / "rgb.png", root / "depth.png", depth_units=1000, intrinsics=[40, 40, 1, 1])
+    np.testing.assert_array_equal(given.depth, METRES)
+    assert given.intrinsics.fx == 40
+
+
+@pytest.mark.parametrize("meta", [{**META, "depth": "other.png"}, {**META, "name": 7}, b"{not json"])
+def test_two_files_can_be_had_whatever_a_meta_beside_them_is(meta, folder):
+    root = folder(meta, ["rgb.png", "depth.png", "other.png"])
+    frame = load_frame(root / "rgb.png", root / "depth.png")
+    assert (frame.name, frame.intrinsics) == ("frame", None)
+
+
 def test_folder_without_k_size_and_name(folder):
     frame = load_frame(folder({"depth_units_per_m": 1000, "K": None}))
     assert frame.intrinsics is None

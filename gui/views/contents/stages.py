@@ -38,6 +38,7 @@ class StagePicker(QWidget):
         self._buttons: dict[str, QToolButton] = {}
         group = QButtonGroup(self)
         self._box = QComboBox()
+        self._box.setAccessibleName("Stage of the extraction")
         for name, text in STAGES.items():
             button = QToolButton()
             button.setText(text)

@@ -1,0 +1,117 @@
+"""Which frames and runs were opened last, and how they were read."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QSettings
+
+from gui.frames.frame_source import FrameSource
+
+MOST = 12
+_KEY = "recent/frames"
+
+Origin = FrameSource | Path
+"""A frame's files, or the record of a run."""
+
+
+class RecentFrames:
+    """What was opened, the last first.
+
+    Parameters
+    ----------
+    remembers : bool
+        Whether it is that of the last time, and is kept for the next.
+    """
+
+    def __init__(self, remembers: bool) -> None:
+        self._remembers = remembers
+        self.origins: list[Origin] = _read(str(QSettings().value(_KEY, "[]"))) if remembers else []
+
+    def note(self, origin: Origin) -> None:
+        """This has been opened. Only what can be read again in the same way is kept."""
+        if _entry(origin) is not None:
+            others = [other for other in self.origins if key_of(other) != key_of(origin)]
+            self._set([origin, *others][:MOST])
+
+    def remove_missing(self) -> None:
+        """Forget what is not there any more."""
+        self._set([origin for origin in self.origins if not is_missing(origin)])
+
+    def clear(self) -> None:
+        """Forget all."""
+        self._set([])
+
+    def _set(self, origins: list[Origin]) -> None:
+        self.origins = origins
+        if self._remembers:
+            QSettings().setValue(_KEY, json.dumps([_entry(origin) for origin in origins]))
+
+
+def key_of(origin: Origin) -> str:
+    """The path of what holds the depth, or of the record."""
+    return os.path.abspath(origin.key if isinstance(origin, FrameSource) else origin)
+
+
+def is_missing(origin: Origin) -> bool:
+    """Whether one of its files is not there any more."""
+    paths = (origin.rgb, origin.depth, origin.truth) if isinstance(origin, FrameSource) else (origin,)
+    return any(path is not None and not Path(path).exists() for path in paths)
+
+
+def name_of(origin: Origin) -> str:
+    """What to call it: its folder, or its file where that says more."""
+    if isinstance(origin, Path):
+        return f"{origin.parent.name}/{origin.name}"
+    if origin.depth is None:
+        return Path(origin.rgb).name
+    return f"{Path(origin.rgb).absolute().parent.name}/{Path(origin.rgb).name}"
+
+
+def _entry(origin: Origin) -> dict[str, Any] | None:
+    """As settings can hold it; None of what cannot be held, such as a camera that was made by a program."""
+    if isinstance(origin, Path):
+        return {"run": str(origin)}
+    camera = origin.intrinsics
+    if camera is not None and not isinstance(camera, str):
+        if not isinstance(camera, (tuple, list)):
+            return None
+        camera = [float(number) for number in camera]
+    return {
+        "rgb": _absolute(origin.rgb),
+        "depth": _absolute(origin.depth),
+        "units": origin.depth_units,
+        "camera": camera,
+        "truth": _absolute(origin.truth),
+        "truth_units": origin.truth_units,
+    }
+
+
+def _absolute(path: str | None) -> str | None:
+    return None if path is None else os.path.abspath(path)
+
+
+def _read(text: str) -> list[Origin]:
+    """What settings held; what is not as it should be is left out."""
+    try:
+        entries = json.loads(text)
+        return [_origin(entry) for entry in entries][:MOST]
+    except (ValueError, TypeError, KeyError, AttributeError):
+        return []
+
+
+def _origin(entry: dict[str, Any]) -> Origin:
+    if "run" in entry:
+        return Path(entry["run"])
+    camera = entry["camera"]
+    return FrameSource(
+        str(entry["rgb"]),
+        entry["depth"],
+        entry["units"],
+        tuple(camera) if isinstance(camera, list) else camera,
+        entry["truth"],
+        entry["truth_units"],
+    )

@@ -1,0 +1,95 @@
+"""The window's habits, driven by the keyboard alone; and names for all that can be used."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TypeVar
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QKeySequence
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QDialog, QWidget
+from pytestqt.qtbot import QtBot
+
+from gui.main_window import MainWindow
+from gui.palette.part import PalettePart
+from gui.recent.part import RecentPart
+from gui.shortcuts.dialog import ShortcutsDialog
+from gui.shortcuts.part import ShortcutsPart
+from tests.gui.naming import unnamed
+
+P = TypeVar("P")
+CTRL_SHIFT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
+
+
+def _part(window: MainWindow, kind: type[P]) -> P:
+    return next(part for part in window.parts if isinstance(part, kind))
+
+
+def _dialogs(window: QWidget) -> Iterator[QDialog]:
+    return (dialog for dialog in window.findChildren(QDialog) if dialog.isVisible())
+
+
+def test_every_control_has_a_name(opened: MainWindow, qtbot: QtBot) -> None:
+    for toggle in opened.panels.toggles():
+        toggle.setChecked(True)
+    assert unnamed(opened) == []
+    files = "open", "export", "load_blocks", "load_truth"
+    for name in (*files, "test_hidden", "sweep", "save_preset", "shortcuts", "save_layout", "about"):
+        opened.actions_[name].trigger()
+        (dialog,) = _dialogs(opened)
+        assert unnamed(dialog) == [], name
+        assert dialog.windowTitle()
+        dialog.close()
+
+
+def test_a_command_is_found_given_and_has_another_key_without_the_mouse(
+    opened: MainWindow, qtbot: QtBot, frame_folder: Path
+) -> None:
+    opened.activateWindow()
+    qtbot.waitUntil(opened.isActiveWindow)
+    view = opened.views.cells["colour"].view
+    view.setFocus()
+    QTest.keyClick(view, Qt.Key.Key_P, CTRL_SHIFT)
+    palette = _part(opened, PalettePart).palette
+    QTest.keyClicks(palette.field, "merge")
+    assert palette.hint.text().startswith("Choose two or more unlocked blocks first.")
+    QTest.keyClick(palette.field, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
+    QTest.keyClicks(palette.field, "sel all")
+    QTest.keyClick(palette.field, Qt.Key.Key_Return)
+    qtbot.waitUntil(lambda: list(opened.workspace.session.selected) == [1, 2])
+    assert QApplication.focusWidget() is view
+
+    keymap = _part(opened, ShortcutsPart).keymap
+    assert keymap is not None
+    given = [(entry.key, keys) for entry in keymap.entries for keys in entry.action.shortcuts()]
+    assert [key for key, keys in given if keymap.clashes(key, keys) or keymap.fixed(keys)] == [], "one key, one command"
+    opened.actions_["shortcuts"].trigger()
+    (dialog,) = _dialogs(opened)
+    assert isinstance(dialog, ShortcutsDialog)
+    dialog.filter.setText("fit frame")
+    dialog.edit.setKeySequence(QKeySequence("Ctrl+Alt+F"))
+    dialog.edit.editingFinished.emit()
+    dialog.close()
+    assert opened.actions_["fit"].toolTip() == "Show the whole frame (Ctrl+Alt+F)"
+
+    menu = _part(opened, RecentPart).menu
+    menu.aboutToShow.emit()
+    first, *_ = menu.actions()
+    assert frame_folder.name in first.text()
+    opened.documents.close_frame()
+    with qtbot.waitSignal(opened.loader.idle, timeout=20_000):
+        first.trigger()
+    assert opened.workspace.session.key == str(frame_folder)
+
+
+def test_messages_leave_the_hint_alone(window: MainWindow, qtbot: QtBot) -> None:
+    for width, height in ((1100, 700), (800, 560)):
+        window.resize(width, height)
+        window.notes.tell("Exported 9 files to a folder with quite a long name, " * 3)
+        qtbot.wait(1)
+        (toast,) = window.toasts.shown
+        assert window.rect().contains(toast.geometry())
+        assert toast.geometry().bottom() < window.status.geometry().top()
+    window.toasts.clear()

@@ -1,0 +1,122 @@
+"""Layouts of the window: each stays as it was left, own ones are kept, and each can be reset."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import QSettings, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QDockWidget, QMainWindow
+from pytestqt.qtbot import QtBot
+
+from gui.layouts.layout import Arrangement
+from gui.layouts.part import LayoutsPart
+from gui.layouts.store import LayoutStore
+from gui.main_window import MainWindow
+
+
+def _shown(qtbot: QtBot) -> tuple[MainWindow, LayoutsPart]:
+    window = MainWindow()
+    qtbot.addWidget(window)
+    window.resize(1280, 800)
+    window.show()
+    qtbot.waitExposed(window)
+    return window, next(part for part in window.parts if isinstance(part, LayoutsPart))
+
+
+def _key(window: MainWindow, key: Qt.Key, modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier) -> None:
+    QTest.keyClick(window, key, modifier)
+
+
+def _click(window: MainWindow, title: str) -> None:
+    action = next(action for action in window.panels.toggles() if action.text() == title)
+    QTest.mouseClick(window.panels.rail.widgetForAction(action), Qt.MouseButton.LeftButton)
+
+
+def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot: QtBot) -> None:
+    window, layouts = _shown(qtbot)
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    assert window.panels.open == ["Blocks", "Parameters"]
+    _key(window, Qt.Key.Key_F4)
+    assert (layouts.present, window.views.layout_name) == ("correct", "correct")
+    assert window.panels.open == [], "correcting begins with the largest picture"
+    _click(window, "Blocks")
+    _key(window, Qt.Key.Key_F4)
+    assert (layouts.present, window.views.layout_name) == ("standard", "grid")
+    assert window.panels.open == ["Blocks", "Parameters"]
+    _click(window, "Parameters")
+    _key(window, Qt.Key.Key_F12)
+    assert set(window.panels.open) >= {"Parameters", "Convergence"}
+    window.actions_["contours_only"].trigger()
+    window.close()
+    second, layouts = _shown(qtbot)
+    assert layouts.present == "tune"
+    assert set(second.panels.open) >= {"Parameters", "Convergence"}
+    assert second.actions_["contours_only"].isChecked()
+    layouts.turn("standard")
+    assert second.panels.open == ["Blocks"]
+    second.views.set_layout("correct")
+    assert (layouts.present, second.panels.open) == ("correct", ["Blocks"]), "the panels follow the views"
+    second.views.set_layout("row")
+    assert (layouts.present, second.panels.open) == ("standard", ["Blocks"])
+    assert second.views.layout_name == "row"
+    layouts.reset()
+    assert (second.views.layout_name, second.panels.open) == ("grid", ["Blocks", "Parameters"])
+    second.close()
+
+
+def _area(window: MainWindow, title: str) -> Qt.DockWidgetArea:
+    return window.dockWidgetArea(window.findChild(QDockWidget, title))
+
+
+def test_own_layouts_have_keys_are_renamed_deleted_and_brought_back(qtbot: QtBot) -> None:
+    window, layouts = _shown(qtbot)
+    left, right = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
+    assert not layouts.save("inspect"), "those that are always there are not replaced"
+    _click(window, "History")
+    window.addDockWidget(left, window.findChild(QDockWidget, "Blocks"))
+    window.views.set_layout("depth-out")
+    window.views.set_content("colour", "depth-in")
+    assert layouts.save("Mine & yours")
+    _click(window, "History")
+    window.actions_["layout_standard"].trigger()
+    layouts.reset()
+    assert (_area(window, "Blocks"), window.views.layout_name) == (right, "grid")
+    assert window.views.contents()["colour"] == "colour"
+    window.actions_["layout_own_1"].trigger()
+    assert (_area(window, "Blocks"), window.views.layout_name) == (left, "depth-out")
+    assert window.views.contents()["colour"] == "depth-in"
+    assert "History" not in window.panels.open, "as it was left"
+    layouts.reset()
+    assert "History" in window.panels.open, "as it was saved"
+    assert layouts.rename("Ours")
+    assert [action.text() for action in layouts.menu.actions()].count("Ours") == 1
+    layouts.delete()
+    assert layouts.present == "standard"
+    assert not window.actions_["layout_own_1"].isVisible()
+    window.actions_["restore_layout"].trigger()
+    assert (layouts.present, _area(window, "Blocks")) == ("own_1", left)
+    window.close()
+    stored = LayoutStore(remembers=True)
+    assert [layout.text for layout in stored.own] == ["Ours"]
+
+
+@pytest.mark.parametrize("kept", ["{", "[1]", '{"standard": {"views": 3}}', '{"standard": {"views": "grid"}}'])
+def test_settings_that_are_damaged_give_way_to_what_there_is_from_the_first(qapp: object, kept: str) -> None:
+    QSettings().setValue("layouts/changed", kept)
+    QSettings().setValue("layouts/present", "gone")
+    store = LayoutStore(remembers=True)
+    assert store.present == "standard"
+    assert store.left("correct").views == "correct"
+
+
+def test_places_of_another_version_and_panels_that_are_gone_are_passed_over(qtbot: QtBot) -> None:
+    older = QMainWindow()
+    qtbot.addWidget(older)
+    store = LayoutStore(remembers=True)
+    store.changed["standard"] = Arrangement("no such views", {}, ("Log", "Gone"), bytes(older.saveState(0).data()))
+    store.write()
+    window, _ = _shown(qtbot)
+    assert window.panels.open == ["Log"]
+    assert window.views.layout_name == "grid"
+    window.close()

@@ -1,0 +1,105 @@
+"""The command palette finds what is meant, and is used by the keyboard alone."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
+from pytestqt.qtbot import QtBot
+
+from gui.inventory import WHY_NOT, entries_of
+from gui.palette.matching import match
+from gui.palette.palette import CommandPalette
+
+_TEXTS = ["Run what changed", "Run all blocks", "Run chosen blocks", "Clean up", "Zoom to block", "Contours only"]
+
+
+@pytest.mark.parametrize(
+    ("query", "best"),
+    [
+        ("run all", "Run all blocks"),
+        ("rcb", "Run chosen blocks"),
+        ("blocks run ch", "Run chosen blocks"),
+        ("CU", "Clean up"),
+        ("zoom", "Zoom to block"),
+        ("ctr", "Contours only"),
+        ("what", "Run what changed"),
+    ],
+)
+def test_letters_find_what_they_begin_or_stand_in(query: str, best: str) -> None:
+    found = {text: match(query, text) for text in _TEXTS}
+    fitting = {text: fit.score for text, fit in found.items() if fit is not None}
+    assert max(fitting, key=lambda text: fitting[text]) == best
+    letters = found[best].letters
+    assert sorted(best[place].lower() for place in letters) == sorted(query.lower().replace(" ", ""))
+
+
+def test_letters_that_are_left_over_or_in_another_order_do_not_fit() -> None:
+    assert match("runx", "Run all blocks") is None
+    assert match("nur", "Run") is None
+
+
+@pytest.fixture
+def window(qtbot: QtBot) -> QMainWindow:
+    window = QMainWindow()
+    window.given = []
+    window.setCentralWidget(QLineEdit())
+    file, view = window.menuBar().addMenu("&File"), window.menuBar().addMenu("&View")
+    theme = view.addMenu("&Theme")
+    for menu, text, name in ((file, "&Export…", "export"), (file, "&Quit", "quit"), (theme, "Dark", "")):
+        action = menu.addAction(text)
+        action.setObjectName(name)
+        action.triggered.connect(lambda _=False, text=text: window.given.append(text))
+    window.menuBar().actions()[0].menu().actions()[0].setShortcut("Ctrl+E")
+    hidden = QAction("Larger brush", window)
+    hidden.setEnabled(False)
+    hidden.setProperty(WHY_NOT, "Open a frame first.")
+    window.addAction(hidden)
+    qtbot.addWidget(window)
+    window.resize(800, 600)
+    window.show()
+    qtbot.waitExposed(window)
+    return window
+
+
+def test_all_actions_are_found_with_their_menus_and_keys(window: QMainWindow) -> None:
+    found = {entry.text: entry for entry in entries_of(window)}
+    assert list(found) == ["Export", "Quit", "Dark", "Larger brush"]
+    assert found["Dark"].where == "View › Theme"
+    assert (found["Export"].key, found["Export"].keys) == ("export", "Ctrl+E")
+    assert found["Larger brush"].why_not == "Open a frame first."
+
+
+def test_it_is_used_by_keys_alone_and_knows_what_was_given_last(window: QMainWindow, qtbot: QtBot) -> None:
+    field = window.centralWidget()
+    field.setFocus()
+    palette = CommandPalette(window, remembers=True)
+    palette.toggle()
+    qtbot.keyClicks(palette.field, "dk")
+    assert [offer.entry.text for offer in palette.offered()] == ["Dark"]
+    qtbot.keyClick(palette.field, Qt.Key.Key_Return)
+    qtbot.waitUntil(lambda: window.given == ["Dark"])
+    assert not palette.isVisible()
+    assert QApplication.focusWidget() is field
+    again = CommandPalette(window, remembers=True)
+    again.toggle()
+    assert [offer.entry.text for offer in again.offered()] == ["Dark", "Export", "Quit", "Larger brush"]
+    qtbot.keyClick(again.field, Qt.Key.Key_Down)
+    qtbot.keyClick(again.field, Qt.Key.Key_Down)
+    qtbot.keyClick(again.field, Qt.Key.Key_Enter)
+    qtbot.waitUntil(lambda: window.given == ["Dark", "&Quit"])
+
+
+def test_what_cannot_be_given_says_why_and_is_not(window: QMainWindow, qtbot: QtBot) -> None:
+    palette = CommandPalette(window, remembers=False)
+    palette.toggle()
+    qtbot.keyClicks(palette.field, "brush")
+    assert palette.hint.text().startswith("Open a frame first.")
+    qtbot.keyClick(palette.field, Qt.Key.Key_Return)
+    assert palette.isVisible()
+    qtbot.keyClick(palette.field, Qt.Key.Key_Escape)
+    assert not palette.isVisible()
+    palette.toggle()
+    window.centralWidget().setFocus()
+    assert not palette.isVisible(), "it goes when something else is turned to"

@@ -1,0 +1,121 @@
+"""Keys can be changed in a list of all commands: at once, without two commands for one key, and for the next time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QKeySequence
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QMainWindow
+from pytestqt.qtbot import QtBot
+
+from gui.shortcuts.dialog import ShortcutsDialog
+from gui.shortcuts.keymap import Keymap
+
+MakeWindow = Callable[[], QMainWindow]
+
+
+@pytest.fixture
+def make_window(qtbot: QtBot) -> MakeWindow:
+    def make() -> QMainWindow:
+        window = QMainWindow()
+        menu = window.menuBar().addMenu("&File")
+        for name, keys in (("open", "Ctrl+O"), ("export", "Ctrl+E"), ("fit", ""), ("redo", "Ctrl+Y")):
+            action = menu.addAction(f"&{name.capitalize()}")
+            action.setObjectName(name)
+            action.setShortcut(QKeySequence(keys))
+            action.setToolTip(f"Do {name}" + (f" ({keys})" if keys else ""))
+        qtbot.addWidget(window)
+        return window
+
+    return make
+
+
+def _keys(keymap: Keymap) -> dict[str, str]:
+    return {entry.key: entry.keys for entry in keymap.entries}
+
+
+def _tips(keymap: Keymap) -> list[str]:
+    return [entry.action.toolTip() for entry in keymap.entries]
+
+
+@pytest.fixture
+def keymap(make_window: MakeWindow) -> Keymap:
+    return Keymap(make_window(), remembers=True)
+
+
+@pytest.fixture
+def dialog(keymap: Keymap, qtbot: QtBot) -> ShortcutsDialog:
+    dialog = ShortcutsDialog(keymap)
+    qtbot.addWidget(dialog)
+    dialog.show()
+    qtbot.waitExposed(dialog)
+    return dialog
+
+
+def _press(dialog: ShortcutsDialog, name: str, key: Qt.Key, modifier: Qt.KeyboardModifier) -> None:
+    dialog.choose(name)
+    dialog.edit.setFocus()
+    QTest.keyClick(dialog.edit, key, modifier)
+    dialog.edit.editingFinished.emit()
+
+
+def test_keys_that_are_pressed_hold_at_once_and_the_next_time(
+    keymap: Keymap, dialog: ShortcutsDialog, make_window: MakeWindow
+) -> None:
+    _press(dialog, "fit", Qt.Key.Key_J, Qt.KeyboardModifier.ControlModifier)
+    assert _keys(keymap)["fit"] == "Ctrl+J"
+    assert "Do fit (Ctrl+J)" in _tips(keymap)
+    dialog.choose("open")
+    QTest.mouseClick(dialog.clear_button, Qt.MouseButton.LeftButton)
+    assert _keys(keymap)["open"] == ""
+    assert "Do open" in _tips(keymap)
+    later = Keymap(make_window(), remembers=True)
+    assert _keys(later) == {"open": "", "export": "Ctrl+E", "fit": "Ctrl+J", "redo": "Ctrl+Y"}
+    assert _tips(later) == _tips(keymap)
+    assert _keys(Keymap(make_window(), remembers=False))["fit"] == "", "windows of their own have keys of their own"
+    later.reset_all()
+    assert _keys(Keymap(make_window(), remembers=True))["open"] == "Ctrl+O"
+
+
+@pytest.mark.parametrize(
+    ("button", "expected"),
+    [("swap_button", {"open": "Ctrl+E", "export": "Ctrl+O"}), ("take_button", {"open": "Ctrl+E", "export": ""})],
+)
+def test_keys_of_another_command_are_swapped_or_taken(
+    keymap: Keymap, dialog: ShortcutsDialog, button: str, expected: dict[str, str]
+) -> None:
+    _press(dialog, "open", Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)
+    assert "“Export” has Ctrl+E" in dialog.message.text()
+    assert _keys(keymap)["open"] == "Ctrl+O", "nothing is changed yet"
+    QTest.mouseClick(getattr(dialog, button), Qt.MouseButton.LeftButton)
+    assert _keys(keymap).items() >= expected.items()
+    dialog.choose("export")
+    QTest.mouseClick(dialog.reset_button, Qt.MouseButton.LeftButton)
+    assert _keys(keymap)["export"] == "Ctrl+E"
+    assert _keys(keymap)["open"] != "Ctrl+E", "one key, one command"
+
+
+@pytest.mark.parametrize(
+    ("key", "modifier", "said"),
+    [
+        (Qt.Key.Key_B, Qt.KeyboardModifier.NoModifier, "the state before the last edit"),
+        (Qt.Key.Key_F, Qt.KeyboardModifier.AltModifier, "opens the menu File"),
+    ],
+)
+def test_keys_with_a_meaning_of_their_own_are_refused(
+    keymap: Keymap, dialog: ShortcutsDialog, key: Qt.Key, modifier: Qt.KeyboardModifier, said: str
+) -> None:
+    _press(dialog, "fit", key, modifier)
+    assert said in dialog.message.text()
+    assert _keys(keymap)["fit"] == ""
+
+
+def test_the_filter_finds_names_and_keys(dialog: ShortcutsDialog, qtbot: QtBot) -> None:
+    qtbot.keyClicks(dialog.filter, "exp")
+    assert dialog.shown() == ["export"]
+    dialog.filter.setText("ctrl+y")
+    assert dialog.shown() == ["redo"]
+    assert dialog.edit.keySequence() == QKeySequence("Ctrl+Y")
