@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple, Self
+from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
@@ -152,10 +153,15 @@ class KeptRun:
         self.guess = self.hidden_test = None
         self.truth_error = self.hidden_error = self.expected_error = None
         self._composed = None
-        for name in ("block_count", "iterations", "recovered", "outdated"):
+        for name in ("checksum", "block_count", "iterations", "recovered", "outdated"):
             self.__dict__.pop(name, None)
         if self._held is not None:
             self.hold(True)
+
+    @cached_property
+    def checksum(self) -> int:
+        """Of its label map: maps whose checksums differ are not equal."""
+        return crc32(self.run.blocks.data)
 
     @cached_property
     def block_count(self) -> int:
@@ -192,8 +198,9 @@ class KeptRun:
 
 def sharing(run: Run, kept: Iterable[KeptRun]) -> Run:
     """The same run, with the label map and the drawn borders of a kept one where they are equal."""
-    for other in {id(one.run.blocks): one for one in kept}.values():
-        if other.run.blocks is run.blocks or np.array_equal(other.run.blocks, run.blocks):
+    checksum = crc32(run.blocks.data)
+    for other in kept:
+        if other.checksum == checksum and np.array_equal(other.run.blocks, run.blocks):
             drawn, theirs = run.drawn, other.run.drawn
             same = drawn is not None and theirs is not None and np.array_equal(drawn, theirs)
             return replace(run, blocks=other.run.blocks, drawn=theirs if same else drawn)

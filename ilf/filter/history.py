@@ -46,7 +46,7 @@ class CompactHistory(Sequence[IterationRecord]):
     @overload
     def __getitem__(self, place: slice) -> tuple[IterationRecord, ...]: ...
     def __getitem__(self, place: int | slice) -> IterationRecord | tuple[IterationRecord, ...]:
-        return self.records()[place]
+        return self._first if place == 0 else self.records()[place]
 
     def __repr__(self) -> str:
         return repr(self.records())
