@@ -137,7 +137,7 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(
     window.actions_["tool_measure"].trigger()
     qtbot.waitUntil(lambda: part.measure_panel.isVisible(), timeout=WAIT_MS)
     click(window, (12.5, 15.5))
-    assert "no depth" in window.messages.message
+    assert "no depth" in window.toasts.message
     assert part.measurements.chains == []
     run_all(window)
     for point in ((5.5, 5.5), (12.5, 15.5), (5.5, 40.5)):

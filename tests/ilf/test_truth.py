@@ -82,13 +82,13 @@ def test_a_given_truth_takes_the_units_of_whole_numbers_from_the_depth(folder):
     values = np.nan_to_num(np.rint(truth_in_metres() * 1000)).astype(np.uint16)
     cv2.imwrite(str(folder / "other.png"), values)
     files = folder / "rgb.png", folder / "depth.png"
-    assert ilf.load_frame(*files).truth is None, "two files are just these"
+    assert ilf.load_frame(*files, beside=False).truth is None, "two files are just these"
     given = ilf.load_frame(*files, truth=folder / "other.png")
     np.testing.assert_allclose(given.truth, truth_in_metres(), atol=6e-4)
     assert given.inputs.truth.units == 1000
     assert isinstance(given.inputs.truth, InputFile)
     with pytest.raises(ParameterError, match="no truth: give its file"):
-        ilf.load_frame(*files, truth_units=1000)
+        ilf.load_frame(*files, truth_units=1000, beside=False)
 
 
 def test_what_cannot_be_the_truth_is_refused_with_a_way_out(folder):

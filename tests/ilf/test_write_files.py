@@ -264,7 +264,8 @@ def test_a_picture_is_no_label_map(tmp_path):
 def test_curves_keep_every_digit_and_no_time(tmp_path):
     write_curves(tmp_path / "c.csv", HISTORY)
     text = (tmp_path / "c.csv").read_bytes().decode()
-    assert text.splitlines()[0] == ("label,i,stage,r_y,r_x,sigma_i_m,l1_m,residual_m,held_out_m,weighted,cell_px,round")
+    columns = "label,i,stage,r_y,r_x,sigma_i_m,l1_m,residual_m,held_out_m,weighted,cell_px,round,error_m"
+    assert text.splitlines()[0] == columns
     assert "\r" not in text
     rows = list(csv.DictReader(io.StringIO(text)))
     assert [(row["label"], row["i"], row["weighted"]) for row in rows] == [
