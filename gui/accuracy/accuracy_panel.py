@@ -132,6 +132,7 @@ def _page(text: str, choice: QComboBox, message: Message | None, table: NumberTa
     row.addWidget(label)
     row.addWidget(choice)
     row.addStretch(1)
+    row.addWidget(QLabel("Errors in mm", enabled=False))
     column = QVBoxLayout(page)
     column.setContentsMargins(2, 6, 2, 0)
     column.setSpacing(4)

@@ -17,6 +17,7 @@ from ilf.blocks import Box
 from ilf.declarations import Value
 from ilf.drawing.levels import robust_depth_levels, robust_difference_level
 from ilf.judgement import Sweep, SweepPoint, SweepResult
+from ilf.parameters import Parameters
 
 Picture = NDArray[np.float32]
 
@@ -77,6 +78,11 @@ class Found:
     def values(self, number: int) -> dict[str, Value]:
         """Name -> value of a point."""
         return dict(self.sweep.points[number])
+
+    def text_of(self, number: int) -> str:
+        """Its values in words."""
+        labels = {name: declaration.label for name, declaration in Parameters.declarations().items()}
+        return ", ".join(f"{labels[name]} {value:g}" for name, value in self.values(number).items())
 
     @property
     def present_values(self) -> dict[str, Value]:

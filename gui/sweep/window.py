@@ -266,12 +266,9 @@ class SweepWindow(QDialog):
         best = None if found is None else found.best
         if found is None or best is None:
             return "Nothing could be judged." if found is not None and found.errors else ""
-        values = ", ".join(
-            f"{Parameters.declarations()[name].label} {value:g}" for name, value in found.values(best).items()
-        )
         where = found.session.info(found.label).name if found.label else "all blocks"
         over = "over what all of them filled" if found.is_over_all else "so far"
-        text = f"{found.session.name}, {where}: best at {values}, {_millimetres(found.errors[best])}"
+        text = f"{found.session.name}, {where}: best at {found.text_of(best)}, {_millimetres(found.errors[best])}"
         if found.present in found.errors and found.present != best:
             text += f" (now {_millimetres(found.errors[found.present])})"
         return f"{text}, {over}."
