@@ -148,7 +148,7 @@ class LinkedViews(QWidget):
         self._navigation.set_frame((width, height))
         for view in self._views:
             view.set_frame_size(width, height)
-        self.sides.swipe.set_frame(width, height)
+        self.sides.set_frame(width, height)
         self.ranges.turn_to_another_frame()
         self._pages.setCurrentWidget(self._sheet)
         self._sheet.set_aspect(self._transform.aspect)
