@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
+from typing import Self
 
 import numpy as np
 
@@ -27,11 +28,19 @@ class Candidate:
     run : Run
     kept : KeptRun or None
         Whose row gets the error.
+    kept_as : Run or None
+        What that was made of when it was chosen: the row of a drag goes on to other values.
     """
 
     name: str
     run: Run
     kept: KeptRun | None = None
+    kept_as: Run | None = None
+
+    @classmethod
+    def of(cls, kept: KeptRun) -> Self:
+        """A kept run, of all its blocks."""
+        return cls(kept.name, replace(kept.run, only=None, dense=False), kept, kept.run)
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,7 +40,10 @@ class SweepPart(Part):
         desk.refresh.add(
             "sweep",
             self.show,
-            (turned, values, chosen, workspace.infos_changed, workspace.truth_changed, self.window_.looked_at),
+            (
+                *(turned, values, chosen, workspace.infos_changed, workspace.truth_changed),
+                *(self.window_.looked_at, desk.views.ranges.changed),
+            ),
         )
         workspace.sessions_changed.connect(self._leave_closed)
         workspace.session_changed.connect(self._allow)
@@ -70,6 +73,7 @@ class SweepPart(Part):
         for_chosen = bool(chosen) and self.window_.criterion.for_chosen
         parameters = session.parameters_of(chosen, workspace.parameters) if for_chosen else workspace.parameters
         self.window_.set_frame(parameters, session.frame.truth is not None, name)
+        self.window_.set_colour_map(self.desk.views.ranges.depth_map)
 
     def start(self) -> None:
         """Sweep what the window says."""

@@ -199,6 +199,9 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     assert sum(tile.best for tile in shown.multiples.tiles) == 1
     assert "over what all of them filled" in shown.state.text()
     assert sweep.found.errors.keys() == {0, 1, 2}
+    window.views.set_depth_map("grey")
+    settle(window)
+    np.testing.assert_array_equal(shown.bar._scale.table, depth_table("grey"))
     shown.multiples.tiles[2].click()
     assert session.common.smoothness == 100.0
     settle(window)
