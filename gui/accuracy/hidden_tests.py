@@ -12,6 +12,7 @@ import numpy as np
 from gui.state.kept_runs import KeptRun
 from gui.state.results import same_mask
 from gui.state.session import Session
+from gui.work.cores import spare_cores
 from ilf.judgement import HiddenResult, HiddenTest, Judgement, Step, comparison_steps
 from ilf.run import Run
 
@@ -108,7 +109,7 @@ def outcome_steps(
     candidates: Sequence[Candidate], present: Run, test: HiddenTest
 ) -> Generator[Step, None, HiddenOutcome]:
     """Test all candidates on the same hidden depth, a step at a time; called off the GUI's thread."""
-    results = yield from comparison_steps([candidate.run for candidate in candidates], test)
+    results = yield from comparison_steps([candidate.run for candidate in candidates], test, threads=spare_cores())
     tested = tuple(_tested(candidate, found, present) for candidate, found in zip(candidates, results, strict=True))
     return HiddenOutcome(test, present, tested, datetime.now())
 

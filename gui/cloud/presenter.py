@@ -134,7 +134,7 @@ class CloudPresenter(QObject):
         past = None if raw else self._workspace.past
         title = f"{by.text} of the raw depth" if raw else by.text
         if past is not None:
-            depth, title = past.depth, f"{by.text} as after iteration {past.iteration}"
+            depth, title = past.depth, f"{by.text} {past.text}"
         elif completion is None or raw:
             depth = session.frame.depth
         else:

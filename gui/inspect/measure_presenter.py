@@ -81,7 +81,7 @@ class MeasurePresenter(QObject):
             self._numbers = None
             self._panel.show_statistics(None, None, _NO_SUBJECT)
             return
-        depth = session.present_depth()
+        depth = self._depth(session)
         self._questions.ask(
             Question(
                 session.frame.depth,
@@ -99,18 +99,18 @@ class MeasurePresenter(QObject):
             session = self._workspace.session
             chains, found = self.measured()
             message = "" if session.frame.intrinsics is not None else NEEDS_CAMERA
-            self._panel.show_measured(measured_rows(chains, found, session.frame.known), message)
+            self._panel.show_measured(measured_rows(chains, found, session.frame.known), message or self._moment())
 
     def texts(self) -> tuple[list[Length], list[Angle]]:
         """Lengths and angles that are written over the pictures."""
         return texts_of(*self.measured())
 
     def measured(self) -> tuple[list[Chain], list[Measured]]:
-        """All measurements with their points, as the depth is now."""
+        """All measurements with their points, in the depth that the views show."""
         if not self._workspace.has_session or self._workspace.session.frame.intrinsics is None:
             return [], []
         session, chains = self._workspace.session, self._measurements.chains
-        depth = session.present_depth() if chains else None
+        depth = self._depth(session) if chains else None
         values = session.frame.depth if depth is None else depth
         up = CAMERA_UP if not self._measurements.reference else self._numbers.up if self._numbers else None
         found = [measure(values, chain, session.frame.intrinsics, up or CAMERA_UP) for chain in chains]
@@ -182,8 +182,19 @@ class MeasurePresenter(QObject):
             notes.insert(0, _NO_SUBJECT)
         if numbers.why:
             notes.append(numbers.why)
-        self._panel.show_statistics(numbers.raw, numbers.result, " ".join(dict.fromkeys(notes)))
+        notes.append(self._moment())
+        self._panel.show_statistics(numbers.raw, numbers.result, " ".join(filter(None, dict.fromkeys(notes))))
         self.found.emit()
+
+    def _depth(self, session: Session) -> NDArray[np.float32] | None:
+        """Completed depth as the views show it: now, or in the past."""
+        past = self._workspace.past
+        return session.present_depth() if past is None else past.depth
+
+    def _moment(self) -> str:
+        """When that was."""
+        past = self._workspace.past
+        return "" if past is None else f"The result is {past.text}."
 
     def _subject(self, session: Session) -> Mask | None:
         if self._of_region and session.region is not None:

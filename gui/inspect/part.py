@@ -64,7 +64,7 @@ class InspectPart(Part):
         workspace, add = self.desk.workspace, self.desk.refresh.add
         turned, blocks, results = workspace.session_changed, workspace.labels_changed, workspace.results_changed
         coming = workspace.results_added, workspace.previews_changed
-        depth = turned, blocks, results, workspace.distrusted_changed
+        depth = turned, blocks, results, workspace.distrusted_changed, workspace.past_changed
         line, measured = self.inspection.line_changed, self.measurements.changed
         seen = self.profile_panel.shown, self.measure_panel.shown
         compared = workspace.error_changed, workspace.truth_changed, workspace.compared_changed

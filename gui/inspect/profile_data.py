@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from gui.state.inspection import Line
 from gui.state.kept_runs import KeptRun
+from gui.state.past import Past
 from gui.state.session import Session
 from ilf.inspection import DepthProfile, depth_profile
 
@@ -29,6 +30,8 @@ class ProfileData:
     raw : ndarray of float32, shape (N,)
     result, error, truth : ndarray of float32, shape (N,), or None
         Completed depth, its expected error, and the true depth.
+    name : str
+        Which completed depth it is.
     runs : list of (str, (r, g, b), ndarray of float32)
         Name, colour and depth of the runs that it is compared with.
     labels : ndarray of int32, shape (N,)
@@ -42,6 +45,7 @@ class ProfileData:
     truth: NDArray[np.float32] | None
     runs: list[tuple[str, Colour, NDArray[np.float32]]]
     labels: NDArray[np.int32]
+    name: str = "result"
 
     @property
     def borders(self) -> NDArray[np.intp]:
@@ -49,10 +53,12 @@ class ProfileData:
         return np.flatnonzero(np.diff(self.labels)) + 1
 
 
-def profile_data(session: Session, line: Line) -> ProfileData:
-    """What a frame shows along a line, as things are now."""
-    frame, result = session.frame, session.present_depth()
-    maps = {_RAW: frame.depth, _ERROR: session.expected_error(), _TRUTH: frame.truth}
+def profile_data(session: Session, line: Line, past: Past | None = None) -> ProfileData:
+    """What a frame shows along a line, as things are now, or with the result of the past, which has no expected
+    error."""
+    frame, result = session.frame, session.present_depth() if past is None else past.depth
+    error = session.expected_error() if past is None else None
+    maps = {_RAW: frame.depth, _ERROR: error, _TRUTH: frame.truth}
     others = {name: values for name, values in maps.items() if values is not None}
     names = _names(session.compared)
     others |= {name: kept.completion.depth for name, kept in zip(names, session.compared, strict=True)}
@@ -66,6 +72,7 @@ def profile_data(session: Session, line: Line) -> ProfileData:
         found.get(_TRUTH),
         [(kept.name, kept.colour, found[name]) for name, kept in zip(names, session.compared, strict=True)],
         session.labels[profile.rows, profile.columns],
+        "result" if past is None else f"result {past.text}",
     )
 
 

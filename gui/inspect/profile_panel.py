@@ -124,7 +124,7 @@ class ProfilePanel(QWidget):
         data = self._data
         if data is None:
             return []
-        there = [("raw", "raw"), *([("result", "result")] if data.result is not None else [])]
+        there = [("raw", "raw"), *([("result", data.name)] if data.result is not None else [])]
         there += [(str(number), name) for number, (name, _, _) in enumerate(data.runs)]
         return there + ([("truth", "truth")] if data.truth is not None else [])
 
@@ -180,7 +180,7 @@ class ProfilePanel(QWidget):
         colours = theme.colours(self.palette())
         entries = [_entry(_DOT, raw_colour(colours), "raw", data.raw, n)]
         if data.result is not None:
-            entry = _entry(_LINE, result_colour(colours), "result", data.result, n)
+            entry = _entry(_LINE, result_colour(colours), data.name, data.result, n)
             if n is not None and data.error is not None and math.isfinite(data.error[n]):
                 entry += f"&nbsp;±&nbsp;{1000 * data.error[n]:.0f}&nbsp;mm"
             entries.append(entry)

@@ -15,7 +15,7 @@ from ilf.io.atomic import write_bytes
 
 
 class ProfilePresenter(QObject):
-    """Depth along the present frame's profile line, as things are now.
+    """Depth along the present frame's profile line, as the views show it: now, or in the past.
 
     Signals
     -------
@@ -50,7 +50,7 @@ class ProfilePresenter(QObject):
             self._panel.show_data(None)
         else:
             session = workspace.session
-            data = profile_data(session, line)
+            data = profile_data(session, line, workspace.past)
             names = {label: session.info(label).name for label in set(data.labels.tolist()) if label}
             self._panel.show_data(data, names)
         if self._pixel is None:

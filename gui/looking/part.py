@@ -42,7 +42,7 @@ class LookingPart(Part):
             actions[name].triggered.connect(lambda _=False, handler=handler: handler())
         actions["swipe"].toggled.connect(self._swipe)
         actions["blink"].toggled.connect(self.comparison.look_at_a)
-        views.layoutChanged.connect(lambda name: actions["compare_two"].setChecked(name == LAYOUT))
+        views.layoutChanged.connect(self._follow_layout)
         edits = workspace.stroke_changed, workspace.labels_changed, workspace.distrusted_changed
         for changed in (workspace.session_changed, *edits):
             changed.connect(lambda *_: actions["blink"].setChecked(False))  # who edits sees what comes of it
@@ -53,9 +53,18 @@ class LookingPart(Part):
         no_frame = "" if self.desk.workspace.has_session else "Open a frame first."
         self.desk.actions.allow(no_frame, *_NEED_A_FRAME)
 
+    def _follow_layout(self, name: str) -> None:
+        """Side by side, neither side is parted."""
+        self.desk.actions["compare_two"].setChecked(name == LAYOUT)
+        if name == LAYOUT:
+            self.desk.actions["swipe"].setChecked(False)
+
     def _swipe(self, on: bool) -> None:
-        """The handle, and the result to see it over if that is shown nowhere."""
+        """The handle, in place of both sides beside each other, and the result to see it over if that is shown
+        nowhere."""
         views = self.desk.views
+        if on and views.layout_name == LAYOUT:
+            views.toggle_layout(LAYOUT)
         if on and not any(cell.isVisible() and cell.concrete == "result" for cell in views.cells.values()):
             views.set_content(next(name for name, cell in views.cells.items() if cell is views.active), "result")
         views.sides.set_swiping(on)

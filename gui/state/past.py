@@ -22,3 +22,8 @@ class Past:
 
     depth: NDArray[np.float32]
     iteration: int
+
+    @property
+    def text(self) -> str:
+        """What to call it."""
+        return f"as after iteration {self.iteration}"

@@ -9,6 +9,7 @@ from gui.desk import Desk, Part
 from gui.sweep.commands import COMMANDS
 from gui.sweep.found import Found
 from gui.sweep.window import SweepWindow
+from gui.work.cores import spare_cores
 from gui.work.worker import Worker
 from ilf.errors import IlfError
 from ilf.judgement import Step, Sweep, SweepPoint, SweepResult, sweep_steps
@@ -92,7 +93,7 @@ class SweepPart(Part):
             return
         self.found = Found(session, sweep, label)
         self.window_.begin(self.found)
-        self.worker.start(lambda: sweep_steps(sweep))
+        self.worker.start(lambda: sweep_steps(sweep, threads=spare_cores()))
 
     def take(self, number: int) -> None:
         """Set the values of a point: of all blocks, or of the block that alone was swept."""

@@ -34,7 +34,7 @@ from .two_sides import TwoSides
 from .view_transform import ViewTransform
 
 _ALL = (
-    *("frame", "distrust", "result", "expected-error", "truth", "runs"),
+    *("frame", "distrust", "result", "moment", "expected-error", "truth", "runs"),
     *("interpolated", "strength", "stage", "spectrum", "levels"),
 )
 """All parts of the material."""
@@ -194,10 +194,11 @@ class LinkedViews(QWidget):
         self.ranges.follow_result()
         self._changed("result")
 
-    def name_result(self, text: str) -> None:
-        """Say which completed depth it is, "" for the present one."""
-        for name in ("depth-out", "difference"):
-            self.cells[name].strip.set_text(text)
+    def set_moment(self, text: str) -> None:
+        """Say when the result was as it is, "" for now; `set_result` follows."""
+        if text != self.material.moment:
+            self.material.moment = text
+            self._changed("moment")
 
     def set_distrusted(self, mask: NDArray[np.bool_] | None) -> None:
         """Mark measured depth that is known to be wrong, bool (H, W), and take it for missing; None for none.

@@ -110,7 +110,7 @@ class ViewsPresenter(QObject):
         in the past, if somebody looks back."""
         if self._workspace.has_session and not self._looks_back:
             session, past = self._workspace.session, self._workspace.past
-            self._views.name_result("" if past is None else f"as after iteration {past.iteration}")
+            self._views.set_moment("" if past is None else past.text)
             if past is not None:
                 self._views.set_result(past.depth)
                 return

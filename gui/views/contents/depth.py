@@ -30,7 +30,7 @@ class DepthPainter(Painter):
     def __init__(self, content: str, cell: ViewCell, material: Material) -> None:
         self.uses = frozenset({_PART.get(content, "runs"), "levels"})
         if content == "result":
-            self.uses |= {"swipe", "sides"}
+            self.uses |= {"swipe", "runs"}
         super().__init__(content, cell, material)
         # from below: the hatch of what is missing, guesses, stripes over them, and the rest of the depth
         self._guesses = cell.view.add_layer(-0.8)
@@ -58,6 +58,8 @@ class DepthPainter(Painter):
     def draw(self) -> None:
         run = self.material.run(self.content)
         self.cell.strip.set_title(self.title, None if run is None else run.colour)
+        in_past = self.content == "result" and not self.material.looks_at_a
+        self.cell.strip.set_text(self.material.moment if in_past else "")
         layer = self._layer()
         if layer is None:
             self._depth = self._guessed = None

@@ -30,7 +30,7 @@ class DifferencePainter(Painter):
 
     def __init__(self, content: str, cell: ViewCell, material: Material) -> None:
         self._pair = compared_by(content) or ("result", "depth-in")
-        self.uses = frozenset({"levels", "sides", "runs", *(_PARTS.get(depth, "runs") for depth in self._pair)})
+        self.uses = frozenset({"levels", "runs", *(_PARTS.get(depth, "runs") for depth in self._pair)})
         super().__init__(content, cell, material)
         self._one_only = cell.view.add_layer(-0.5)
         self._drawn: tuple[_Operand, _Operand] | None = None
@@ -53,7 +53,7 @@ class DifferencePainter(Painter):
         if material.looks_at_a and material.sides[0] in self._pair and self._drawn is not None:
             return  # while A stands in for the result, their difference stays to be seen
         layers = [material.layer(depth) for depth in self._pair]
-        self.cell.strip.set_text("")
+        self._say("")
         if layers[0] is None or layers[1] is None:
             missing = self._pair[0] if layers[0] is None else self._pair[1]
             self._clear(self._reason(missing))
@@ -83,8 +83,13 @@ class DifferencePainter(Painter):
         if np.array_equal(np.isfinite(first), np.isfinite(second)):
             self._clear("No difference")
             return True
-        self.cell.strip.set_text("no difference" if both.any() else "nowhere are both known")
+        self._say("no difference" if both.any() else "nowhere are both known")
         return False
+
+    def _say(self, text: str) -> None:
+        """A word on the difference, and of when the result is."""
+        moment = self.material.moment if "result" in self._pair else ""
+        self.cell.strip.set_text(", ".join(part for part in (text, moment) if part))
 
     def _clear(self, message: str) -> None:
         self._drawn = None

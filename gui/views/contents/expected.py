@@ -24,7 +24,7 @@ _LEAST_MM = 0.01
 class ExpectedErrorPainter(Painter):
     """Neither the depth in nor the error is changed in place."""
 
-    uses = frozenset({"distrust", "expected-error", "levels"})
+    uses = frozenset({"distrust", "expected-error", "levels", "moment"})
     range_kind = "expected"
     unit = "mm"
 
@@ -39,7 +39,8 @@ class ExpectedErrorPainter(Painter):
     def draw(self) -> None:
         depth, error, drawn = self.material.depth_in, self.material.expected, self._drawn
         outdated = error is not None and self.material.error_is_outdated
-        self.cell.strip.set_text("of the result before" if outdated else "")
+        of_present = "of the present result" if error is not None and self.material.moment else ""
+        self.cell.strip.set_text("of the result before" if outdated else of_present)
         if depth is None or error is None:
             self._drawn = None
             self._measured.clear()

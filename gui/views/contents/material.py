@@ -56,6 +56,8 @@ class Material:
     measured, depth_in : ndarray of float32, shape (H, W), or None
         Depth as it was measured, and less what of it is distrusted [m].
     result : Layer or None
+    moment : str
+        When the result was as it is, "" for now.
     runs : tuple of ShownRun
         Those ticked for comparison, at most four.
     earlier : ShownRun or None
@@ -95,6 +97,7 @@ class Material:
     def forget_result(self) -> None:
         """Nothing is completed."""
         self.result: Layer | None = None
+        self.moment = ""
         self.expected: Depth | None = None
         self.error_is_outdated = False
         self.looks_at_a = False
