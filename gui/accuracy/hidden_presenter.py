@@ -106,9 +106,10 @@ class HiddenPresenter(QObject):
         if session is not None and session in self._desk.workspace.sessions:
             self._outcomes[session] = outcome
             for one in outcome.tested:
-                if one.candidate.kept in session.kept_runs:
+                kept = one.candidate.kept
+                if kept in session.kept_runs and kept.run is one.candidate.kept_as:
                     self._desk.workspace.change_run(
-                        session, one.candidate.kept, hidden_error=one.whole.rmse, hidden_test=outcome.test
+                        session, kept, hidden_error=one.whole.rmse, hidden_test=outcome.test
                     )
         self._end("")
 
@@ -133,10 +134,7 @@ class HiddenPresenter(QObject):
 def _candidates(session: Session, present: Run) -> list[tuple[Candidate, bool]]:
     """What can be tested, and whether it is ticked at first: the present values, and the runs that are compared."""
     found = [(Candidate(PRESENT, present), True)]
-    for kept in session.kept_runs:
-        # of what was run, not only the blocks that were
-        run = replace(kept.run, only=None, dense=False)
-        found.append((Candidate(kept.name, run, kept), kept in session.compared))
+    found += [(Candidate.of(kept), kept in session.compared) for kept in session.kept_runs]
     presets = PRESETS | {name: preset.parameters for name, preset in list_presets().presets.items()}
     for name, parameters in presets.items():
         found.append((Candidate(f"Preset {name}", replace(present, parameters=parameters, own={})), False))

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
+from typing import Self
 
 import numpy as np
 
 from gui.state.kept_runs import KeptRun
 from gui.state.results import same_mask
 from gui.state.session import Session
+from gui.work.cores import spare_cores
 from ilf.judgement import HiddenResult, HiddenTest, Judgement, Step, comparison_steps
 from ilf.run import Run
 
@@ -27,11 +29,19 @@ class Candidate:
     run : Run
     kept : KeptRun or None
         Whose row gets the error.
+    kept_as : Run or None
+        What that was made of when it was chosen: the row of a drag goes on to other values.
     """
 
     name: str
     run: Run
     kept: KeptRun | None = None
+    kept_as: Run | None = None
+
+    @classmethod
+    def of(cls, kept: KeptRun) -> Self:
+        """A kept run, of all its blocks."""
+        return cls(kept.name, replace(kept.run, only=None, dense=False), kept, kept.run)
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +109,7 @@ def outcome_steps(
     candidates: Sequence[Candidate], present: Run, test: HiddenTest
 ) -> Generator[Step, None, HiddenOutcome]:
     """Test all candidates on the same hidden depth, a step at a time; called off the GUI's thread."""
-    results = yield from comparison_steps([candidate.run for candidate in candidates], test)
+    results = yield from comparison_steps([candidate.run for candidate in candidates], test, threads=spare_cores())
     tested = tuple(_tested(candidate, found, present) for candidate, found in zip(candidates, results, strict=True))
     return HiddenOutcome(test, present, tested, datetime.now())
 

@@ -11,6 +11,7 @@ from gui.accuracy.truth_dialog import TruthDialog, TruthSource, frame_with
 from gui.accuracy.truth_presenter import TruthPresenter
 from gui.desk import Desk, Part
 from gui.state.block_errors import HIDDEN_DEPTH, TRUTH, BlockErrors
+from gui.state.session import Session
 from gui.work.latest_question import LatestQuestion
 from ilf.errors import IlfError
 from ilf.frame import RGBDFrame
@@ -58,21 +59,21 @@ class AccuracyPart(Part):
 
     def ask_truth(self) -> None:
         """Load a truth of the present frame, by the dialog."""
-        workspace = self.desk.workspace
-        session = workspace.session
+        session = self.desk.workspace.session
         dialog = TruthDialog(session.frame, self._reader, self.desk.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(lambda: self._take_truth(dialog.frame()))
+        dialog.accepted.connect(lambda: self._take_truth(session, dialog.frame()))
         dialog.open()
 
     def load_truth(self, path: str, units: float | None = None) -> bool:
         """Take the truth of the present frame from a file; False, with a message, if it cannot be."""
+        session = self.desk.workspace.session
         try:
-            frame = frame_with(TruthSource(self.desk.workspace.session.frame, path, units))
+            frame = frame_with(TruthSource(session.frame, path, units))
         except IlfError as error:
             self.desk.notes.report("Load truth", error)
             return False
-        self._take_truth(frame)
+        self._take_truth(session, frame)
         return True
 
     def remove_truth(self) -> None:
@@ -90,8 +91,12 @@ class AccuracyPart(Part):
         """Stop for good, before the window closes. True if no thread of it is left."""
         return all([self.truth.shutdown(), self.hidden.shutdown(), self._reader.shutdown()])
 
-    def _take_truth(self, frame: RGBDFrame) -> None:
-        self.desk.workspace.set_truth(frame.truth, None if frame.inputs is None else frame.inputs.truth)
+    def _take_truth(self, session: Session, frame: RGBDFrame) -> None:
+        workspace = self.desk.workspace
+        if session not in workspace.sessions:
+            return
+        workspace.show_session(session)  # another may have been opened meanwhile
+        workspace.set_truth(frame.truth, None if frame.inputs is None else frame.inputs.truth)
         self.desk.panels.reveal(_TITLE)
 
     def _turn_page(self) -> None:

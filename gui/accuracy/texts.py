@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from gui.numbers import UNKNOWN, millimetres
 from ilf.judgement import Judgement
-
-UNKNOWN = "\u2013"
 
 RMSE = ("RMSE", "Root mean square error in millimetres: large errors count most")
 MAE = ("MAE", "Mean absolute error in millimetres")
@@ -17,20 +16,6 @@ WITHIN = (
     "Share of the filled pixels whose error is within their expected error; about 68 % is as it should be",
 )
 PIXELS = ("Pixels", "Over how many pixels the errors are")
-
-
-def millimetres(metres: float) -> str:
-    """An error in millimetres, to three digits.
-
-    Examples
-    --------
-    >>> millimetres(0.01234), millimetres(1.5), millimetres(float("nan"))
-    ('12.3', '1500', '–')
-    """
-    if not math.isfinite(metres):
-        return UNKNOWN
-    size = 1000 * metres
-    return f"{size:.0f}" if size >= 99.95 else f"{size:.1f}" if size >= 9.995 else f"{size:.2f}"
 
 
 def errors(judgement: Judgement) -> tuple[str, str, str]:

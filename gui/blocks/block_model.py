@@ -13,6 +13,7 @@ from PySide6.QtGui import QColor, QIcon, QPalette
 from PySide6.QtWidgets import QWidget
 
 from gui import theme
+from gui.numbers import grouped, millimetres
 from gui.widgets.row_model import Index, RowModel
 from gui.widgets.soft_rows import ICON_SIZE
 
@@ -234,7 +235,7 @@ def _text(row: BlockRow, column: Column) -> str:
     if column == Column.NAME:
         return row.name
     if column == Column.PIXELS:
-        return f"{row.pixels:,}".replace(",", "\u202f")
+        return grouped(row.pixels)
     if column == Column.MISSING:
         return f"{100 * row.defect_rate:.1f} %"
     if column == Column.ITERATIONS:
@@ -242,7 +243,7 @@ def _text(row: BlockRow, column: Column) -> str:
     if column == Column.SIGMA:
         return "" if math.isnan(row.sigma_i) else f"{1000 * row.sigma_i:.3f}"
     if column == Column.ERROR:
-        return "\u2013" if math.isnan(row.error) else f"{1000 * row.error:.{0 if row.error >= 0.09995 else 1}f}"
+        return millimetres(row.error)
     return ""
 
 

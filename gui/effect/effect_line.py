@@ -9,6 +9,7 @@ from PySide6.QtGui import QResizeEvent, QTextDocument
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
 from gui import theme
+from gui.numbers import grouped, millimetres
 from ilf.run import Effect
 
 _EQUAL = 0.05
@@ -86,10 +87,10 @@ class EffectLine(QWidget):
         moved, filled, expected, held_out = names
         parts = [f"<b>{html.escape(text)}</b>"]
         if effect is not None:
-            parts.append(moved.format(_pixels(effect.moved)))
+            parts.append(moved.format(grouped(effect.moved)))
             if effect.filled is not None and effect.filled[0] != effect.filled[1]:
                 before, after = effect.filled
-                parts.append(filled.format(self._tinted(_pixels(before), f"{_pixels(after)} px", after > before)))
+                parts.append(filled.format(self._tinted(grouped(before), f"{grouped(after)} px", after > before)))
             if effect.expected is not None:
                 parts.append(expected.format(self._change(*effect.expected)))
             if effect.held_out is not None:
@@ -102,21 +103,13 @@ class EffectLine(QWidget):
         """Two errors [m] as text, in the colour of better or worse."""
         differ = abs(after - before) > _EQUAL * max(before, after)
         better = after < before if differ else None
-        return self._tinted(_millimetres(before), f"{_millimetres(after)} mm", better)
+        return self._tinted(millimetres(before), f"{millimetres(after)} mm", better)
 
     def _tinted(self, before: str, after: str, better: bool | None) -> str:
         """Two values; None where neither is the better one."""
         colours = theme.colours(self.palette())
         tone = {True: colours.good, False: colours.error, None: colours.text}[better]
         return f'{before} → <span style="color:{tone.name()}"><b>{after}</b></span>'
-
-
-def _pixels(count: int) -> str:
-    return f"{count:,}".replace(",", "\u202f")
-
-
-def _millimetres(error: float) -> str:
-    return f"{1000 * error:.{1 if error < 0.0995 else 0}f}"
 
 
 def _width(text: str, label: QLabel) -> float:

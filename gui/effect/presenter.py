@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtGui import QAction
 
 from gui.effect.effect_line import EffectLine
+from gui.numbers import grouped
 from gui.state.commands import Change, DrawnChange
 from gui.state.session import Session
 from gui.state.workspace import Workspace
@@ -107,7 +108,7 @@ class EffectPresenter(QObject):
         self._edited, self._before = True, before
         frame = self._workspace.session.frame
         count = int(np.count_nonzero(np.isfinite(frame.measured) & ~frame.known))
-        self._line.say("Distrusted depth", note=f"{count:,} px".replace(",", "\u202f") if count else "none")
+        self._line.say("Distrusted depth", note=f"{grouped(count)} px" if count else "none")
 
     def _forget(self) -> None:
         self._change, self._before, self._asked, self._edited = None, None, True, False

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,15 +49,14 @@ class MeasurePresenter(QObject):
         self._panel = panel
         self._of_region = False
         self._numbers: Numbers | None = None
-        self._session: Session | None = None
-        self._deleted: tuple[Session, list[tuple[Point, ...]]] | None = None
+        self._deleted: WeakKeyDictionary[Session, list[tuple[Point, ...]]] = WeakKeyDictionary()
         self._questions = LatestQuestion[Question, Numbers](find, self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(lambda _, error: self.failed.emit(error))
         panel.subject_wished.connect(self._set_subject)
         panel.reference_wished.connect(self._set_reference)
         self._workspace.region_changed.connect(self._turn_to_region)
-        self._workspace.session_changed.connect(self._turn_to_region)
+        self._workspace.session_changed.connect(self._turn_to_frame)
 
     @property
     def busy(self) -> bool:
@@ -68,9 +68,6 @@ class MeasurePresenter(QObject):
         if not self._panel.isVisible():
             return
         session = self._workspace.session if self._workspace.has_session else None
-        if session is not self._session:
-            self._session, self._numbers = session, None
-            self._questions.forget()
         if session is None:
             self._panel.show_subject(False, "")
             self._panel.show_statistics(None, None, "")
@@ -152,17 +149,17 @@ class MeasurePresenter(QObject):
         if not chains:
             self._desk.notes.tell("There are no measurements to delete.")
             return
-        self._deleted = self._workspace.session, chains
+        self._deleted[self._workspace.session] = chains
         self._measurements.replace([chain for number, chain in enumerate(chains) if number not in chosen])
         text = f"Deleted {len(chosen)} measurement{'s' * (len(chosen) != 1)}."
         self._desk.notes.offer(text, self._desk.actions["restore_measurements"])
 
     def restore(self) -> None:
         """Have the measurements that were deleted last again."""
-        if self._deleted is None or not self._workspace.is_present(self._deleted[0]):
+        before = self._deleted.pop(self._workspace.session, None) if self._workspace.has_session else None
+        if before is None:
             self._desk.notes.tell("No measurements of this frame have been deleted.")
             return
-        before, self._deleted = self._deleted[1], None
         self._measurements.replace([*before, *(one for one in self._measurements.chains if one not in before)])
 
     def shutdown(self) -> bool:
@@ -233,6 +230,12 @@ class MeasurePresenter(QObject):
             self._desk.notes.tell("Choose the block first whose plane heights are to be measured over.")
         self._measurements.set_reference(chosen if of_block else 0)
         self.ask()
+
+    def _turn_to_frame(self) -> None:
+        """What was found is of the frame before."""
+        self._numbers = None
+        self._questions.forget()
+        self._turn_to_region()
 
     def _turn_to_region(self) -> None:
         """Who draws a rectangle wants to know of it."""

@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QFont, QShowEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem, QWidget
 
+from gui.numbers import UNKNOWN, millimetres
 from ilf.inspection import SurfaceStatistics
 
 _ROWS = (
@@ -92,13 +93,13 @@ def _texts(found: SurfaceStatistics) -> list[str]:
         f"{100 * found.missing_share:.1f} %",
         metres(found.mean),
         metres(found.median),
-        millimetres(found.deviation),
+        _millimetres(found.deviation),
         f"{found.least:.2f}–{found.largest:.2f} m" if found.known else "–",
-        millimetres(found.noise),
-        "–" if plane is None else millimetres(plane.rms),
+        _millimetres(found.noise),
+        "–" if plane is None else _millimetres(plane.rms),
         "–" if plane is None else f"{100 * plane.outliers:.1f} %",
         "–" if plane is None else degrees(plane.tilt),
-        "–" if quadric is None else millimetres(quadric.rms),
+        "–" if quadric is None else _millimetres(quadric.rms),
     ]
 
 
@@ -107,12 +108,9 @@ def metres(length: float) -> str:
     return f"{length:.3f} m" if math.isfinite(length) else "–"
 
 
-def millimetres(length: float) -> str:
-    """A small length, to three digits at most."""
-    if not math.isfinite(length):
-        return "–"
-    size = 1000 * length
-    return f"{size:.{2 if size < 10 else 1 if size < 100 else 0}f} mm"
+def _millimetres(length: float) -> str:
+    """A small length with its unit, a dash for none."""
+    return f"{millimetres(length)} mm" if math.isfinite(length) else UNKNOWN
 
 
 def degrees(angle: float) -> str:

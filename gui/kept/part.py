@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
-from PySide6.QtCore import QPoint, QSettings, Qt
-from PySide6.QtWidgets import QFileDialog, QMenu
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QMenu
 
 from gui.desk import Desk, Part
+from gui.dialogs.saving import ask_path, save
 from gui.kept.commands import COMMANDS, RUN_MENU
 from gui.kept.measuring import RunMeasurer
 from gui.kept.run_files import write_runs
@@ -18,10 +18,8 @@ from gui.kept.run_table import RunTable
 from gui.state.kept_runs import MOST_COMPARED, KeptRun
 from gui.state.run_names import title_of
 from gui.work.keeping import RunKeeper
-from ilf.errors import IlfError
 
 _TITLE = "Runs"
-_FOLDER_KEY = "runs/folder"
 
 
 class KeptRunsPart(Part):
@@ -139,24 +137,15 @@ class KeptRunsPart(Part):
 
     def ask_export(self) -> None:
         """Write the list as a file that the user chooses."""
-        session = self.desk.workspace.session
-        folder = str(QSettings().value(_FOLDER_KEY) or Path.home())
-        proposed = str(Path(folder) / f"{session.name}-runs.csv")
-        path, _ = QFileDialog.getSaveFileName(self.desk.window, "Export runs", proposed, "Table (*.csv)")
+        name = f"{self.desk.workspace.session.name}-runs.csv"
+        path = ask_path(self.desk.window, "Export runs", name, "Table (*.csv)")
         if path:
-            self.export(path if Path(path).suffix else f"{path}.csv")
+            self.export(path)
 
     def export(self, path: str) -> bool:
         """Write the list as CSV; False, with a message, if the file cannot be written."""
         rows = run_rows(self.desk.workspace.session)
-        try:
-            write_runs(path, rows)
-        except IlfError as error:
-            self.desk.notes.report("Export runs", error)
-            return False
-        QSettings().setValue(_FOLDER_KEY, str(Path(path).absolute().parent))
-        self.desk.notes.tell(f"Wrote {len(rows)} runs to {path}")
-        return True
+        return save(self.desk.notes, path, lambda: write_runs(path, rows))
 
     # what the table reports
 

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QWidget
 
 from gui import theme
 from gui.kept.run_rows import RunRow
+from gui.numbers import millimetres
 from gui.state.kept_runs import MOST_COMPARED
 from gui.widgets.row_model import Index, RowModel
 from ilf.parameters import PRESETS, Parameters
@@ -188,7 +189,7 @@ def _text(row: RunRow, column: Column) -> str:
 
 
 def _millimetres(error: float | None) -> str:
-    return "" if error is None else "–" if math.isnan(error) else f"{1000 * error:.1f}"
+    return "" if error is None else millimetres(error)
 
 
 def _sort_key(row: RunRow, column: Column) -> str | float:

@@ -35,6 +35,7 @@ class Comparison(QObject):
         if session is not self._session:
             self._session, self._truth, self._runs = session, None, ()  # they have gone with the frame before
         if session is None:
+            self._earlier = None
             return
         if session.frame.truth is not self._truth:
             self._truth = session.frame.truth

@@ -197,7 +197,9 @@ class Session:
         return former
 
     def take_frame(self, frame: RGBDFrame) -> None:
-        """Take over the same frame with other distrusted depth."""
+        """Take over the same frame with other distrusted depth; its truth stays what it is now."""
+        if frame.truth is not self.frame.truth:
+            frame = frame.with_truth(self.frame.truth, None if self.frame.inputs is None else self.frame.inputs.truth)
         self.frame = frame
         self._tally = self._completion = None
         self._shown.take_frame(frame)

@@ -412,6 +412,9 @@ class Workspace(QObject):
 
     def take_kept_runs(self, session: Session, runs: list[KeptRun], compared: list[KeptRun]) -> None:
         """Called by commands: other runs are kept, and others of them compared."""
+        for kept in runs:
+            if kept not in session.kept_runs:
+                kept.truth_error = None  # there may have been another truth meanwhile
         session.kept_runs = runs
         self._note_kept_runs(session)
         self._compare(session, compared[-MOST_COMPARED:])

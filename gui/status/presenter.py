@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject
 
 from gui.dialogs.documents import Documents
 from gui.frames.loader import FrameLoader
+from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.status.bar import StatusBar
 from gui.tools.editor import Editor
@@ -43,6 +44,8 @@ class StatusPresenter(QObject):
         self._documents = documents
         self._editor = editor
         self._pace = Pace()
+        self._paced: list[Session] = []
+        """Frames whose runs the pace is of."""
         self._bar = bar
         self._elsewhere = elsewhere
 
@@ -65,6 +68,7 @@ class StatusPresenter(QObject):
             text = "Exporting" if self._documents.exporting else ""
         if not text:
             self._pace.forget()
+            self._paced = []
         bar.show_progress(text, share, self._pace.text() if share is not None else "")
 
     def _runs_text(self) -> tuple[str, float | None]:
@@ -75,6 +79,9 @@ class StatusPresenter(QObject):
         going = [self._workspace.session] if present else runs.running
         shares = [runs.of(session).share_done for session in going]
         share = sum(shares) / len(shares)
+        if going != self._paced:
+            self._paced = going
+            self._pace.forget()
         self._pace.note(share, going=runs.state is not RunState.PAUSED)
         if present:
             return runs.state.value, share

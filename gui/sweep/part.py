@@ -9,6 +9,7 @@ from gui.desk import Desk, Part
 from gui.sweep.commands import COMMANDS
 from gui.sweep.found import Found
 from gui.sweep.window import SweepWindow
+from gui.work.cores import spare_cores
 from gui.work.runs import RunState
 from gui.work.worker import Worker
 from ilf.errors import IlfError
@@ -41,7 +42,10 @@ class SweepPart(Part):
         desk.refresh.add(
             "sweep",
             self.show,
-            (turned, values, chosen, workspace.infos_changed, workspace.truth_changed, self.window_.looked_at),
+            (
+                *(turned, values, chosen, workspace.infos_changed, workspace.truth_changed),
+                *(self.window_.looked_at, desk.views.ranges.changed),
+            ),
         )
         workspace.sessions_changed.connect(self._leave_closed)
         workspace.session_changed.connect(self._allow)
@@ -71,6 +75,7 @@ class SweepPart(Part):
         for_chosen = bool(chosen) and self.window_.criterion.for_chosen
         parameters = session.parameters_of(chosen, workspace.parameters) if for_chosen else workspace.parameters
         self.window_.set_frame(parameters, session.frame.truth is not None, name)
+        self.window_.set_colour_map(self.desk.views.ranges.depth_map)
 
     def start(self) -> None:
         """Sweep what the window says."""
@@ -89,7 +94,7 @@ class SweepPart(Part):
             return
         self.found = Found(session, sweep, label)
         self.window_.begin(self.found)
-        self.worker.start(lambda: sweep_steps(sweep))
+        self.worker.start(lambda: sweep_steps(sweep, threads=spare_cores()))
 
     def take(self, number: int) -> None:
         """Set the values of a point: of all blocks, or of the block that alone was swept."""

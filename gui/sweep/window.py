@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from gui import theme
+from gui.numbers import millimetres
 from gui.sweep.error_curve import ErrorCurve
 from gui.sweep.error_grid import ErrorGrid
 from gui.sweep.found import Found
@@ -299,4 +300,4 @@ def _with_unit(box: RangeBox) -> str:
 def _millimetres(error: float | None) -> str:
     if error is None:
         return "…"
-    return f"{1000 * error:.{1 if error >= 0.01 else 2}f} mm" if math.isfinite(error) else "not judged"
+    return f"{millimetres(error)} mm" if math.isfinite(error) else "not judged"

@@ -145,22 +145,20 @@ class DerivedPresenter(QObject):
     def _ask_spectrum(self, session: Session) -> None:
         label = self._workspace.chosen
         result = session.valid_results().get(label)
-        records = session.records_of(label) if label else ()
         if not label:
             self._spectrum.want(None, "Choose a block")
-        elif result is None or not records:
+        elif result is None or not result.history:
             self._spectrum.want(None, f"{session.info(label).name} has not been run")
-        elif not isinstance(records[-1], PassBandRecord):
+        elif not isinstance(last := result.history[-1], PassBandRecord):
             self._spectrum.want(
                 None,
                 f"{session.info(label).name} has no pass band: it was run without the presets of the paper",
             )
         else:
-            radii, name, padding = records[-1].radii, session.info(label).name, result.parameters.padding
+            radii, name, padding = last.radii, session.info(label).name, result.parameters.padding
             depth = np.full(result.block.mask.shape, np.nan, np.float32)
             depth[result.block.mask] = result.depth
-            key = (result, records[-1])
-            self._spectrum.want(_Question(key, lambda: _spectrum(depth, padding, radii, name)))
+            self._spectrum.want(_Question((result,), lambda: _spectrum(depth, padding, radii, name)))
 
     def shutdown(self) -> bool:
         """Stop for good, before the window closes. True if all threads have ended."""

@@ -27,7 +27,7 @@ from .navigation import Navigation
 from .overlay import BlockOverlay
 from .pointer import PointerHandler
 from .preview import Preview
-from .ranges import FIXED, ROBUST
+from .ranges import FIXED
 from .screen_layers import ScreenLayers
 from .sheet import Sheet
 from .two_sides import TwoSides
@@ -148,7 +148,7 @@ class LinkedViews(QWidget):
         self._navigation.set_frame((width, height))
         for view in self._views:
             view.set_frame_size(width, height)
-        self.sides.swipe.set_frame(width, height)
+        self.sides.set_frame(width, height)
         self.ranges.turn_to_another_frame()
         self._pages.setCurrentWidget(self._sheet)
         self._sheet.set_aspect(self._transform.aspect)
@@ -438,10 +438,6 @@ class LinkedViews(QWidget):
     def set_levels(self, low: float, high: float) -> None:
         """Depth [m] at the ends of the depth colours, for all depths."""
         self.ranges.set("depth", FIXED, (low, high))
-
-    def auto_levels(self) -> None:
-        """Set the depth levels from the 1st and 99th percentile of the incoming depth."""
-        self.ranges.set("depth", ROBUST)
 
     def set_depth_map(self, name: str) -> None:
         """Choose the depth colours by a name of `colour_maps.DEPTH_MAPS`."""

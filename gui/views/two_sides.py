@@ -74,6 +74,11 @@ class TwoSides(QObject):
             self._material.looks_at_a = on
             self.changed.emit("result")
 
+    def set_frame(self, width: int, height: int) -> None:
+        """Take another frame, all of which is to be drawn: the handle stands in its middle."""
+        self.swipe.set_frame(width, height)
+        self._place()
+
     def write_labels(self) -> None:
         """Say at the handle what its sides are."""
         first, second = (self._label(depth) for depth in self.names)
@@ -92,5 +97,8 @@ class TwoSides(QObject):
         return self._content_of(view) in shown
 
     def _follow_handle(self) -> None:
-        self._material.swiped_at = round(self.swipe.x) if self.swipe.on else None
+        self._place()
         self.changed.emit("swipe")
+
+    def _place(self) -> None:
+        self._material.swiped_at = round(self.swipe.x) if self.swipe.on else None

@@ -15,12 +15,12 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from gui.state.results import Preview
 from gui.state.session import Session
 from gui.state.workspace import Workspace
+from gui.work.cores import spare_cores
 from gui.work.worker import Worker
 from ilf.dense import guess_steps
 from ilf.filter.convergence import IterationRecord
 from ilf.outcomes import Completion, Progress
 from ilf.run import GUESS, Run, RunSteps
-from ilf.threads import available_cores
 
 Step = tuple[Progress, list[Preview] | None]
 
@@ -185,8 +185,7 @@ class FrameRuns(QObject):
             self._follow_up(lambda: self.start(only, stepwise))
             return
         self._run = self.session.run(self.session.common, only)
-        # one core stays the window's
-        threads = 1 if stepwise else max(available_cores() - 1, 1)
+        threads = 1 if stepwise else spare_cores()
         self._steps = steps = self._run.steps(threads, self._workspace.watch(self.session, self._run))
         self._start(lambda: steps, stepwise)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from typing import NamedTuple
-from weakref import WeakKeyDictionary, WeakSet
+from weakref import ReferenceType, WeakKeyDictionary, WeakSet, ref
 
 from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtGui import QUndoCommand
@@ -22,17 +22,22 @@ REST_MS = 400
 """How long no block may have been solved anew for values to be at rest."""
 
 
+_Step = ReferenceType[QUndoCommand] | None
+"""A step of the history, None for none. Steps hold their session, and end with its history."""
+
+
 class _Solved(NamedTuple):
-    """A re-solve, and the step of the history that it came after."""
+    """A re-solve, the step of the history that it came after, and what an edit that it came of is called."""
 
     ended: Ended
-    step: QUndoCommand | None
+    step: _Step
+    edit: str
 
 
 class _LiveRow(NamedTuple):
     """The kept run of the latest step that had blocks solved anew, and the name that it was given."""
 
-    step: QUndoCommand | None
+    step: _Step
     kept: KeptRun
     name: str
 
@@ -77,7 +82,8 @@ class RunKeeper(QObject):
             self._waiting.pop(session, None)
             return
         if ended.done and ended.resolved:
-            self._waiting[session] = _Solved(ended, _last_step(session))
+            step = _last_step(session)
+            self._waiting[session] = _Solved(ended, None if step is None else ref(step), _edit(step))
         elif ended.done:
             self._waiting.pop(session, None)
             self._live.pop(session, None)
@@ -103,18 +109,18 @@ class RunKeeper(QObject):
             same.results = dict(results)  # those that are present, so that others need not be held
             self._workspace.note_run_changed(session, same)
             return
-        ended, step = solved
+        ended, step, edit = solved
         run = session.run(session.common)
         live = self._live.get(session)
-        if live is not None and live.step is step and live.kept in session.kept_runs:
+        if live is not None and live.step == step and live.kept in session.kept_runs:
             kept, former = live.kept, live.name
             kept.take(sharing(run, session.kept_runs), dict(results))
             kept.seconds, kept.done = ended.seconds, kept.done | ended.done
-            name = run_name(session, kept.number, run, _edit(step), live=True)
+            name = run_name(session, kept.number, run, edit, live=True)
             kept.name = name if kept.name == former else kept.name
             self._workspace.note_run_changed(session, kept)
         else:
-            kept = self._keep(run, dict(results), ended, _edit(step), live=True)
+            kept = self._keep(run, dict(results), ended, edit, live=True)
             name = kept.name
         self._live[session] = _LiveRow(step, kept, name)
 

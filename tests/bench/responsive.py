@@ -18,8 +18,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import cv2
 import numpy as np
-from PySide6.QtCore import QTimer
-from PySide6.QtTest import QTest
+from PySide6.QtCore import QEventLoop, QTimer
 from PySide6.QtWidgets import QApplication
 
 import ilf
@@ -33,6 +32,13 @@ from .memory import resident
 
 _BEAT_MS = 2
 _LIMIT_S = 120
+
+
+def pause(milliseconds: int) -> None:
+    """Let the window work for a while; the threads, too, which they would not get to do in QTest's own wait."""
+    loop = QEventLoop()
+    QTimer.singleShot(milliseconds, loop.quit)
+    loop.exec()
 
 
 class Heart:
@@ -68,7 +74,7 @@ def wait(reached: Callable[[], object]) -> None:
     while not reached():
         if time.perf_counter() > deadline:
             raise TimeoutError("the window has not come to an end")
-        QTest.qWait(2)
+        pause(2)
 
 
 def sample(folder: Path, size: tuple[int, int], number: int = 0) -> Path:
@@ -95,7 +101,7 @@ def new_window() -> MainWindow:
     window.documents.discard_silently = True
     window.resize(1440, 900)
     window.show()
-    QTest.qWait(300)
+    pause(300)
     return window
 
 
@@ -113,17 +119,17 @@ def listen(window: MainWindow, folder: Path) -> None:
     sweep = next(part for part in window.parts if isinstance(part, SweepPart))
 
     def say(what: str, begin: Callable[[], object], over: Callable[[], object]) -> None:
-        QTest.qWait(500)
+        pause(500)
         heart.start()
         begin()
         wait(over)
-        QTest.qWait(300)
+        pause(300)
         print(f"  {what:<22} {heart.stop()}", flush=True)
 
     def drag() -> None:
         for step in range(40):
             window.filter_panel.edited.emit(workspace.parameters.replace(smoothness=0.5 + 0.02 * step))
-            QTest.qWait(20)
+            pause(20)
 
     def everything() -> None:
         accuracy.ask_test()
@@ -132,7 +138,7 @@ def listen(window: MainWindow, folder: Path) -> None:
         for _ in range(20):
             window.views.fit()
             window.actions_["undo"].trigger()
-            QTest.qWait(30)
+            pause(30)
 
     say("opening", lambda: open_frame(window, folder), lambda: True)
     say("run, best", window.actions_["run_all"].trigger, lambda: runs.free)
@@ -156,7 +162,7 @@ def soak(window: MainWindow, folder: Path, count: int) -> None:
         window.actions_["run_all"].trigger()
         wait(lambda: window.runs.free and not window.errors.busy)
         window.actions_["close_frame"].trigger()
-        QTest.qWait(20)
+        pause(20)
         if number in (0, 4, 9, 19) or number % 50 == 49:
             print(f"  after {number + 1:3d} frames {resident() / 2**20:7.0f} MB", flush=True)
 

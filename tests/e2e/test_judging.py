@@ -13,15 +13,16 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 from gui.accuracy.hidden_dialog import HiddenTestDialog
 from gui.accuracy.part import AccuracyPart
-from gui.accuracy.texts import millimetres
 from gui.accuracy.truth_dialog import TruthDialog
 from gui.blocks.block_model import Column
 from gui.desk import Part
 from gui.frames.frame_source import FrameSource
 from gui.main_window import MainWindow
+from gui.numbers import millimetres
 from gui.presets.part import PresetsPart
 from gui.state.kept_runs import KeptRun
 from gui.sweep.part import SweepPart
+from gui.views.colour_maps import depth_table
 from ilf.ebs.edit import patch_between
 from ilf.frame import RGBDFrame
 from ilf.judgement import judge_blocks, judge_completion
@@ -104,7 +105,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     assert [row.cells[0] for row in panel.truth_table.rows] == [millimetres(one.rmse) for one in wanted]
     assert [row.name for row in panel.truth_table.rows] == ["Frame", session.info(label).name, "Rectangle"]
     settle(window)
-    assert errors_shown(window)[0] == f"{1000 * blocks[label].rmse:.1f}"
+    assert errors_shown(window)[0] == millimetres(blocks[label].rmse)
     panel.pixels.setCurrentIndex(1)
     panel.pixels.activated.emit(1)
     everything = judge_completion(session.frame, completion, every=True)
@@ -199,6 +200,9 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     assert sum(tile.best for tile in shown.multiples.tiles) == 1
     assert "over what all of them filled" in shown.state.text()
     assert sweep.found.errors.keys() == {0, 1, 2}
+    window.views.set_depth_map("grey")
+    settle(window)
+    np.testing.assert_array_equal(shown.bar._scale.table, depth_table("grey"))
     shown.multiples.tiles[2].click()
     assert session.common.smoothness == 100.0
     settle(window)

@@ -213,7 +213,7 @@ def test_without_a_chosen_block_nothing_runs(opened: MainWindow) -> None:
 def test_blocks_that_run_at_once_give_what_they_give_alone(
     opened: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gui.work.frame_runs.available_cores", lambda: 4)
+    monkeypatch.setattr("gui.work.frame_runs.spare_cores", lambda: 3)
     workspace = opened.workspace
     workspace.set_parameters(ilf.preset("released-code", max_iterations=2000))
     labels = list(workspace.session.counts())

@@ -159,6 +159,10 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     assert "PRESS" in heard
     views.sides.choose("result", "run-1")
     assert colour_at(cell, 45.5, 40.5) == run_2
+    views.set_frame(views.material.rgb, flat(1.1))
+    assert views.material.swiped_at == views.sides.swipe.x == WIDTH / 2, "of another frame, it stands in the middle"
+    views.set_levels(1.0, 3.0)
+    views.set_result(flat(2.9))
     views.sides.set_swiping(False)
     assert colour_at(cell, 60.5, 40.5) == run_2
 

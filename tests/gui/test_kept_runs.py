@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
+import gc
 import math
+import weakref
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -120,6 +122,19 @@ def test_a_drag_is_one_run_and_undo_makes_none(
     assert session.kept_runs[2].run.blocks is not live.run.blocks
 
 
+def test_a_frame_whose_values_were_dragged_is_freed_when_it_is_closed(
+    bench: Bench, keeper: RunKeeper, until: Until
+) -> None:
+    workspace, session = bench.workspace, bench.session
+    workspace.set_parameters(preset(smoothness=2.0))
+    bench.runs.resolve([1])
+    until(lambda: len(session.kept_runs) == 1)
+    step = weakref.ref(session.undo_stack.command(0))
+    workspace.close_session(session)
+    gc.collect()
+    assert step() is None, "a step of the history holds its frame"
+
+
 def test_what_runs_give_of_the_rest_is_kept_by_pixels(session: Session, workspace: Workspace) -> None:
     labels = painted(session, 0, np.s_[:], np.s_[40:64])
     session.set_labels(labels)
@@ -207,12 +222,15 @@ def test_deleted_runs_come_back_beside_those_kept_since(session: Session, worksp
     for kept in runs[:2]:
         workspace.keep_run(session, kept)
     workspace.compare(runs[:2])
+    runs[0].truth_error = 0.001
     workspace.delete_runs(session, [runs[0]])
+    workspace.set_truth(np.full(session.frame.shape, 3.0, np.float32))
     assert (session.kept_runs, session.compared) == ([runs[1]], [runs[1]])
     workspace.keep_run(session, runs[2])
     session.undo_stack.undo()
     assert session.kept_runs == runs
     assert set(session.compared) == set(runs[:2])
+    assert runs[0].truth_error is None, "there is another truth since"
     workspace.delete_runs(session, [kept_run(session, 4, QUICK)])
     assert session.undo_stack.count() == 1, "it was not there"
 

@@ -75,7 +75,8 @@ def _over(toast: Toast, kind: type[QEvent] = QEvent) -> QEvent:
     return QEnterEvent(at, at, at) if kind is QEnterEvent else QEvent(QEvent.Type.Leave)
 
 
-def test_one_stays_while_the_pointer_is_on_it(toasts: Toasts, qtbot: QtBot) -> None:
+def test_one_stays_while_the_pointer_is_on_it(toasts: Toasts, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gui.widgets.toasts._LEFT_ALONE_MS", 50)
     toasts.tell("read me", 30)
     (toast,) = toasts.shown
     QApplication.sendEvent(toast, _over(toast, QEnterEvent))

@@ -18,7 +18,7 @@ from .scripted_runs import Bench, Until
 def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(
     bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(runs_module, "available_cores", lambda: 6)
+    monkeypatch.setattr(runs_module, "spare_cores", lambda: 5)
     own = preset("paper", max_iterations=7)
     bench.workspace.set_parameters(preset("released-code"))
     bench.workspace.set_parameters(own, 2)
@@ -54,7 +54,7 @@ def test_what_a_run_did_without_is_said_once(bench: Bench, until: Until) -> None
 
 
 def test_with_one_core_a_run_has_that_one(bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(runs_module, "available_cores", lambda: 1)
+    monkeypatch.setattr(runs_module, "spare_cores", lambda: 1)
     bench.script.allow()
     bench.runs.start()
     until(lambda: bool(bench.said))

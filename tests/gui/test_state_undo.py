@@ -235,6 +235,21 @@ def test_depth_that_is_distrusted_is_missing_and_undo_brings_it_back(
     assert session.frame.distrusted is None
 
 
+def test_a_truth_outlasts_what_is_undone_of_the_depth(workspace: Workspace, session: Session) -> None:
+    mask = np.zeros(session.frame.shape, bool)
+    mask[30:40, 5:20] = True
+    workspace.set_distrusted(mask, "Distrust depth")
+    workspace.set_truth(np.full(session.frame.shape, 2.0, np.float32))
+    truth = session.frame.truth
+    session.undo_stack.undo()
+    assert session.frame.distrusted is None
+    np.testing.assert_array_equal(session.frame.truth, truth)
+    workspace.set_truth(None)
+    session.undo_stack.redo()
+    assert session.frame.truth is None
+    assert session.frame.distrusted is not None
+
+
 def test_results_go_with_the_extraction_whose_edges_the_filter_saw(workspace: Workspace, session: Session) -> None:
     """Blocks that stay have the same pixels, but other edges: a run of them would not give the same result."""
     for label in (1, 2):
