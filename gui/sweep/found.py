@@ -105,10 +105,13 @@ class Found:
             self._differences[number] = 1000 * (depth - self._reference)
 
     def finish(self, result: SweepResult) -> None:
-        """All have come: their errors are over the same pixels now."""
+        """All have come: their errors are over the same pixels now. If none is better, the present values are best."""
         for point in result.points:
             self.errors[self._number(point)] = point.whole.rmse
         self._best = None if result.best is None else self._number(result.best)
+        present, best = self.present, self._best
+        if present is not None and best is not None and self.coverage[present] >= self.coverage[best]:
+            self._best = present if self.errors[present] <= self.errors[best] else best
         self.is_over_all = True
 
     def _number(self, point: SweepPoint) -> int:
