@@ -41,10 +41,10 @@ from gui.blocks.block_model import (
 from gui.widgets.hint import paint_hint
 from gui.widgets.soft_rows import ICON_SIZE, SoftRows
 
-_WIDTHS = {Column.MISSING: 58, Column.ERROR: 46, Column.ITERATIONS: 42, Column.SIGMA: 56, Column.PIXELS: 60}
+_WIDTHS = {Column.MISSING: 58, Column.ERROR: 52, Column.ITERATIONS: 42, Column.SIGMA: 56, Column.PIXELS: 60}
 _ICON_WIDTH = 26
 _HIDDEN_KEY = "blocks/hidden_columns"
-_NAME_WIDTH = 62  # at least; below, the table scrolls sideways
+_NAME_WIDTH = 58  # at least; below, the table scrolls sideways
 
 
 class BlockTable(QWidget):

@@ -11,6 +11,7 @@ import pytest
 from PySide6.QtCore import QRect, QSettings, QSize, Qt
 from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QDockWidget
 from pytestqt.qtbot import QtBot
 
 from gui import docks
@@ -100,6 +101,15 @@ def test_the_rail_opens_and_folds_panels_and_one_key_all_of_them(shown: MainWind
     qtbot.waitUntil(lambda: shown.views.width() > before + 200)
     qtbot.keyClick(shown, Qt.Key.Key_F9)
     assert shown.panels.open == ["Blocks", "Log"]
+
+
+@pytest.mark.parametrize(("height", "neighbours"), [(800, ["Parameters"]), (1000, [])])
+def test_panels_of_a_full_column_share_a_place(shown: MainWindow, height: int, neighbours: list[str]) -> None:
+    shown.resize(1280, height)
+    _click(shown, "Accuracy")
+    dock = shown.findChild(QDockWidget, "Accuracy")
+    assert [tab.objectName() for tab in shown.tabifiedDockWidgets(dock)] == neighbours
+    assert shown.panels.open == ["Blocks", "Parameters", "Accuracy"]
 
 
 @pytest.mark.parametrize("folds_by", ["rail", "title"])
