@@ -157,6 +157,11 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     drag(views.cells["depth-in"].view, (50, 30), (20, 30))
     assert views.sides.swipe.x == 50, "where there is no handle there is nothing to drag"
     assert "PRESS" in heard
+    views.set_truth(flat(2.9))
+    views.sides.choose("truth", "run-1")
+    assert colour_at(cell, 45.5, 40.5) == run_2
+    views.set_truth(flat(1.1))
+    assert colour_at(cell, 45.5, 40.5) == run_1, "a side that changes is drawn anew"
     views.sides.choose("result", "run-1")
     assert colour_at(cell, 45.5, 40.5) == run_2
     views.set_frame(views.material.rgb, flat(1.1))

@@ -14,7 +14,7 @@ from gui.views.view_cell import ViewCell
 from ilf.drawing.levels import sample, to_indices
 
 from .material import Depth, Layer, Mask, Material
-from .names import RUNS, TITLES, short_title
+from .names import INTERPOLATED, RUNS, TITLES, short_title
 from .painter import NO_RESULT, Painter, number_at
 
 _STRIPE = QColor(255, 255, 255, 190)
@@ -28,9 +28,11 @@ class DepthPainter(Painter):
     unit = "m"
 
     def __init__(self, content: str, cell: ViewCell, material: Material) -> None:
-        self.uses = frozenset({_PART.get(content, "runs"), "levels"})
+        # distrust leaves depth in as it was measured
+        self._own_parts = frozenset({"frame" if content == "depth-in" else _PARTS.get(content, "runs"), "levels"})
         if content == "result":
-            self.uses |= {"swipe", "runs"}
+            self._own_parts |= {"swipe", "runs"}
+        self.uses = self._own_parts
         super().__init__(content, cell, material)
         # from below: the hatch of what is missing, guesses, stripes over them, and the rest of the depth
         self._guesses = cell.view.add_layer(-0.8)
@@ -56,6 +58,10 @@ class DepthPainter(Painter):
         return self.material.names.get(looked_at) or TITLES.get(looked_at, looked_at)
 
     def draw(self) -> None:
+        if self.content == "result":  # swiped, or while side A stands in for it, it may be any depth
+            others = self.material.swiped_at is not None or self.material.looks_at_a
+            sides = {_PARTS.get(side, "runs") for side in self.material.sides} if others else set()
+            self.uses = self._own_parts | sides
         run = self.material.run(self.content)
         self.cell.strip.set_title(self.title, None if run is None else run.colour)
         in_past = self.content == "result" and not self.material.looks_at_a
@@ -139,5 +145,5 @@ class DepthPainter(Painter):
         self.cell.view.remove(self._stripes)
 
 
-_PART = {"depth-in": "frame", "result": "result", "truth": "truth"}
+_PARTS = {"depth-in": "distrust", "result": "result", "truth": "truth", INTERPOLATED: INTERPOLATED}
 """Part of the material that each depth is; others are runs."""
