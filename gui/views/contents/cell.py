@@ -36,6 +36,7 @@ class Cell(ViewCell):
         self._painter: Painter | None = None
         self._theme: tuple[Colours, QBrush] | None = None
         self._is_late = False
+        self._pixel: tuple[int, int] | None = None
         self._menu = content_menu(self)
         self._menu.triggered.connect(lambda action: self.chosen.emit(action.data()))
         self.strip.menuWished.connect(self.open_menu)
@@ -84,6 +85,7 @@ class Cell(ViewCell):
 
     def show_value(self, pixel: tuple[int, int] | None) -> None:
         """Mark on the colour bar what there is at a pixel (x, y); None for nothing."""
+        self._pixel = pixel
         self.bar.set_value(None if pixel is None or self.bar.isHidden() else self.painter.value_at(*pixel))
 
     def open_menu(self, place: QPoint | None = None) -> None:
@@ -102,6 +104,7 @@ class Cell(ViewCell):
         self._is_late = not self.isVisible()
         if not self._is_late:
             self.painter.draw()
+            self.show_value(self._pixel)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

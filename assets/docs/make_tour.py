@@ -1,0 +1,236 @@
+"""Make the pictures of the tour: `python assets/docs/make_tour.py`.
+
+Does in the real window, with mouse and commands, what `tour.md` tells, on the bundled sample, and saves what is seen.
+The figures that the tour quotes are read from the window meanwhile; if one is not to be found in the text, it says so
+and ends with an error, so that text and program cannot part.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+from PySide6.QtCore import QEventLoop, QPoint, QPointF, Qt, QTimer
+from PySide6.QtGui import QPixmap
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QWidget
+
+from gui import theme
+from gui.accuracy.hidden_dialog import HiddenTestDialog
+from gui.accuracy.part import AccuracyPart
+from gui.desk import Part
+from gui.main_window import MainWindow
+from gui.sweep.part import SweepPart
+from ilf.assets import asset_path
+from ilf.judgement import judge_blocks, judge_completion, judge_hidden
+
+HERE = Path(__file__).parent
+PICTURES = HERE / "images" / "tour"
+SIZE = (1440, 900)
+_LEFT = Qt.MouseButton.LeftButton
+_PATIENCE_S = 60
+_QUALITY = 90
+
+BLOCK = 21
+"""The red mat beside the table: half of it is in the sensor's shadow."""
+PROFILE = (330.0, 362.0), (478.0, 362.0)
+"""From the table over its rim to the mat [px]."""
+
+
+def pause(milliseconds: int) -> None:
+    """Let the window work for a while; the threads, too, which they would not get to do in QTest's own wait."""
+    loop = QEventLoop()
+    QTimer.singleShot(milliseconds, loop.quit)
+    loop.exec()
+
+
+class Tour:
+    """The window, what is done in it, and the figures that it shows."""
+
+    def __init__(self) -> None:
+        self.window = MainWindow(remembers=False)
+        self.window.documents.discard_silently = True
+        self.window.resize(*SIZE)
+        self.window.show()
+        pause(300)
+        self.figures: dict[str, str] = {}
+
+    def wait(self, reached: Callable[[], object]) -> None:
+        """Let the window work until something holds, and show it."""
+        deadline = time.perf_counter() + _PATIENCE_S
+        while not reached():
+            if time.perf_counter() > deadline:
+                raise TimeoutError("the window has not come to what the tour tells")
+            pause(20)
+        pause(150)
+
+    def settle(self) -> None:
+        """Wait until nothing goes on."""
+        runs, errors = self.window.runs, self.window.errors
+        pause(300)
+        self.wait(lambda: runs.free and not runs.resolving and not errors.busy)
+        pause(1500)
+
+    def do(self, *names: str) -> None:
+        """Give commands."""
+        for name in names:
+            self.window.actions_[name].trigger()
+            pause(50)
+
+    def part(self, kind: type[Part]) -> Part:
+        """A part of the window."""
+        return next(part for part in self.window.parts if isinstance(part, kind))
+
+    def place(self, slot: str, x: float, y: float) -> tuple[QWidget, QPoint]:
+        """Where a pixel is in a view."""
+        view = self.window.views.cells[slot].view
+        return view.viewport(), view.viewportTransform().map(QPointF(x, y)).toPoint()
+
+    def drag(self, slot: str, *points: tuple[float, float]) -> None:
+        """Draw with the left button held."""
+        viewport, first = self.place(slot, *points[0])
+        QTest.mousePress(viewport, _LEFT, pos=first)
+        for point in points[1:]:
+            QTest.mouseMove(viewport, self.place(slot, *point)[1])
+            pause(20)
+        QTest.mouseRelease(viewport, _LEFT, pos=self.place(slot, *points[-1])[1])
+        pause(100)
+
+    def save(self, name: str, widget: QWidget | None = None) -> None:
+        """Save what is seen."""
+        self.window.toasts.clear()
+        self.window.refresh.now()
+        pixmap: QPixmap = self.window.picture() if widget is None else widget.grab()
+        pixmap.save(str(PICTURES / f"{name}.jpg"), quality=_QUALITY)
+
+    def errors(self) -> tuple[float, float]:
+        """RMSE [mm] against the truth, of the frame and of the block, over filled pixels."""
+        session = self.window.workspace.session
+        completion = session.completion()
+        assert completion is not None
+        whole = judge_completion(session.frame, completion)
+        block = judge_blocks(session.frame, completion, session.labels)[BLOCK]
+        assert whole is not None
+        assert block is not None
+        return 1000 * whole.rmse, 1000 * block.rmse
+
+
+def main() -> int:
+    """Make all pictures; 1 if the text does not have the figures."""
+    app = QApplication(sys.argv[:1])
+    theme.apply_theme(app, "light")
+    PICTURES.mkdir(exist_ok=True)
+    tour = Tour()
+    tell(tour)
+    tour.window.close()
+    text = (HERE / "tour.md").read_text(encoding="utf-8")
+    wrong = [f"{what}: {figure}" for what, figure in tour.figures.items() if figure not in text]
+    for one in wrong:
+        print(f"tour.md does not have this figure: {one}", file=sys.stderr)
+    return 1 if wrong else 0
+
+
+def tell(tour: Tour) -> None:
+    """What the tour tells, one stop after the other."""
+    window, workspace = tour.window, tour.window.workspace
+    window.documents.open_paths([asset_path("samples/room")])
+    tour.wait(lambda: workspace.has_session and workspace.session.counts() and not window.loader.busy)
+    tour.do("run")
+    tour.settle()
+    session = workspace.session
+    whole, block = tour.errors()
+    tour.figures |= {"frame": f"{whole:.0f} mm", "block": f"{block:.0f} mm"}
+
+    # which block
+    window.panels.reveal("Accuracy")
+    workspace.select([BLOCK])
+    window.blocks.view.sortByColumn(_column(window, "Error"), Qt.SortOrder.DescendingOrder)
+    tour.settle()
+    tour.save("1-which")
+
+    # why
+    tour.do("layout_inspect")
+    tour.settle()
+    workspace.select([BLOCK])
+    tour.do("zoom_block", "tool_profile")
+    pause(300)
+    tour.drag("colour", *PROFILE)
+    tour.settle()
+    tour.save("2-why")
+
+    # what helps
+    workspace.select([BLOCK])
+    window.panels.reveal("Parameters")
+    sweep = tour.part(SweepPart)
+    assert isinstance(sweep, SweepPart)
+    sweep.open("edge_scale")
+    sweep.window_.criterion.blocks.setCurrentIndex(1)
+    sweep.window_.resize(1000, 640)
+    pause(200)
+    sweep.window_.start_button.click()
+    tour.wait(lambda: not sweep.worker.busy)
+    tour.save("3-sweep", sweep.window_)
+    sweep.window_.take_button.click()
+    sweep.window_.close()
+    tour.settle()
+    taken = session.parameters_of(BLOCK, session.common).edge_scale
+    whole, block = tour.errors()
+    tour.figures |= {"edge scale": f"{taken:g}", "block, better": f"{block:.0f} mm", "frame, better": f"{whole:.0f} mm"}
+
+    # how it looks now
+    tour.save("4-better")
+
+    # side by side with the run before
+    workspace.compare([session.kept_runs[0]])
+    tour.do("compare_two")
+    tour.settle()
+    workspace.select([BLOCK])
+    tour.do("zoom_block")
+    tour.settle()
+    tour.save("5-compare")
+
+    # on hidden depth, as where there is no truth
+    tour.do("layout_tune")
+    tour.settle()
+    tour.do("fit")
+    workspace.select([BLOCK])
+    accuracy = tour.part(AccuracyPart)
+    assert isinstance(accuracy, AccuracyPart)
+    tour.do("test_hidden")
+    dialog = window.findChild(HiddenTestDialog)
+    assert dialog is not None
+    dialog.accept()
+    tour.wait(lambda: accuracy.hidden.outcome is not None)
+    tour.settle()
+    tour.save("6-hidden")
+    outcome = accuracy.hidden.outcome
+    assert outcome is not None
+    everywhere = replace(session.run(session.common), own={}, parameters=session.common.replace(edge_scale=taken))
+    completion = judge_completion(session.frame, everywhere.complete())
+    assert completion is not None
+    tour.figures |= {
+        "frame, all blocks": f"({1000 * completion.rmse:.0f} mm)",
+        "hidden, all blocks": f"({1000 * judge_hidden(everywhere, outcome.test).whole.rmse:.0f} mm instead of",
+        "hidden, frame": f"{1000 * outcome.tested[0].whole.rmse:.0f} mm).",
+    }
+    for tested in outcome.tested:
+        tour.figures[f"hidden, {tested.candidate.name}"] = f"{1000 * tested.blocks[BLOCK].rmse:.1f} mm"
+
+
+def _column(window: MainWindow, title: str) -> int:
+    model = window.blocks.view.model()
+    titles = [
+        str(model.headerData(column, Qt.Orientation.Horizontal, Qt.ItemDataRole.DisplayRole))
+        for column in range(model.columnCount())
+    ]
+    return next(column for column, text in enumerate(titles) if text.startswith(title))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

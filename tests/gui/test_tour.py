@@ -1,0 +1,33 @@
+"""The tour names commands and keys that there are, and shows pictures that there are."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from pytestqt.qtbot import QtBot
+
+from gui.main_window import MainWindow
+
+DOCS = Path(__file__).parents[2] / "assets" / "docs"
+
+
+def test_the_tour_names_what_there_is(qtbot: QtBot) -> None:
+    text = " ".join((DOCS / "tour.md").read_text(encoding="utf-8").split())
+    window = MainWindow(remembers=False)
+    qtbot.addWidget(window)
+    actions = {action.text().replace("&", "").rstrip("…"): action for action in window.actions() if action.text()}
+    named = re.findall(r"\*([^*]+?)…?\* \(((?:Ctrl|Shift|F\d)[^)]*)\)", text)
+    assert len(named) >= 6
+    unknown = [(name, keys) for name, keys in named if name.split(" > ")[-1] not in {*actions, *PANELS}]
+    assert unknown == []
+    for name, keys in named:
+        action = actions[PANELS.get(name, name.split(" > ")[-1])]
+        assert keys in [sequence.toString() for sequence in action.shortcuts()], name
+    for picture in re.findall(r"\]\((images/[^)]+)\)", text):
+        assert (DOCS / picture).stat().st_size > 10_000
+    window.close()
+
+
+PANELS = {"Runs": "Kept runs"}
+"""A panel that the tour names by its title, and the command that opens it."""
