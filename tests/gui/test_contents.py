@@ -190,6 +190,18 @@ def test_blocks_of_the_two_sides_are_parted_where_they_differ(views):
     assert colour_at(cell, 10.5, 40.5) == (200, 0, 0)
 
 
+def test_sides_that_are_not_there_yet_say_why(views):
+    for depth, why in (("earlier", "No run before"), ("interpolated", "Interpolating")):
+        views.sides.choose(depth)
+        cell = next(cell for cell in views.cells.values() if cell.content == "a")
+        assert cell.concrete == depth
+        assert cell.painter._reason().startswith(why)
+    views.set_frame(views.material.rgb, flat(1.1))
+    views.set_layout("compare")
+    cell.painter.draw()
+    assert cell.view._message.startswith("Interpolating")
+
+
 def test_side_a_stands_in_for_the_result_for_a_while(views):
     views.set_layout("grid-difference")
     views.set_result(flat(2.0))

@@ -14,7 +14,7 @@ from gui.views.view_cell import ViewCell
 from ilf.drawing.levels import sample, to_indices
 
 from .material import Depth, Layer, Mask, Material
-from .names import INTERPOLATED, RUNS, TITLES, short_title
+from .names import EARLIER, INTERPOLATED, RUNS, TITLES, short_title
 from .painter import NO_RESULT, Painter, number_at
 
 _STRIPE = QColor(255, 255, 255, 190)
@@ -55,7 +55,8 @@ class DepthPainter(Painter):
         if looked_at == "result" and self.material.swiped_at is not None:
             first, second = (short_title(side, self.material.names) for side in self.material.sides)
             return f"A: {first} | B: {second}"
-        return self.material.names.get(looked_at) or TITLES.get(looked_at, looked_at)
+        name = short_title(looked_at, self.material.names)
+        return self.material.names.get(looked_at) or TITLES.get(looked_at) or name[:1].upper() + name[1:]
 
     def draw(self) -> None:
         if self.content == "result":  # swiped, or while side A stands in for it, it may be any depth
@@ -94,7 +95,8 @@ class DepthPainter(Painter):
             return "No truth: this frame has none"
         if self.content in RUNS:
             return f"No run {RUNS.index(self.content) + 1} is ticked for comparison"
-        return NO_RESULT if self.content == "result" else ""
+        reasons = {"result": NO_RESULT, EARLIER: "No run before this one", INTERPOLATED: "Interpolating…"}
+        return reasons.get(self.content, "")
 
     def _draw_layer(self, layer: Layer) -> None:
         depth, guessed = layer.depth, layer.guessed
