@@ -132,7 +132,7 @@ class MainWindow(QMainWindow):
         self.cloud = CloudView(actions["cloud_raw"], actions["cloud_chosen_only"], actions["cloud_beside"])
         self.toasts = Toasts(self, (self.views, self.cloud))
         self.notes = Notes(self, self.toasts, self.log)
-        self.curves = CurvesPanel()
+        self.curves = CurvesPanel(self.panels.remembers)
         self.frames = FrameList()
         self.history = HistoryView(self.workspace.undo_group)
         self.blocks = BlockTable()

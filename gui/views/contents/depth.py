@@ -14,7 +14,7 @@ from gui.views.view_cell import ViewCell
 from ilf.drawing.levels import sample, to_indices
 
 from .material import Depth, Layer, Mask, Material
-from .names import EARLIER, INTERPOLATED, RUNS, TITLES, short_title
+from .names import EARLIER, INTERPOLATED, RUNS, TITLES, capital, short_title
 from .painter import NO_RESULT, Painter, number_at
 
 _STRIPE = QColor(255, 255, 255, 190)
@@ -55,8 +55,7 @@ class DepthPainter(Painter):
         if looked_at == "result" and self.material.swiped_at is not None:
             first, second = (short_title(side, self.material.names) for side in self.material.sides)
             return f"A: {first} | B: {second}"
-        name = short_title(looked_at, self.material.names)
-        return self.material.names.get(looked_at) or TITLES.get(looked_at) or name[:1].upper() + name[1:]
+        return TITLES.get(looked_at) or capital(short_title(looked_at, self.material.names))
 
     def draw(self) -> None:
         if self.content == "result":  # swiped, or while side A stands in for it, it may be any depth
