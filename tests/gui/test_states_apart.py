@@ -173,6 +173,7 @@ def test_what_is_shown_while_one_looks_back_stays(
 def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(
     bench: Bench, effect: EffectPresenter, views: ViewsPresenter
 ) -> None:
+    bench.script.allow()
     bench.workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
     effect.look(True)
     small = np.s_[:20, :30]
