@@ -132,7 +132,7 @@ class MainWindow(QMainWindow):
         self.cloud = CloudView(actions["cloud_raw"], actions["cloud_chosen_only"], actions["cloud_beside"])
         self.toasts = Toasts(self, (self.views, self.cloud))
         self.notes = Notes(self, self.toasts, self.log)
-        self.curves = CurvesPanel()
+        self.curves = CurvesPanel(self.panels.remembers)
         self.frames = FrameList()
         self.history = HistoryView(self.workspace.undo_group)
         self.blocks = BlockTable()
@@ -258,10 +258,11 @@ class MainWindow(QMainWindow):
             (coming, workspace.records_added),
         )
         add("filter", self.filter_presenter.show, (turned, infos, selected, values, self.filter_panel.scope_changed))
-        shown_records = turned, blocks, infos, selected, values, results, workspace.records_added
+        shown_records = turned, blocks, infos, selected, values, results
         shown_also = workspace.compared_changed, self.curves.shown
-        add("curves", self.curve_presenter.show, (*shown_records, *shown_also), (coming,))
-        add("scrubbing", self.scrubbing.show, (turned, blocks, results, values), (coming, workspace.records_added))
+        going_on = coming, workspace.records_added  # who draws at each batch takes time from what makes them
+        add("curves", self.curve_presenter.show, (*shown_records, *shown_also), going_on)
+        add("scrubbing", self.scrubbing.show, (turned, blocks, results, values), going_on)
         add("stages", self.stages.show, (turned, workspace.extraction_changed, self.stages.changed, *looked_at))
         add("extraction", self.stages.describe, (blocks, infos, self.stages.described))
         # not a part: what is done next may come before the next turn, and must be allowed or not by then

@@ -51,7 +51,9 @@ class HiddenTestDialog(QDialog):
             self.pattern.addItem(_ABOUT.get(name, name), name)
             self.pattern.setItemData(self.pattern.count() - 1, HIDDEN_PATTERNS[name], Qt.ItemDataRole.ToolTipRole)
         self.pattern.setCurrentIndex(max(self.pattern.findData(QSettings().value(_PATTERN_KEY, "areas")), 0))
-        self.seeds = QSpinBox(minimum=1, maximum=_MOST_SEEDS, value=int(str(QSettings().value(_SEEDS_KEY, _SEEDS))))
+        self.seeds = QSpinBox(
+            minimum=1, maximum=_MOST_SEEDS, value=int(str(QSettings().value(_SEEDS_KEY, _SEEDS, int)))
+        )
         self.seeds.setToolTip(
             "How often other depth is hidden; the errors are pooled. The same number, the same pixels."
         )

@@ -35,6 +35,11 @@ class CurvesPanel(QWidget):
 
     One curve alone has its numbers in the colours of the plots; several have colours of their own.
 
+    Parameters
+    ----------
+    remembers : bool
+        Whether the choice of the axis is that of the last time, and is kept for the next.
+
     Signals
     -------
     shown()
@@ -43,14 +48,15 @@ class CurvesPanel(QWidget):
 
     shown = Signal()
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, remembers: bool = False, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self._remembers = remembers
         self._curves: list[Curve] = []
         self._columns: list[Columns] = []
         self._arranged: object = None
         self._hovered: float | None = None
         self._looked_at: int | None = None
-        self._by_time = bool(QSettings().value(_BY_TIME, False, type=bool))
+        self._by_time = remembers and bool(QSettings().value(_BY_TIME, False, type=bool))
 
         self.sigma_plot = ConvergencePlot(LengthAxis(), "Deviation σ<sub>i</sub>", _DECADES)
         self.error_plot = ConvergencePlot(LengthAxis(), "Error", _DECADES)
@@ -140,8 +146,9 @@ class CurvesPanel(QWidget):
         self._draw()
 
     def set_by_time(self, on: bool) -> None:
-        """Draw over time, or over iterations; remembered."""
-        QSettings().setValue(_BY_TIME, on)
+        """Draw over time, or over iterations."""
+        if self._remembers:
+            QSettings().setValue(_BY_TIME, on)
         self._by_time = on
         self._hovered = None
         self._show_axis()

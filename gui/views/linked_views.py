@@ -97,7 +97,7 @@ class LinkedViews(QWidget):
         self.ranges = ColourRanges(self.material, self)
         self.ranges.changed.connect(self._follow_ranges)
         self.sides = TwoSides(self.material, self._views, self._content_of, self)
-        self.sides.changed.connect(lambda part: self._changed(part))
+        self.sides.changed.connect(self._follow_sides)
 
         self._hint = EmptyHint()
         self._sheet = Sheet(self.cells)
@@ -299,6 +299,16 @@ class LinkedViews(QWidget):
         if levels != self._last_levels:
             self._last_levels = levels
             self.rangeChanged.emit()
+
+    def _follow_sides(self, part: str) -> None:
+        """Draw other sides; they may need what nobody has looked at before."""
+        before = self._parts_in_use()
+        self._changed(part)
+        if self._parts_in_use() != before:
+            self.shownChanged.emit()
+
+    def _parts_in_use(self) -> set[str]:
+        return set().union(*(cell.painter.uses for cell in self._sheet.shown))
 
     # contents
 

@@ -129,8 +129,9 @@ class ViewsPresenter(QObject):
         self._table = None
 
     def show_present(self) -> None:
-        """Show the blocks and the depth that there are."""
+        """Show the blocks and the depth that there are, of another frame if there is one by now."""
         self._looks_back = False
+        self.show_frame()
         self.show_blocks()
         self.show_depth()
 

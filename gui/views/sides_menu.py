@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QMenu, QWidget
 
 from gui.inventory import PASSING
 
-from .contents.names import short_title
+from .contents.names import capital, short_title
 from .linked_views import LinkedViews
 
 _TEXTS = "Side &A", "Side &B"
@@ -29,7 +29,7 @@ class SidesMenu(QMenu):
         material, group = self._views.material, QActionGroup(self)
         for depth in ("", *material.comparable()):
             text = short_title(depth, material.names) if depth else "what is best"
-            action = self.addAction(text[:1].upper() + text[1:].replace("&", "&&"))
+            action = self.addAction(capital(text).replace("&", "&&"))
             action.setProperty(PASSING, True)
             action.setCheckable(True)
             action.setChecked(material.chosen_sides[self._side] == depth)

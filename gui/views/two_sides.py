@@ -7,7 +7,7 @@ from collections.abc import Callable
 from PySide6.QtCore import QObject, Signal
 
 from .contents.material import Material
-from .contents.names import COMPARABLE, short_title
+from .contents.names import COMPARABLE, capital, short_title
 from .image_view import ImageView
 from .swipe import Label, Swipe
 
@@ -86,8 +86,7 @@ class TwoSides(QObject):
 
     def _label(self, depth: str) -> Label:
         run = self._material.run(depth)
-        name = short_title(depth, self._material.names)
-        return name[:1].upper() + name[1:], None if run is None else run.colour
+        return capital(short_title(depth, self._material.names)), None if run is None else run.colour
 
     def _is_swiped(self, view: ImageView) -> bool:
         """The result, and blocks where the two sides have others; nothing while one of them is missing."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import time
 from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -20,6 +21,9 @@ from .completing import completion_steps
 from .hidden import HiddenTest, hidden_steps
 from .judged import RunJudged, fills_enough, over_shared
 from .step import Step, part_of, run_out
+
+MOST_POINTS = 150
+"""Of a sweep: the depth of every point is held until its end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +45,8 @@ class Sweep:
     Raises
     ------
     ParameterError
-        If there are not one or two names or no values, a parameter is not known, a value is out of range, or a
-        parameter has no effect with any of the others' values.
+        If there are not one or two names or no values, more than `MOST_POINTS` points, a parameter is not known, a
+        value is out of range, or a parameter has no effect with any of the others' values.
     InputError
         If the frame has no truth where it is to be judged by that, or there are no such blocks.
 
@@ -74,6 +78,10 @@ class Sweep:
         object.__setattr__(self, "values", checked)
         if self.only is not None and not (self.only and np.isin(list(self.only), self.run.blocks).all()):
             raise InputError(f"There are no such blocks to vary the values of: {sorted(self.only)}.")
+        if (count := math.prod(map(len, checked.values()))) > MOST_POINTS:
+            raise ParameterError(
+                f"A sweep of {count} points would take too much memory: take fewer values, for {MOST_POINTS} at most."
+            )
         bases = [self.run.parameters] if self.only is None else [self.run.parameters_of(label) for label in self.only]
         variants = [base.replace(**values) for base in bases for values in self.points]
         for name in checked:

@@ -101,6 +101,17 @@ def test_blocks_of_side_a_are_shown_with_it_and_an_edit_brings_the_present_back(
     assert window.views.cells["depth-out"].strip.title == "Depth out"
 
 
+def test_a_side_that_is_to_be_worked_out_is(run_twice: tuple[MainWindow, KeptRun], qtbot: QtBot) -> None:
+    window, _ = run_twice
+    material = window.views.material
+    window.actions_["swipe"].setChecked(True)
+    settle(window, qtbot)
+    assert material.interpolated is None
+    window.views.sides.choose("interpolated")
+    qtbot.waitUntil(lambda: material.interpolated is not None, timeout=WAIT_MS)
+    window.actions_["swipe"].setChecked(False)
+
+
 def test_what_is_not_looked_at_is_not_worked_out(run_twice: tuple[MainWindow, KeptRun], qtbot: QtBot) -> None:
     window, _ = run_twice
     settle(window, qtbot)

@@ -246,7 +246,7 @@ def test_curves_follow_the_running_block_until_the_chosen_one_has_its_own(
     shown: list[tuple[int, int]] = []
 
     def note(label: int) -> None:
-        opened.refresh.now()
+        opened.refresh.draw_all()
         shown.append((label, len(opened.curves.records)))
 
     opened.runs.records.connect(lambda label, _: note(label))

@@ -157,6 +157,11 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     drag(views.cells["depth-in"].view, (50, 30), (20, 30))
     assert views.sides.swipe.x == 50, "where there is no handle there is nothing to drag"
     assert "PRESS" in heard
+    views.set_truth(flat(2.9))
+    views.sides.choose("truth", "run-1")
+    assert colour_at(cell, 45.5, 40.5) == run_2
+    views.set_truth(flat(1.1))
+    assert colour_at(cell, 45.5, 40.5) == run_1, "a side that changes is drawn anew"
     views.sides.choose("result", "run-1")
     assert colour_at(cell, 45.5, 40.5) == run_2
     views.set_frame(views.material.rgb, flat(1.1))
@@ -183,6 +188,18 @@ def test_blocks_of_the_two_sides_are_parted_where_they_differ(views):
     assert colour_at(cell, 50.5, 40.5) == (0, 0, 200)
     views.sides.set_swiping(False)
     assert colour_at(cell, 10.5, 40.5) == (200, 0, 0)
+
+
+def test_sides_that_are_not_there_yet_say_why(views):
+    for depth, why in (("earlier", "No run before"), ("interpolated", "Interpolating")):
+        views.sides.choose(depth)
+        cell = next(cell for cell in views.cells.values() if cell.content == "a")
+        assert cell.concrete == depth
+        assert cell.painter._reason().startswith(why)
+    views.set_frame(views.material.rgb, flat(1.1))
+    views.set_layout("compare")
+    cell.painter.draw()
+    assert cell.view._message.startswith("Interpolating")
 
 
 def test_side_a_stands_in_for_the_result_for_a_while(views):

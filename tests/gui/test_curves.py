@@ -202,9 +202,19 @@ def test_over_time_the_nearest_in_time_is_read(panel):
     assert marks(panel.l1_plot)[0][0] == pytest.approx(0.085)
     panel.sigma_plot.hovered.emit(0.122)
     assert panel.readout.text.startswith("Table   i 12   0.12 s   σ 171 mm")
-    assert CurvesPanel()._by_time, "the choice is remembered"
+    assert not CurvesPanel(remembers=True)._by_time, "this one remembers nothing"
     panel.set_by_time(False)
     assert drawn(panel.sigma_plot)[0][-1] == 40
+
+
+def test_the_choice_of_the_axis_is_remembered(qtbot):
+    for on in (True, False):
+        first = CurvesPanel(remembers=True)
+        qtbot.addWidget(first)
+        first.set_by_time(on)
+        second = CurvesPanel(remembers=True)
+        qtbot.addWidget(second)
+        assert second._by_time is on
 
 
 def test_the_edge_aware_filter_tells_of_its_grid_and_round(panel):

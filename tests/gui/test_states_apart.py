@@ -12,6 +12,7 @@ from pytestqt.qtbot import QtBot
 from gui.dialogs.export import behind
 from gui.effect.effect_line import EffectLine
 from gui.effect.presenter import EffectPresenter
+from gui.state.session import Session
 from gui.tools.block_commands import BlockCommands
 from gui.tools.editor import Editor
 from gui.views.linked_views import LinkedViews
@@ -19,6 +20,7 @@ from gui.views.presenter import ViewsPresenter
 from gui.work.live import LiveSolver
 from gui.work.runs import RunState
 from ilf.ebs.edit import LabelPatch, patch_between
+from ilf.frame import RGBDFrame
 from ilf.outcomes import Completion
 from ilf.run import Effect, Run
 
@@ -166,6 +168,20 @@ def test_what_is_shown_while_one_looks_back_stays(
     effect.look(False)
     np.testing.assert_array_equal(drawn[-1], bench.session.labels)
     assert len(shown) == 2
+
+
+def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(
+    bench: Bench, effect: EffectPresenter, views: ViewsPresenter
+) -> None:
+    bench.script.allow()
+    bench.workspace.edit_labels(box_to(bench, 2, np.s_[5:20], np.s_[26:30]), "Paint")
+    effect.look(True)
+    small = np.s_[:20, :30]
+    frame = RGBDFrame(bench.frame.rgb[small], bench.frame.depth[small])
+    bench.workspace.add_session(Session.of(Run(frame, bench.labels[small]), None, "small"))
+    effect.look(False)  # as the window does when another frame is shown, before anything is drawn
+    assert views._views.material.rgb is frame.rgb
+    np.testing.assert_array_equal(views._views._overlay.labels, bench.labels[small])
 
 
 def test_blocks_of_one_frame_are_not_solved_in_another(bench: Bench, until: Until) -> None:

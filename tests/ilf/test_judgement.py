@@ -213,6 +213,8 @@ def test_bad_sweeps_are_refused_before_anything_is_run(run):
     with pytest.raises(ParameterError, match="smoothness has no effect with filter ideal"):
         Sweep(run, {"smoothness": [2, 3]})
     assert len(Sweep(run, {"filter": ["ideal", "edge-aware"], "smoothness": [2, 3]}).points) == 4
+    with pytest.raises(ParameterError, match="400 points would take too much memory"):
+        Sweep(run, {"padding": np.linspace(1, 4, 20).tolist(), "max_iterations": list(range(1, 21))})
     for values in ({}, {"padding": []}, {"padding": [1], "centred": [True], "staged_start": [1]}):
         with pytest.raises(ParameterError, match="one or two parameters"):
             Sweep(run, values)

@@ -14,7 +14,7 @@ from gui.views.view_cell import ViewCell
 from ilf.drawing.levels import sample, to_indices
 
 from .material import Depth, Layer, Mask, Material
-from .names import RUNS, TITLES, short_title
+from .names import EARLIER, INTERPOLATED, RUNS, TITLES, capital, short_title
 from .painter import NO_RESULT, Painter, number_at
 
 _STRIPE = QColor(255, 255, 255, 190)
@@ -28,9 +28,11 @@ class DepthPainter(Painter):
     unit = "m"
 
     def __init__(self, content: str, cell: ViewCell, material: Material) -> None:
-        self.uses = frozenset({_PART.get(content, "runs"), "levels"})
+        # distrust leaves depth in as it was measured
+        self._own_parts = frozenset({"frame" if content == "depth-in" else _PARTS.get(content, "runs"), "levels"})
         if content == "result":
-            self.uses |= {"swipe", "runs"}
+            self._own_parts |= {"swipe", "runs"}
+        self.uses = self._own_parts
         super().__init__(content, cell, material)
         # from below: the hatch of what is missing, guesses, stripes over them, and the rest of the depth
         self._guesses = cell.view.add_layer(-0.8)
@@ -53,9 +55,13 @@ class DepthPainter(Painter):
         if looked_at == "result" and self.material.swiped_at is not None:
             first, second = (short_title(side, self.material.names) for side in self.material.sides)
             return f"A: {first} | B: {second}"
-        return self.material.names.get(looked_at) or TITLES.get(looked_at, looked_at)
+        return TITLES.get(looked_at) or capital(short_title(looked_at, self.material.names))
 
     def draw(self) -> None:
+        if self.content == "result":  # swiped, or while side A stands in for it, it may be any depth
+            others = self.material.swiped_at is not None or self.material.looks_at_a
+            sides = {_PARTS.get(side, "runs") for side in self.material.sides} if others else set()
+            self.uses = self._own_parts | sides
         run = self.material.run(self.content)
         self.cell.strip.set_title(self.title, None if run is None else run.colour)
         in_past = self.content == "result" and not self.material.looks_at_a
@@ -88,7 +94,8 @@ class DepthPainter(Painter):
             return "No truth: this frame has none"
         if self.content in RUNS:
             return f"No run {RUNS.index(self.content) + 1} is ticked for comparison"
-        return NO_RESULT if self.content == "result" else ""
+        reasons = {"result": NO_RESULT, EARLIER: "No run before this one", INTERPOLATED: "Interpolating…"}
+        return reasons.get(self.content, "")
 
     def _draw_layer(self, layer: Layer) -> None:
         depth, guessed = layer.depth, layer.guessed
@@ -139,5 +146,5 @@ class DepthPainter(Painter):
         self.cell.view.remove(self._stripes)
 
 
-_PART = {"depth-in": "frame", "result": "result", "truth": "truth"}
+_PARTS = {"depth-in": "distrust", "result": "result", "truth": "truth", INTERPOLATED: INTERPOLATED}
 """Part of the material that each depth is; others are runs."""

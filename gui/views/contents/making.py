@@ -11,7 +11,7 @@ from .difference import DifferencePainter
 from .expected import ExpectedErrorPainter
 from .masks import MaskPainter
 from .material import Material
-from .names import DEPTHS, compared_by
+from .names import COMPARABLE, compared_by
 from .painter import Painter
 from .spectrum import SpectrumPainter
 from .stages import StageBoard, StagePainter
@@ -33,7 +33,7 @@ class Studio:
             return ColourPainter(content, cell, material, self._overlay)
         if content == "extraction":
             return StagePainter(content, cell, material, self._board)
-        if content in DEPTHS or material.run(content) is not None:
+        if content in COMPARABLE:
             return DepthPainter(content, cell, material)
         if compared_by(content):
             return DifferencePainter(content, cell, material)

@@ -6,7 +6,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QWidget
 
 from .material import Material
-from .names import DIFFERENCE, RUNS, SIDES, TITLES, compared_by, difference_of, short_title
+from .names import DIFFERENCE, RUNS, SIDES, TITLES, capital, compared_by, difference_of, short_title
 
 _UNMADE = {
     "truth": "This frame has no truth",
@@ -46,7 +46,7 @@ class ContentMenu(QMenu):
         depths = material.comparable()
         menu = self.addMenu("Difference of")
         for first in depths:
-            others = menu.addMenu(short_title(first, material.names).capitalize())
+            others = menu.addMenu(capital(short_title(first, material.names)).replace("&", "&&"))
             for second in depths:
                 if second != first:
                     self._add(others, difference_of(first, second), f"less {short_title(second, material.names)}")

@@ -76,3 +76,14 @@ def checked(content: str) -> str:
 def short_title(depth: str, names: dict[str, str]) -> str:
     """What a depth is called in the title of a difference; `names` are those of runs."""
     return names.get(depth) or _SHORT.get(depth) or depth.replace("-", " ")
+
+
+def capital(text: str) -> str:
+    """The same text with a capital letter at its beginning, all others as they are.
+
+    Examples
+    --------
+    >>> capital("run of Tuesday")
+    'Run of Tuesday'
+    """
+    return text[:1].upper() + text[1:]
