@@ -20,6 +20,9 @@ _COLUMN = 0.26, 270, 380
 """Width of the column of panels: share of the window, and bounds [px]."""
 _BELOW = 110
 """Height of panels below the pictures [px], times their own."""
+_LEAST = 100
+"""Height of a window [px] that a panel of a column needs to be of use, times its own; with less, panels share a place
+in tabs."""
 _ROOMY = 760
 """Height of a window [px] in which panels may open by themselves."""
 
@@ -212,8 +215,28 @@ class Docks(QObject):
             self._declined.add(title)
             return
         self._declined.discard(title)
+        self._share_place(title)
         self._panels[title].dock.raise_()
         self._size_new()
+
+    def _share_place(self, title: str) -> None:
+        """Put a panel of a column behind a tab with the one above it, if all of them would be too low to be of use."""
+        dock, window = self._panels[title].dock, self._window
+        area = window.dockWidgetArea(dock)
+        if dock.isFloating() or area == Qt.DockWidgetArea.BottomDockWidgetArea or window.tabifiedDockWidgets(dock):
+            return
+        column = [
+            panel.dock
+            for panel in self._panels.values()
+            if not (panel.dock.isHidden() or panel.dock.isFloating()) and window.dockWidgetArea(panel.dock) == area
+        ]
+        above = column[: column.index(dock)] if dock in column else []
+        heights: dict[QDockWidget, float] = {}
+        for one in column:
+            place = next((tab for tab in window.tabifiedDockWidgets(one) if tab in heights), one)
+            heights[place] = max(heights.get(place, 0.0), self._panels[one.objectName()].height)
+        if above and _LEAST * sum(heights.values()) > window.height():
+            window.tabifyDockWidget(above[-1], dock)
 
     def _show(self, titles: Iterable[str]) -> None:
         wanted = set(titles)

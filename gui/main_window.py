@@ -15,7 +15,7 @@ from gui.actions import Actions
 from gui.blocks.block_table import BlockTable
 from gui.blocks.presenter import BlocksPresenter
 from gui.centre import Centre
-from gui.cloud.canvas import HINT
+from gui.cloud.canvas import HINT, MOVES
 from gui.cloud.cloud_view import CloudView
 from gui.cloud.presenter import CloudPresenter
 from gui.curves.curves_panel import CurvesPanel
@@ -410,7 +410,7 @@ class MainWindow(QMainWindow):
         if not (self.centre.shows_cloud_alone or self.cloud.canvas.underMouse()):
             return ""
         tool = self.editor.tool
-        return f"{tool.hint} | {HINT}" if tool.points_only else HINT
+        return f"{tool.hint} | {MOVES}" if tool.points_only else HINT
 
     def _open_curves(self) -> None:
         if self.runs.state is RunState.RUNNING:

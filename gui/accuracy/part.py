@@ -30,7 +30,7 @@ class AccuracyPart(Part):
         self.truth = TruthPresenter(desk, self.panel)
         self.hidden = HiddenPresenter(desk, self.panel)
         self._reader = LatestQuestion[TruthSource, RGBDFrame](frame_with, self)
-        desk.panels.add(_TITLE, self.panel, Qt.DockWidgetArea.RightDockWidgetArea, "ph.target", 2.6)
+        desk.panels.add(_TITLE, self.panel, Qt.DockWidgetArea.RightDockWidgetArea, "ph.target", 3.2)
         actions["load_truth"].triggered.connect(lambda _=False: self.ask_truth())
         actions["remove_truth"].triggered.connect(lambda _=False: self.remove_truth())
         actions["test_hidden"].triggered.connect(lambda _=False: self.ask_test())

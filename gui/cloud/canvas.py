@@ -28,10 +28,8 @@ from gui.cloud.scene import Scene, empty_scene
 from ilf.drawing.orbit import NEAR, OrbitCamera
 from ilf.drawing.splat import Look
 
-HINT = (
-    "Drag: turn | Shift+drag: move | wheel: zoom | click: choose block | double-click: centre | R: reset | "
-    "hold X: raw depth"
-)
+MOVES = "Drag: turn | Shift+drag: move | wheel: zoom"
+HINT = f"{MOVES} | click: choose block | double-click: centre | R: reset | hold X: raw depth"
 EMPTY_TEXT = "No cloud yet: open a frame whose camera is known"
 _DIRECTIONS = {"home": (-22.0, 14.0), "front": (0.0, 0.0), "top": (0.0, 90.0), "side": (-90.0, 0.0)}
 _ORBIT_STEP = math.radians(5)

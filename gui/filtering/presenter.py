@@ -61,13 +61,15 @@ class FilterPresenter(QObject):
         self._resolve()
 
     def set_values(self, values: OwnValues, label: int = 0) -> None:
-        """Some values go to all blocks, or to one, as if they were set in the form."""
+        """Some values go to all blocks, or to one, which need not be chosen, as if they were set in the form."""
         workspace = self._workspace
         if label:
             workspace.set_own(values, [label])
+            if self._live.isChecked():
+                self._runs.resolve([label])
         else:
             workspace.set_parameters(workspace.parameters.replace(**values))
-        self._resolve()
+            self._resolve()
 
     def take_preset(self, parameters: Parameters) -> None:
         """The same with all values of a preset; what blocks have of their own stays, and that is said."""

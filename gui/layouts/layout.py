@@ -24,12 +24,18 @@ class Arrangement:
         Titles of the open panels; None for those that are open from the first.
     places : bytes
         Where the panels stand and how large they are; empty for where they stand at first.
+    sides : (str, str)
+        The depths that are compared, A and B, as they were chosen; "" for the best choice.
+    cloud_beside : bool
+        Whether the cloud stands beside the images.
     """
 
     views: str
     contents: Mapping[str, str] = field(default_factory=dict)
     panels: tuple[str, ...] | None = ()
     places: bytes = b""
+    sides: tuple[str, str] = ("", "")
+    cloud_beside: bool = False
 
     def packed(self) -> dict[str, Any]:
         """As JSON can hold it."""
@@ -49,7 +55,14 @@ class Arrangement:
             {str(cell): str(content) for cell, content in values["contents"].items()},
             None if values["panels"] is None else tuple(str(title) for title in values["panels"]),
             base64.b64decode(values["places"]),
+            _two(values.get("sides", ("", ""))),
+            bool(values.get("cloud_beside", False)),
         )
+
+
+def _two(values: Any) -> tuple[str, str]:
+    first, second = values
+    return str(first), str(second)
 
 
 @dataclass(frozen=True)

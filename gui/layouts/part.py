@@ -171,8 +171,15 @@ class LayoutsPart(Part):
 
     def _arrangement(self) -> Arrangement:
         """How the window is arranged now."""
-        panels = self.desk.panels
-        return Arrangement(self._views, self.desk.views.contents(), tuple(panels.open), panels.places())
+        panels, views = self.desk.panels, self.desk.views
+        return Arrangement(
+            self._views,
+            views.contents(),
+            tuple(panels.open),
+            panels.places(),
+            views.sides.chosen,
+            self.desk.actions["cloud_beside"].isChecked(),
+        )
 
     def _take(self, arrangement: Arrangement) -> None:
         """Arrange the window so."""
@@ -185,6 +192,9 @@ class LayoutsPart(Part):
             for cell, content in arrangement.contents.items():
                 with contextlib.suppress(ValueError):  # what there is no longer is passed over
                     views.set_content(cell, content)
+            with contextlib.suppress(ValueError):
+                views.sides.choose(*arrangement.sides)
+            self.desk.actions["cloud_beside"].setChecked(arrangement.cloud_beside)
         finally:
             self._turning = False
         self.desk.panels.take(arrangement.panels, arrangement.places)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 
 import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QLabel
 
@@ -59,12 +60,12 @@ class ReadoutPresenter(QObject):
         if past is None and error is not None and np.isfinite(error[y, x]):
             parts.append(f"\u00b1 {_error_text(float(error[y, x]))}")
         runs = [f"{html.escape(kept.name)} {_metres(float(kept.completion.depth[y, x]))}" for kept in session.compared]
-        return [*parts, *_judged(session, x, y), *runs]
+        return [*parts, *_judged(session, depth, x, y), *runs]
 
 
-def _judged(session: Session, x: int, y: int) -> list[str]:
-    """The truth, and how far off the result is."""
-    truth, depth = session.frame.truth, session.present_depth()
+def _judged(session: Session, depth: NDArray[np.float32] | None, x: int, y: int) -> list[str]:
+    """The truth, and how far off completed depth is."""
+    truth = session.frame.truth
     if truth is None or not np.isfinite(truth[y, x]):
         return []
     parts = [f"truth {_metres(float(truth[y, x]))}"]

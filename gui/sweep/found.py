@@ -17,6 +17,7 @@ from ilf.blocks import Box
 from ilf.declarations import Value
 from ilf.drawing.levels import robust_depth_levels, robust_difference_level
 from ilf.judgement import Sweep, SweepPoint, SweepResult
+from ilf.parameters import Parameters
 
 Picture = NDArray[np.float32]
 
@@ -78,6 +79,11 @@ class Found:
         """Name -> value of a point."""
         return dict(self.sweep.points[number])
 
+    def text_of(self, number: int) -> str:
+        """Its values in words."""
+        labels = {name: declaration.label for name, declaration in Parameters.declarations().items()}
+        return ", ".join(f"{labels[name]} {value:g}" for name, value in self.values(number).items())
+
     @property
     def present_values(self) -> dict[str, Value]:
         """Name -> value as it is now."""
@@ -99,10 +105,13 @@ class Found:
             self._differences[number] = 1000 * (depth - self._reference)
 
     def finish(self, result: SweepResult) -> None:
-        """All have come: their errors are over the same pixels now."""
+        """All have come: their errors are over the same pixels now. If none is better, the present values are best."""
         for point in result.points:
             self.errors[self._number(point)] = point.whole.rmse
         self._best = None if result.best is None else self._number(result.best)
+        present, best = self.present, self._best
+        if present is not None and best is not None and self.coverage[present] >= self.coverage[best]:
+            self._best = present if self.errors[present] <= self.errors[best] else best
         self.is_over_all = True
 
     def _number(self, point: SweepPoint) -> int:

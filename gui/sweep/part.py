@@ -10,6 +10,7 @@ from gui.sweep.commands import COMMANDS
 from gui.sweep.found import Found
 from gui.sweep.window import SweepWindow
 from gui.work.cores import spare_cores
+from gui.work.runs import RunState
 from gui.work.worker import Worker
 from ilf.errors import IlfError
 from ilf.judgement import Step, Sweep, SweepPoint, SweepResult, sweep_steps
@@ -105,6 +106,12 @@ class SweepPart(Part):
             self.window_.state.say("The block that was swept is gone.", "warning")
             return
         self.desk.filter_presenter.set_values(found.values(number), found.label)
+        where = found.session.info(found.label).name if found.label else "all blocks"
+        text = f"{found.text_of(number)} is taken for {where}."
+        if found.session.changed_blocks() and self.desk.runs.state is RunState.IDLE:
+            self.desk.notes.offer(text, self.desk.actions["run"])
+        else:
+            self.desk.notes.tell(text)
 
     def shutdown(self) -> bool:
         """Stop for good, before the window closes. True if the thread has ended."""

@@ -76,6 +76,7 @@ class SweepWindow(QDialog):
         self.take_button = QPushButton("&Take the best", autoDefault=False)
         self.take_button.setToolTip("Set the value with the smallest error; Ctrl+Z in the main window takes it back")
         self.take_button.clicked.connect(lambda _: self._take_best())
+        self.take_button.setEnabled(False)
         self.curve, self.grid, self.multiples = ErrorCurve(), ErrorGrid(), Multiples()
         for shown in (self.curve, self.grid, self.multiples):
             shown.taken.connect(self.taken)
@@ -86,8 +87,11 @@ class SweepWindow(QDialog):
         self.pictures.activated.connect(lambda _: self.show_found())
         self.bar = ScaleBar()
         splitter = QSplitter(Qt.Orientation.Horizontal)
+        self._outcomes = QStackedWidget()
+        self._outcomes.addWidget(_hint())
+        self._outcomes.addWidget(self._right_side())
         splitter.addWidget(self._left_side())
-        splitter.addWidget(self._right_side())
+        splitter.addWidget(self._outcomes)
         splitter.setStretchFactor(1, 1)
         splitter.setSizes([_LEFT, _SIZE.width() - _LEFT])
         splitter.setChildrenCollapsible(False)
@@ -187,6 +191,7 @@ class SweepWindow(QDialog):
     def begin(self, found: Found) -> None:
         """A sweep has begun."""
         self._found = found
+        self._outcomes.setCurrentIndex(1)
         names, points = list(found.sweep.points[0]), found.sweep.points
         boxes = [self.first, self.second][: len(names)]
         two = len(names) > 1
@@ -219,6 +224,7 @@ class SweepWindow(QDialog):
     def forget(self) -> None:
         """What was found is of a frame that is no longer open."""
         self._found = None
+        self._outcomes.setCurrentIndex(0)
         self.multiples.set_captions([])
         self.curve.set_points([], [], None)
         self.grid.set_errors({}, None)
@@ -267,14 +273,12 @@ class SweepWindow(QDialog):
         best = None if found is None else found.best
         if found is None or best is None:
             return "Nothing could be judged." if found is not None and found.errors else ""
-        values = ", ".join(
-            f"{Parameters.declarations()[name].label} {value:g}" for name, value in found.values(best).items()
-        )
         where = found.session.info(found.label).name if found.label else "all blocks"
         over = "over what all of them filled" if found.is_over_all else "so far"
-        text = f"{found.session.name}, {where}: best at {values}, {_millimetres(found.errors[best])}"
+        text = f"{found.session.name}, {where}: best at {found.text_of(best)}, {_millimetres(found.errors[best])}"
         if found.present in found.errors and found.present != best:
-            text += f" (now {_millimetres(found.errors[found.present])})"
+            now = _millimetres(found.errors[found.present])
+            text += f" (now {now}{', hardly a gain' * (now == _millimetres(found.errors[best]))})"
         return f"{text}, {over}."
 
     def _take_best(self) -> None:
@@ -293,6 +297,16 @@ class SweepWindow(QDialog):
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange and hasattr(self, "bar"):
             self.show_found()
+
+
+def _hint() -> QLabel:
+    """What there will be where nothing has been swept yet."""
+    label = QLabel(
+        "How far off each value comes out is plotted here,\nwith a picture of each. A click on one takes it."
+    )
+    label.setAlignment(Qt.AlignmentFlag.AlignCenter)
+    label.setEnabled(False)
+    return label
 
 
 def _with_unit(box: RangeBox) -> str:

@@ -293,7 +293,7 @@ class LinkedViews(QWidget):
         for cell in self.cells.values():
             cell.follow()
             cell.redraw(set(parts))
-        if "runs" in parts:
+        if not {"runs", "result"}.isdisjoint(parts):
             self.sides.write_labels()
         levels = self.ranged.bar.levels
         if levels != self._last_levels:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from PySide6.QtCore import QObject, Signal
 
 from .contents.material import Material
-from .contents.names import capital, short_title
+from .contents.names import COMPARABLE, capital, short_title
 from .image_view import ImageView
 from .swipe import Label, Swipe
 
@@ -44,8 +44,22 @@ class TwoSides(QObject):
         """Names of the two depths, of `contents.names.COMPARABLE`."""
         return self._material.sides
 
+    @property
+    def chosen(self) -> tuple[str, str]:
+        """The two as they were chosen; "" for what is best as things are."""
+        return self._material.chosen_sides
+
     def choose(self, first: str = "", second: str = "") -> None:
-        """Compare two depths by their names; "" stands for what is best as things are."""
+        """Compare two depths by their names; "" stands for what is best as things are.
+
+        Raises
+        ------
+        ValueError
+            If there is no such depth.
+        """
+        for name in (first, second):
+            if name not in ("", *COMPARABLE):
+                raise ValueError(f"a side must be one of {', '.join(COMPARABLE)}, not {name!r}")
         self._material.chosen_sides = first, second
         self.changed.emit("runs")
         self._follow_handle()
@@ -75,7 +89,9 @@ class TwoSides(QObject):
         return capital(short_title(depth, self._material.names)), None if run is None else run.colour
 
     def _is_swiped(self, view: ImageView) -> bool:
-        """The result, and blocks where the two sides have others."""
+        """The result, and blocks where the two sides have others; nothing while one of them is missing."""
+        if any(self._material.layer(side) is None for side in self.names):
+            return False
         shown = {"result", "colour"} if any(self._material.side_blocks) else {"result"}
         return self._content_of(view) in shown
 

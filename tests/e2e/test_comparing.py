@@ -76,6 +76,11 @@ def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(
     window.workspace.delete_runs(session, list(session.kept_runs))
     window.refresh.now()
     assert cell.concrete == "difference:result:interpolated"
+    assert out.strip.title == "A: depth in | B: result"
+    window.actions_["compare_two"].trigger()
+    assert not window.actions_["swipe"].isChecked(), "side by side, neither side is parted"
+    window.actions_["swipe"].trigger()
+    assert window.views.layout_name == "grid-difference"
 
 
 def test_blocks_of_side_a_are_shown_with_it_and_an_edit_brings_the_present_back(

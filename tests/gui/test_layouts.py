@@ -45,6 +45,8 @@ def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot: QtBot) -> Non
     assert (layouts.present, window.views.layout_name) == ("standard", "grid")
     assert window.panels.open == ["Blocks", "Parameters"]
     _click(window, "Parameters")
+    window.actions_["cloud_beside"].trigger()
+    window.views.sides.choose("depth-in", "truth")
     _key(window, Qt.Key.Key_F12)
     assert set(window.panels.open) >= {"Parameters", "Convergence"}
     window.actions_["contours_only"].trigger()
@@ -53,8 +55,10 @@ def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot: QtBot) -> Non
     assert layouts.present == "tune"
     assert set(second.panels.open) >= {"Parameters", "Convergence"}
     assert second.actions_["contours_only"].isChecked()
+    assert (second.actions_["cloud_beside"].isChecked(), second.views.sides.chosen) == (False, ("", ""))
     layouts.turn("standard")
     assert second.panels.open == ["Blocks"]
+    assert (second.actions_["cloud_beside"].isChecked(), second.views.sides.chosen) == (True, ("depth-in", "truth"))
     second.views.set_layout("correct")
     assert (layouts.present, second.panels.open) == ("correct", ["Blocks"]), "the panels follow the views"
     second.views.set_layout("row")

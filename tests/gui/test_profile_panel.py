@@ -13,6 +13,7 @@ from pytestqt.qtbot import QtBot
 from gui.inspect.profile_data import ProfileData, profile_data
 from gui.inspect.profile_panel import ProfilePanel
 from gui.state.kept_runs import KeptRun
+from gui.state.past import Past
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from ilf.confidence import expected_error
@@ -69,6 +70,12 @@ def test_all_maps_are_read_at_the_same_pixels(data: ProfileData, workspace: Work
     assert data.borders.tolist() == [26]
     header = data.profile.to_csv().splitlines()[0]
     assert header == "x,y,distance_px,surface_m,depth_m,raw_m,expected_error_m,truth_m,first try"
+
+
+def test_depth_of_the_past_stands_for_the_result_and_has_no_expected_error(session: Session) -> None:
+    data = profile_data(session, LINE, Past(session.frame.depth + 1, 7))
+    assert (data.name, data.error) == ("result as after iteration 7", None)
+    np.testing.assert_array_equal(data.result, data.raw + 1)
 
 
 def test_a_frame_without_results_shows_what_came_in(session: Session) -> None:

@@ -1,4 +1,4 @@
-"""Make the pictures of the tour: `python assets/docs/make_tour.py`.
+"""Make the pictures of README and of the tour: `python assets/docs/make_pictures.py`.
 
 Does in the real window, with mouse and commands, what `tour.md` tells, on the bundled sample, and saves what is seen.
 The figures that the tour quotes are read from the window meanwhile; if one is not to be found in the text, it says so
@@ -19,7 +19,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 from PySide6.QtCore import QEventLoop, QPoint, QPointF, Qt, QTimer
 from PySide6.QtGui import QPixmap
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QTabWidget, QWidget
 
 from gui import theme
 from gui.accuracy.hidden_dialog import HiddenTestDialog
@@ -31,11 +31,15 @@ from ilf.assets import asset_path
 from ilf.judgement import judge_blocks, judge_completion, judge_hidden
 
 HERE = Path(__file__).parent
-PICTURES = HERE / "images" / "tour"
+IMAGES = HERE / "images"
+PICTURES = IMAGES / "tour"
 SIZE = (1440, 900)
 _LEFT = Qt.MouseButton.LeftButton
 _PATIENCE_S = 60
 _QUALITY = 90
+
+SHADE = (545.0, 125.0), (570.0, 125.0), (593.0, 125.0), (596.0, 150.0), (598.0, 171.0), (560.0, 171.0), (529.0, 170.0)
+"""Around the lamp shade, nearly [px]."""
 
 BLOCK = 21
 """The red mat beside the table: half of it is in the sensor's shadow."""
@@ -77,6 +81,14 @@ class Tour:
         self.wait(lambda: runs.free and not runs.resolving and not errors.busy)
         pause(1500)
 
+    def open(self) -> None:
+        """Open the sample and run it."""
+        window, workspace = self.window, self.window.workspace
+        window.documents.open_paths([asset_path("samples/room")])
+        self.wait(lambda: workspace.has_session and workspace.session.counts() and not window.loader.busy)
+        self.do("run")
+        self.settle()
+
     def do(self, *names: str) -> None:
         """Give commands."""
         for name in names:
@@ -92,22 +104,23 @@ class Tour:
         view = self.window.views.cells[slot].view
         return view.viewport(), view.viewportTransform().map(QPointF(x, y)).toPoint()
 
-    def drag(self, slot: str, *points: tuple[float, float]) -> None:
-        """Draw with the left button held."""
+    def drag(self, slot: str, *points: tuple[float, float], release: bool = True) -> None:
+        """Draw with the left button held, and let go of it."""
         viewport, first = self.place(slot, *points[0])
         QTest.mousePress(viewport, _LEFT, pos=first)
         for point in points[1:]:
             QTest.mouseMove(viewport, self.place(slot, *point)[1])
             pause(20)
-        QTest.mouseRelease(viewport, _LEFT, pos=self.place(slot, *points[-1])[1])
+        if release:
+            QTest.mouseRelease(viewport, _LEFT, pos=self.place(slot, *points[-1])[1])
         pause(100)
 
-    def save(self, name: str, widget: QWidget | None = None) -> None:
+    def save(self, path: Path, widget: QWidget | None = None) -> None:
         """Save what is seen."""
         self.window.toasts.clear()
         self.window.refresh.now()
         pixmap: QPixmap = self.window.picture() if widget is None else widget.grab()
-        pixmap.save(str(PICTURES / f"{name}.jpg"), quality=_QUALITY)
+        pixmap.save(str(path), quality=_QUALITY if path.suffix == ".jpg" else -1)
 
     def errors(self) -> tuple[float, float]:
         """RMSE [mm] against the truth, of the frame and of the block, over filled pixels."""
@@ -126,6 +139,7 @@ def main() -> int:
     app = QApplication(sys.argv[:1])
     theme.apply_theme(app, "light")
     PICTURES.mkdir(exist_ok=True)
+    show_readme(app)
     tour = Tour()
     tell(tour)
     tour.window.close()
@@ -136,13 +150,38 @@ def main() -> int:
     return 1 if wrong else 0
 
 
+def show_readme(app: QApplication) -> None:
+    """What README shows."""
+    theme.apply_theme(app, "dark")
+    dark = Tour()
+    dark.open()
+    dark.save(IMAGES / "window-dark.png")
+    dark.do("layout_correct", "tool_outline")
+    dark.settle()
+    dark.drag("colour", *SHADE, release=False)
+    dark.save(IMAGES / "correct-dark.png")
+    dark.do("give_up")
+    dark.window.close()
+    theme.apply_theme(app, "light")
+    light = Tour()
+    light.open()
+    light.window.views.set_layout("grid-extraction")
+    panel = light.window.extraction_panel
+    for tabs in light.window.findChildren(QTabWidget):
+        tabs.setCurrentIndex(max(tabs.indexOf(panel), 0))
+    light.do("stage_contracted")
+    light.settle()
+    light.save(IMAGES / "extraction-light.png")
+    light.window.centre.show_cloud()
+    light.settle()
+    light.save(IMAGES / "cloud-light.png")
+    light.window.close()
+
+
 def tell(tour: Tour) -> None:
     """What the tour tells, one stop after the other."""
     window, workspace = tour.window, tour.window.workspace
-    window.documents.open_paths([asset_path("samples/room")])
-    tour.wait(lambda: workspace.has_session and workspace.session.counts() and not window.loader.busy)
-    tour.do("run")
-    tour.settle()
+    tour.open()
     session = workspace.session
     whole, block = tour.errors()
     tour.figures |= {"frame": f"{whole:.0f} mm", "block": f"{block:.0f} mm"}
@@ -152,7 +191,7 @@ def tell(tour: Tour) -> None:
     workspace.select([BLOCK])
     window.blocks.view.sortByColumn(_column(window, "Error"), Qt.SortOrder.DescendingOrder)
     tour.settle()
-    tour.save("1-which")
+    tour.save(PICTURES / "1-which.jpg")
 
     # why
     tour.do("layout_inspect")
@@ -162,7 +201,7 @@ def tell(tour: Tour) -> None:
     pause(300)
     tour.drag("colour", *PROFILE)
     tour.settle()
-    tour.save("2-why")
+    tour.save(PICTURES / "2-why.jpg")
 
     # what helps
     workspace.select([BLOCK])
@@ -175,7 +214,7 @@ def tell(tour: Tour) -> None:
     pause(200)
     sweep.window_.start_button.click()
     tour.wait(lambda: not sweep.worker.busy)
-    tour.save("3-sweep", sweep.window_)
+    tour.save(PICTURES / "3-sweep.jpg", sweep.window_)
     sweep.window_.take_button.click()
     sweep.window_.close()
     tour.settle()
@@ -184,7 +223,7 @@ def tell(tour: Tour) -> None:
     tour.figures |= {"edge scale": f"{taken:g}", "block, better": f"{block:.0f} mm", "frame, better": f"{whole:.0f} mm"}
 
     # how it looks now
-    tour.save("4-better")
+    tour.save(PICTURES / "4-better.jpg")
 
     # side by side with the run before
     workspace.compare([session.kept_runs[0]])
@@ -193,7 +232,7 @@ def tell(tour: Tour) -> None:
     workspace.select([BLOCK])
     tour.do("zoom_block")
     tour.settle()
-    tour.save("5-compare")
+    tour.save(PICTURES / "5-compare.jpg")
 
     # on hidden depth, as where there is no truth
     tour.do("layout_tune")
@@ -208,7 +247,7 @@ def tell(tour: Tour) -> None:
     dialog.accept()
     tour.wait(lambda: accuracy.hidden.outcome is not None)
     tour.settle()
-    tour.save("6-hidden")
+    tour.save(PICTURES / "6-hidden.jpg")
     outcome = accuracy.hidden.outcome
     assert outcome is not None
     everywhere = replace(session.run(session.common), own={}, parameters=session.common.replace(edge_scale=taken))
