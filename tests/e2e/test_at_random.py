@@ -1,0 +1,95 @@
+"""Commands in any order, on frames of two sizes: nothing breaks while things are under way, and what is closed goes."""
+
+from __future__ import annotations
+
+import gc
+import random
+import weakref
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QCoreApplication, QEvent
+from pytestqt.qtbot import QtBot
+
+from gui.frames.frame_source import FrameSource
+from gui.main_window import MainWindow
+from gui.views.contents.names import COMPARABLE, DEPTHS, SIDES, TITLES
+from gui.views.layouts import LAYOUTS
+from ilf.ebs.edit import patch_between
+from ilf.frame import RGBDFrame
+
+from .conftest import open_frame, write_frame
+
+STEPS = 120
+GIVEN = (
+    *("run", "run_all", "cancel", "pause", "step", "guess", "clear_results", "undo", "undo", "redo", "extract"),
+    *("next_frame", "next_frame", "merge_blocks", "compare_runs", "accept_run", "restore_run", "delete_runs"),
+    *("swipe", "blink", "look_before", "swap_sides", "compare_two", "live", "layout_inspect", "layout_tune"),
+)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_commands_in_any_order(
+    window: MainWindow, qtbot: QtBot, small_frame: RGBDFrame, tmp_path: Path, seed: int
+) -> None:
+    part = np.s_[:36, :50]
+    smaller = RGBDFrame(small_frame.rgb[part], small_frame.depth[part], small_frame.intrinsics)
+    for number, frame in enumerate((replace(small_frame), smaller)):
+        open_frame(window, qtbot, FrameSource(str(write_frame(tmp_path / f"frame-{number}", frame))))
+    for title in ("Runs", "Accuracy", "Profile", "Measure", "Range", "Convergence"):
+        window.panels.reveal(title)
+    chance, workspace, views = random.Random(seed), window.workspace, window.views
+
+    def edit() -> None:
+        labels = workspace.session.labels.copy()
+        row, column = chance.randrange(30), chance.randrange(40)
+        labels[row : row + 8, column : column + 9] = chance.choice([0, *workspace.session.counts()])
+        workspace.edit_labels(patch_between(workspace.session.labels, labels), "Edit")
+
+    def distrust() -> None:
+        mask = np.zeros(workspace.session.frame.shape, bool)
+        mask[: chance.randrange(9), :9] = True
+        workspace.set_distrusted(mask, "Distrust")
+
+    def judge() -> None:
+        frame = workspace.session.frame
+        workspace.set_truth(chance.choice([None, np.where(frame.known, frame.depth, np.float32(2))]))
+
+    def inspect() -> None:
+        inspection, (height, width) = window.editor.inspection, workspace.session.frame.shape
+        ends = [(chance.random() * width, chance.random() * height) for _ in range(2)]
+        inspection.set_line(chance.choice([None, (ends[0], ends[1])]))
+        inspection.set_region(chance.choice([None, (slice(3, 30), slice(5, 40))]))
+        inspection.measurements.add_point(*ends[0])
+
+    others: list[Callable[[], object]] = [
+        lambda: workspace.select(list(workspace.session.counts())[chance.randrange(3) :][:1]),
+        lambda: window.filter_presenter.set_values({"smoothness": chance.choice([0.5, 1.0, 3.0])}),
+        lambda: workspace.compare(workspace.session.kept_runs[-chance.randrange(1, 4) :]),
+        lambda: views.set_layout(chance.choice(list(LAYOUTS))),
+        lambda: views.set_content(chance.choice(list(views.cells)), chance.choice([*TITLES, *DEPTHS, *SIDES])),
+        lambda: views.sides.choose(chance.choice(["", *COMPARABLE]), chance.choice(["", *COMPARABLE])),
+        lambda: window.curves.scrub_bar._slider.setValue(chance.randrange(1, 9)),
+        *(edit, edit, distrust, judge, inspect),
+    ]
+    for _ in range(STEPS):
+        if chance.random() < 0.5:
+            window.actions_[chance.choice(GIVEN)].trigger()  # what cannot be given now does nothing
+        else:
+            chance.choice(others)()
+        qtbot.wait(chance.choice([0, 0, 1, 20]))
+
+    open_ones = [weakref.ref(session) for session in workspace.sessions]
+    while workspace.has_session:
+        workspace.close_session(workspace.session)
+    window.refresh.now()
+
+    def all_gone() -> bool:
+        QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+        gc.collect()
+        return not any(session() for session in open_ones)
+
+    qtbot.waitUntil(all_gone, timeout=10_000)
