@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QSettings
-from PySide6.QtWidgets import QFileDialog, QWidget
+from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from gui.widgets.notes import Notes
 from ilf.errors import IlfError
@@ -26,6 +26,10 @@ def ask_path(window: QWidget, title: str, name: str, kinds: str) -> str:
     path, kind = QFileDialog.getSaveFileName(window, title, str(save_folder() / name), kinds)
     if path and not Path(path).suffix and "*" in kind:
         path += kind.split("*", 1)[1].rstrip(")")
+        if Path(path).exists():  # the dialog has asked about the name without the suffix
+            text = f"{path} is there already. Write over it?"
+            if QMessageBox.question(window, title, text) != QMessageBox.StandardButton.Yes:
+                return ""
     return path
 
 
