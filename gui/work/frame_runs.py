@@ -31,7 +31,7 @@ show more than none."""
 _PREVIEWS_S = 0.15
 """Least interval between previews of the blocks that run."""
 
-_FIRST_PREVIEW_S = 0.04
+_FIRST_PREVIEW_S = 0.03
 """Age at which a re-solve may take the place of the block's former result before it has ended."""
 
 

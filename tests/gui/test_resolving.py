@@ -193,7 +193,7 @@ def test_a_re_solve_shows_its_first_preview_after_a_moment(
     bench.script.records = 1000
     live = bench.session.results.live
     bench.runs.resolve([1])
-    clock[0] += 0.0399
+    clock[0] += 0.0299
     bench.script.allow(2)
     until(lambda: len(live.get(1, [])) == 2)
     assert bench.run.previews == 0
