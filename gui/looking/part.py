@@ -25,7 +25,8 @@ class LookingPart(Part):
         self.derived.failed.connect(lambda error: desk.notes.report("What a view shows", error))
         compared = workspace.kept_runs_changed, workspace.compared_changed, workspace.truth_changed
         results = workspace.session_changed, workspace.labels_changed, workspace.results_changed
-        desk.refresh.add("comparison", self.comparison.show, (*results, *compared))
+        turned, *later = results
+        desk.refresh.add("comparison", self.comparison.show, (turned, *compared), tuple(later))
         desk.refresh.add(
             "derived",
             self.derived.show,
