@@ -62,7 +62,7 @@ class AccuracyPart(Part):
         session = self.desk.workspace.session
         dialog = TruthDialog(session.frame, self._reader, self.desk.window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(lambda: self._take_truth(session, dialog.frame()))
+        dialog.accepted.connect(lambda: self._take_truth(session, dialog.found()))
         dialog.open()
 
     def load_truth(self, path: str, units: float | None = None) -> bool:

@@ -129,7 +129,7 @@ class Documents(QObject):
         session, filling = self._workspace.session, self._workspace.extraction_parameters
         dialog = LoadBlocksDialog(session.frame, filling, self._block_questions, self._window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(lambda: self._take_blocks(dialog.blocks()))
+        dialog.accepted.connect(lambda: self._take_blocks(dialog.found()))
         dialog.open()
 
     def load_blocks(self, path: str, fill_gaps: bool = False) -> None:
