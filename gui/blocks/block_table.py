@@ -12,7 +12,6 @@ from PySide6.QtCore import (
     QModelIndex,
     QPoint,
     QSettings,
-    QSize,
     QSortFilterProxyModel,
     Qt,
     Signal,
@@ -39,7 +38,7 @@ from gui.blocks.block_model import (
     Column,
 )
 from gui.widgets.hint import paint_hint
-from gui.widgets.soft_rows import ICON_SIZE, SoftRows
+from gui.widgets.soft_rows import SoftRows, lay_out
 
 _WIDTHS = {Column.MISSING: 58, Column.ERROR: 52, Column.ITERATIONS: 42, Column.SIGMA: 56, Column.PIXELS: 60}
 _ICON_WIDTH = 26
@@ -172,34 +171,18 @@ class _BlockView(QTableView):
 
     def arrange(self) -> None:
         """Columns, selection and look; once, after the model is set."""
+        lay_out(self, _ICON_WIDTH)
         self.setItemDelegate(SoftRows(ICON_COLUMNS, self))
-        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
-        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        self.setIconSize(QSize(ICON_SIZE, ICON_SIZE))
-        self.setShowGrid(False)
-        self.setWordWrap(False)
-        self.setTabKeyNavigation(False)
-        self.setFrameShape(QTableView.Shape.NoFrame)
-        self.verticalHeader().hide()
-        self.verticalHeader().setDefaultSectionSize(26)
         header = self.horizontalHeader()
-        header.setMinimumSectionSize(_ICON_WIDTH)
-        header.setHighlightSections(False)
-        header.setSortIndicatorClearable(True)
         for column in Column:
             if column in ICON_COLUMNS:
                 header.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
                 header.resizeSection(column, _ICON_WIDTH)
             elif column != Column.NAME:
                 header.resizeSection(column, _WIDTHS[column])
-        header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
         header.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         header.customContextMenuRequested.connect(lambda at: self.column_menu().popup(header.mapToGlobal(at)))
-        self.setSortingEnabled(True)
         hidden = QSettings().value(_HIDDEN_KEY)
         names = [column.name for column in HIDDEN_AT_FIRST] if hidden is None else str(hidden).split()
         for column in OPTIONAL:

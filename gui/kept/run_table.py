@@ -13,7 +13,7 @@ from gui.kept.run_model import EDITABLE, ERROR_COLUMNS, SORT_ROLE, Column, RunMo
 from gui.kept.run_rows import RunRow
 from gui.state.kept_runs import KeptRun
 from gui.widgets.hint import paint_hint
-from gui.widgets.soft_rows import ICON_SIZE, SoftRows
+from gui.widgets.soft_rows import ICON_SIZE, SoftRows, lay_out
 
 _WIDTHS = {
     Column.COMPARED: 26,
@@ -157,31 +157,15 @@ class _RunView(QTableView):
 
     def arrange(self) -> None:
         """Columns, selection and look; once, after the model is set."""
+        lay_out(self)
         self.setItemDelegate(SoftRows((Column.COLOUR,), self, elided_within=(Column.NAME,)))
         self.setAccessibleName("Kept runs")
-        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.setEditTriggers(QAbstractItemView.EditTrigger.DoubleClicked)
-        self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
-        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        self.setIconSize(QSize(ICON_SIZE, ICON_SIZE))
-        self.setShowGrid(False)
-        self.setWordWrap(False)
-        self.setTabKeyNavigation(False)
-        self.setFrameShape(QTableView.Shape.NoFrame)
-        self.verticalHeader().hide()
-        self.verticalHeader().setDefaultSectionSize(26)
         header = self.horizontalHeader()
-        header.setMinimumSectionSize(26)
-        header.setHighlightSections(False)
-        header.setSortIndicatorClearable(True)
         for column, width in _WIDTHS.items():
             header.resizeSection(column, width)
         for column in (Column.COMPARED, Column.COLOUR):
             header.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
-        header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
-        self.setSortingEnabled(True)
 
     def show_errors(self, known: Collection[Column]) -> None:
         """Show just these columns of errors."""

@@ -19,7 +19,29 @@ class Bar(tqdm):
     monitor_interval = 0
 
 
-class RunProgress:
+class _Shown:
+    """A bar on stderr, as long as the context lasts; none at all unless it is shown."""
+
+    def __init__(self, total: float, count: str, shown: bool) -> None:
+        self._bar = Bar(
+            total=total,
+            disable=not shown,
+            miniters=0,
+            leave=False,
+            dynamic_ncols=True,
+            bar_format=count + " |{bar:30}| {elapsed}{postfix}",
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._bar.close()
+
+
+class RunProgress(_Shown):
     """A bar on stderr: blocks done, and the last iteration of a block that runs.
 
     Parameters
@@ -30,22 +52,7 @@ class RunProgress:
     """
 
     def __init__(self, run: RunSteps, *, shown: bool) -> None:
-        self._bar = Bar(
-            total=len(run.blocks),
-            disable=not shown,
-            miniters=0,
-            leave=False,
-            dynamic_ncols=True,
-            bar_format="{n_fmt}/{total_fmt} blocks |{bar:30}| {elapsed}{postfix}",
-        )
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._bar.close()
+        super().__init__(len(run.blocks), "{n_fmt}/{total_fmt} blocks", shown)
 
     def update(self, step: Progress) -> None:
         """Show a step of the run."""
@@ -61,7 +68,7 @@ class RunProgress:
         self._bar.update(0)
 
 
-class ShareProgress:
+class ShareProgress(_Shown):
     """A bar on stderr for what tells the share that is done and what is under way.
 
     Parameters
@@ -71,22 +78,7 @@ class ShareProgress:
     """
 
     def __init__(self, *, shown: bool) -> None:
-        self._bar = Bar(
-            total=1.0,
-            disable=not shown,
-            miniters=0,
-            leave=False,
-            dynamic_ncols=True,
-            bar_format="{percentage:3.0f} % |{bar:30}| {elapsed}{postfix}",
-        )
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._bar.close()
+        super().__init__(1.0, "{percentage:3.0f} %", shown)
 
     def update(self, step: Step) -> None:
         """Show a step."""

@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import argparse
 import gc
-import os
-from pathlib import Path
 
 from PySide6.QtCore import QCoreApplication, QEventLoop
 
@@ -23,6 +21,8 @@ from ilf.assets import asset_path
 from ilf.io import load_frame
 from ilf.parameters import PRESETS, Parameters
 from ilf.run import Run
+
+from .memory import resident
 
 _MB = 1024**2
 _VARIED = {"edge-aware": "smoothness", "ideal": "shortest_wavelength"}
@@ -42,14 +42,14 @@ def main() -> None:
     _run(app, workspace, runs, preset)  # edges and the like are found once
     workspace.drop_run(session, session.kept_runs[0])
     gc.collect()
-    before = _resident()
+    before = resident()
     for number in range(options.runs):
         _run(app, workspace, runs, _varied(preset, number))
     gc.collect()
     kept = session.kept_runs
     print(f"{frame.name}, {frame.shape[1]} x {frame.shape[0]}, {len(session.counts())} blocks, preset {options.preset}")
     print(f"{len(kept)} runs kept, {sum(one.iterations for one in kept)} iterations")
-    print(f"resident: {(_resident() - before) / _MB:.0f} MB more, {_resident() / _MB:.0f} MB in all")
+    print(f"resident: {(resident() - before) / _MB:.0f} MB more, {resident() / _MB:.0f} MB in all")
     keeper.shutdown()
     runs.shutdown()
 
@@ -65,12 +65,6 @@ def _run(app: QCoreApplication, workspace: Workspace, runs: RunController, param
 def _varied(preset: Parameters, number: int) -> Parameters:
     name = _VARIED[preset.filter]
     return preset.replace(**{name: getattr(preset, name) * (1.02 + 0.02 * number)})
-
-
-def _resident() -> int:
-    """Memory [bytes] that the process has."""
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE")
 
 
 def _options() -> argparse.Namespace:

@@ -18,7 +18,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import cv2
 import numpy as np
-from PySide6.QtCore import QEventLoop, QTimer
+from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
 import ilf
@@ -29,16 +29,9 @@ from gui.sweep.part import SweepPart
 from ilf.assets import asset_path
 
 from .memory import resident
+from .waiting import pause, wait
 
 _BEAT_MS = 2
-_LIMIT_S = 120
-
-
-def pause(milliseconds: int) -> None:
-    """Let the window work for a while; the threads, too, which they would not get to do in QTest's own wait."""
-    loop = QEventLoop()
-    QTimer.singleShot(milliseconds, loop.quit)
-    loop.exec()
 
 
 class Heart:
@@ -66,15 +59,6 @@ class Heart:
         now = time.perf_counter()
         self.gaps.append(now - self._last)
         self._last = now
-
-
-def wait(reached: Callable[[], object]) -> None:
-    """Let the window work until something holds."""
-    deadline = time.perf_counter() + _LIMIT_S
-    while not reached():
-        if time.perf_counter() > deadline:
-            raise TimeoutError("the window has not come to an end")
-        pause(2)
 
 
 def sample(folder: Path, size: tuple[int, int], number: int = 0) -> Path:

@@ -14,7 +14,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from PySide6.QtCore import QEventLoop, QTimer
 from PySide6.QtWidgets import QApplication
 from pytest_benchmark.fixture import BenchmarkFixture
 
@@ -22,9 +21,10 @@ import ilf
 from gui.main_window import MainWindow
 from ilf.assets import asset_path
 
+from .waiting import pause, wait
+
 ROUNDS = 9
 SIZES = {"640x480": (640, 480), "1280x720": (1280, 720)}
-LIMIT_S = 20
 
 pytestmark = [pytest.mark.benchmark(group="until it is seen, wall clock", timer=time.perf_counter)]
 
@@ -50,29 +50,16 @@ def window(qtbot) -> Iterator[MainWindow]:  # type: ignore[no-untyped-def]
     window.resize(1440, 900)
     window.show()
     qtbot.waitExposed(window)
-    _pause(300)
+    pause(300)
     yield window
     window.close()
 
 
 def _until(reached: Callable[[], object]) -> None:
-    """Let the window work until something holds, and paint it. Its threads get to work, too, as they do for a user: not
-    so in a loop that handles events itself."""
-    deadline = time.perf_counter() + LIMIT_S
-    loop, timer = QEventLoop(), QTimer(interval=1)
-    timer.timeout.connect(lambda: loop.quit() if reached() or time.perf_counter() > deadline else None)
-    timer.start()
-    loop.exec()
-    timer.stop()
-    assert reached()
+    """Wait for something, and for its picture."""
+    wait(reached)
     for _ in range(2):
         QApplication.processEvents()
-
-
-def _pause(milliseconds: int) -> None:
-    loop = QEventLoop()
-    QTimer.singleShot(milliseconds, loop.quit)
-    loop.exec()
 
 
 def _open(window: MainWindow, folder: Path) -> None:
@@ -99,7 +86,7 @@ def test_filter_slider(benchmark: BenchmarkFixture, window: MainWindow, folder: 
     values = iter(np.linspace(0.005, 0.03, 60).tolist())
 
     def prepare() -> None:
-        _pause(900)  # each a step of its own, with all that follows on it done
+        pause(900)  # each a step of its own, with all that follows on it done
         _until(lambda: not window.errors.busy and window.runs.free and not window.runs.resolving)
         news.clear()
 
@@ -120,7 +107,7 @@ def test_extraction_slider(benchmark: BenchmarkFixture, window: MainWindow, fold
     window.stages.described.connect(lambda: seen.append(None))
 
     def prepare() -> None:
-        _pause(100)
+        pause(100)
         _until(lambda: not window.stages.busy)
         seen.clear()
 
@@ -141,7 +128,7 @@ def test_opening(benchmark: BenchmarkFixture, window: MainWindow, folder: Path, 
         if workspace.has_session:
             _until(lambda: not window.loader.busy)
             window.actions_["close_frame"].trigger()
-        _pause(200)
+        pause(200)
 
     def act() -> None:
         window.documents.open_paths([folder])
