@@ -12,10 +12,11 @@ from types import TracebackType
 from typing import TYPE_CHECKING
 
 from gui.display import display_problem, qt_problem
-from gui.frames.frame_source import FrameSource, sorted_out
+from gui.frames.paths import sorted_out
 from ilf.assets import asset_path
 from ilf.errors import InputError
 from ilf.extras import optional
+from ilf.io.frame_source import FrameSource
 
 if TYPE_CHECKING:
     from gui.main_window import MainWindow

@@ -9,11 +9,11 @@ from typing import Self
 
 import numpy as np
 
-from gui.state.kept_runs import KeptRun
 from gui.state.results import same_mask
 from gui.state.session import Session
 from gui.work.cores import spare_cores
 from ilf.judgement import HiddenResult, HiddenTest, Judgement, Step, comparison_steps
+from ilf.project.kept_run import KeptRun
 from ilf.run import Run
 
 PRESENT = "Present values"

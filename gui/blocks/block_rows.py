@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from gui.blocks.block_table import BlockRow
-from gui.state.own_values import parameter_labels
 from gui.state.session import Session
 from gui.state.tally import BlockCounts
 from gui.work.runs import RunController
 from ilf.outcomes import BlockResult
+from ilf.project.own_values import parameter_labels
 
 
 def block_rows(session: Session, runs: RunController) -> list[BlockRow]:

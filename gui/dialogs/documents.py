@@ -15,8 +15,8 @@ from gui.dialogs.load_blocks import LoadBlocksDialog
 from gui.dialogs.open_frame import OpenFrameDialog
 from gui.dialogs.saving import save_folder
 from gui.extraction.found_blocks import describe_blocks
-from gui.frames.frame_source import FrameSource, sorted_out
 from gui.frames.loader import FrameLoader
+from gui.frames.paths import sorted_out
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.widgets.notes import Notes
@@ -26,6 +26,7 @@ from gui.work.worker import Worker
 from ilf.assets import asset_path
 from ilf.errors import IlfError
 from ilf.io import BLOCK_FORMATS, LoadedBlocks
+from ilf.io.frame_source import FrameSource
 from ilf.outcomes import compose
 from ilf.run import ExportOptions, Written, output_folder_name, write
 

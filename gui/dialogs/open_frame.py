@@ -24,12 +24,12 @@ from PySide6.QtWidgets import (
 
 from gui.dialogs.frame_files import colour_beside, depth_beside
 from gui.dialogs.preview import Preview
-from gui.frames.frame_source import FrameSource
 from gui.widgets.messages import Message, last_folder
 from ilf.camera import INTRINSICS
 from ilf.errors import IlfError, InputError
 from ilf.frame import RGBDFrame, doubtful_scale
 from ilf.io import frame_folder, load_frame, read_colour, read_depth_values
+from ilf.io.frame_source import FrameSource
 from ilf.io.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
 
 _Result = TypeVar("_Result")

@@ -6,11 +6,11 @@ from PySide6.QtCore import QObject, QSettings, Signal
 from PySide6.QtGui import QAction
 
 from gui.filtering.filter_panel import FilterPanel
-from gui.state.own_values import OwnValues, own_values, parameter_labels
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.runs import RunController
 from ilf.parameters import Parameters
+from ilf.project.own_values import OwnValues, own_values, parameter_labels
 
 
 class FilterPresenter(QObject):

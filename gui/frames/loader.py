@@ -12,13 +12,12 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from gui.extraction.found_blocks import Found, describe_blocks, find
-from gui.frames.frame_source import FrameSource
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.worker import Worker
 from ilf.completion import prepare
 from ilf.frame import RGBDFrame
-from ilf.io import load_frame
+from ilf.io.frame_source import FrameSource
 from ilf.parameters import BlockParameters, preset
 from ilf.run import Replay, Run, replay
 
@@ -223,14 +222,7 @@ def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
 
 
 def _open(source: FrameSource, parameters: BlockParameters) -> Steps:
-    frame = load_frame(
-        source.rgb,
-        source.depth,
-        depth_units=source.depth_units,
-        intrinsics=source.intrinsics,
-        truth=source.truth,
-        truth_units=source.truth_units,
-    )
+    frame = source.load()
     no_blocks = np.zeros(frame.shape, np.int32)
     yield _Opened(Run(frame, no_blocks, extraction=parameters), source, source.key)
     found = find(frame, parameters)

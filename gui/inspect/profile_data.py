@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gui.state.inspection import Line
-from gui.state.kept_runs import KeptRun
 from gui.state.past import Past
 from gui.state.session import Session
 from ilf.inspection import DepthProfile, depth_profile
+from ilf.project.kept_run import KeptRun
 
 Colour = tuple[int, int, int]
 

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from gui.state.kept_runs import KeptRun
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.latest_question import LatestQuestion
@@ -19,6 +18,7 @@ from ilf.confidence import expected_error
 from ilf.frame import RGBDFrame
 from ilf.judgement import judge
 from ilf.outcomes import BlockResult, compose
+from ilf.project.kept_run import KeptRun
 
 Truth = NDArray[np.float32] | None
 

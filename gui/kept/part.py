@@ -15,9 +15,10 @@ from gui.kept.run_files import write_runs
 from gui.kept.run_model import Column
 from gui.kept.run_rows import run_rows
 from gui.kept.run_table import RunTable
-from gui.state.kept_runs import MOST_COMPARED, KeptRun
+from gui.state.kept_runs import MOST_COMPARED
 from gui.state.run_names import title_of
 from gui.work.keeping import RunKeeper
+from ilf.project.kept_run import KeptRun
 
 _TITLE = "Runs"
 

@@ -7,9 +7,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from gui.state.kept_runs import Colour, KeptRun
 from gui.state.run_names import title_of, values_text
 from gui.state.session import Session
+from ilf.project.kept_run import Colour, KeptRun
 
 COMPARABLE = 0.9
 """Share of the pixels that any run has filled which a run must have filled to be called the best."""

@@ -11,9 +11,9 @@ from PySide6.QtWidgets import QAbstractItemView, QHBoxLayout, QHeaderView, QTabl
 
 from gui.kept.run_model import EDITABLE, ERROR_COLUMNS, SORT_ROLE, Column, RunModel
 from gui.kept.run_rows import RunRow
-from gui.state.kept_runs import KeptRun
 from gui.widgets.hint import paint_hint
 from gui.widgets.soft_rows import ICON_SIZE, SoftRows, lay_out
+from ilf.project.kept_run import KeptRun
 
 _WIDTHS = {
     Column.COMPARED: 26,

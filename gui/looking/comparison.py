@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from PySide6.QtCore import QObject
 
-from gui.state.kept_runs import KeptRun
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.views.contents.material import ShownRun
@@ -13,6 +12,7 @@ from gui.views.contents.names import EARLIER, RUNS
 from gui.views.linked_views import LinkedViews
 from gui.views.presenter import ViewsPresenter, colour_table
 from ilf.outcomes import Completion
+from ilf.project.kept_run import KeptRun
 
 
 class Comparison(QObject):

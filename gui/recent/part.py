@@ -10,10 +10,10 @@ from PySide6.QtWidgets import QMenu
 
 from gui import theme
 from gui.desk import Desk, Part
-from gui.frames.frame_source import FrameSource
 from gui.inventory import PASSING, WHY_NOT
 from gui.menus import insert_menu
 from gui.recent.store import Origin, RecentFrames, is_missing, key_of, name_of
+from ilf.io.frame_source import FrameSource
 
 _DIGITS = 9
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from PySide6.QtCore import QSettings
 
-from gui.frames.frame_source import FrameSource
+from ilf.io.frame_source import FrameSource
 
 MOST = 12
 _KEY = "recent/frames"

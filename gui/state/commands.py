@@ -10,8 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QUndoCommand
 
-from gui.state.block_notes import BlockNotes
-from gui.state.own_values import OwnValues
 from gui.state.results import Held
 from gui.state.session import Session, touched_by
 from ilf.blocks import Box
@@ -19,6 +17,8 @@ from ilf.ebs.drawn import redrawn
 from ilf.ebs.edit import LabelPatch
 from ilf.frame import RGBDFrame
 from ilf.parameters import Parameters
+from ilf.project.block_notes import BlockNotes
+from ilf.project.own_values import OwnValues
 
 Mask = NDArray[np.bool_]
 

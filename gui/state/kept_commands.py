@@ -8,11 +8,11 @@ from typing import Protocol
 from PySide6.QtGui import QUndoCommand
 
 from gui.state.commands import Notices
-from gui.state.kept_runs import KeptRun
-from gui.state.own_values import OwnValues, own_values
 from gui.state.results import Held
 from gui.state.session import Session
 from ilf.outcomes import BlockResult
+from ilf.project.kept_run import KeptRun
+from ilf.project.own_values import OwnValues, own_values
 
 
 class KeptNotices(Notices, Protocol):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from gui.state.own_values import own_values
 from gui.state.session import Session
 from ilf.parameters import Parameters
 from ilf.preset_words import in_words, likeness
+from ilf.project.own_values import own_values
 from ilf.run import Run
 
 _IN_NAMES = 2

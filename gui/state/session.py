@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QUndoStack
 
 from gui.state.block_errors import BlockErrors
-from gui.state.block_notes import BlockInfo, BlockNotes
-from gui.state.kept_runs import Guess, KeptRun
 from gui.state.results import Held, Kept, Preview, Results
 from gui.state.shown_depth import ShownDepth
 from gui.state.tally import BlockCounts, BlockTally
@@ -25,6 +23,8 @@ from ilf.filter.convergence import IterationRecord
 from ilf.frame import RGBDFrame, TruthFile
 from ilf.outcomes import BlockResult, Completion, compose
 from ilf.parameters import Parameters
+from ilf.project.block_notes import BlockInfo, BlockNotes
+from ilf.project.kept_run import Guess, KeptRun
 from ilf.run import KeyFrames, Replay, Run
 
 LARGEST_LABEL = 65535

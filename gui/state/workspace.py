@@ -12,11 +12,9 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoGroup, QUndoStack
 
 from gui.state.block_errors import BlockErrors
-from gui.state.block_notes import BlockInfo, BlockNotes
 from gui.state.commands import Change, ClearResults, Distrust, EditInfo, EditLabels, EditParameters, OwnChange
 from gui.state.kept_commands import AcceptRun, DeleteRuns
-from gui.state.kept_runs import COLOURS, MOST_COMPARED, KeptRun
-from gui.state.own_values import OwnValues, differing, own_values, parameter_labels
+from gui.state.kept_runs import COLOURS, MOST_COMPARED
 from gui.state.past import Past
 from gui.state.results import Preview, same_mask
 from gui.state.session import Session
@@ -31,6 +29,9 @@ from ilf.filter.convergence import IterationRecord
 from ilf.frame import RGBDFrame, TruthFile
 from ilf.outcomes import BlockResult, Completion
 from ilf.parameters import DEFAULT_PRESET, BlockParameters, Parameters, preset
+from ilf.project.block_notes import BlockInfo, BlockNotes
+from ilf.project.kept_run import KeptRun
+from ilf.project.own_values import OwnValues, differing, own_values, parameter_labels
 from ilf.run import Run
 
 _MOST_WATCHED = 4

@@ -10,12 +10,13 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtGui import QUndoCommand
 
 from gui.state.commands import EditParameters
-from gui.state.kept_runs import MOST_KEPT, MOST_MEMORY, KeptRun, memory_of, next_colour, sharing
+from gui.state.kept_runs import MOST_KEPT, MOST_MEMORY, memory_of, next_colour, sharing
 from gui.state.run_names import run_name
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.runs import Ended, RunController, RunState
 from ilf.outcomes import BlockResult
+from ilf.project.kept_run import KeptRun
 from ilf.run import Run
 
 REST_MS = 400

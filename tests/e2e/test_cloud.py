@@ -13,7 +13,7 @@ from gui.cloud.canvas import HINT
 from gui.cloud.colouring import ColourBy
 from gui.cloud.scene import Scene
 from gui.main_window import MainWindow
-from gui.state.kept_runs import KeptRun
+from ilf.project.kept_run import KeptRun
 
 Run = Callable[[MainWindow], None]
 

@@ -9,12 +9,12 @@ import pytest
 from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
-from gui.frames.frame_source import FrameSource
 from gui.levels.part import RangePart
 from gui.looking.part import LookingPart
 from gui.main_window import MainWindow
-from gui.state.kept_runs import KeptRun
 from ilf import preset
+from ilf.io.frame_source import FrameSource
+from ilf.project.kept_run import KeptRun
 
 from .conftest import WAIT_MS, open_frame, write_frame
 

@@ -15,11 +15,11 @@ from PySide6.QtWidgets import QCheckBox, QLabel, QMessageBox, QSlider
 from pytestqt.qtbot import QtBot
 
 from gui.extraction.found_blocks import Found, find
-from gui.frames.frame_source import FrameSource
 from gui.main_window import MainWindow
 from ilf import BlockParameters, RGBDFrame
 from ilf.drawing.block_pictures import block_overlay
 from ilf.ebs import Extraction, extract
+from ilf.io.frame_source import FrameSource
 
 from .conftest import WAIT_MS, open_frame, write_frame
 

@@ -15,8 +15,8 @@ from pytestqt.qtbot import QtBot
 
 import ilf
 from gui.blocks.block_rows import block_rows
-from gui.frames.frame_source import FrameSource
 from gui.main_window import MainWindow
+from ilf.io.frame_source import FrameSource
 from ilf.run import ExportOptions
 
 from .conftest import WAIT_MS

@@ -13,10 +13,10 @@ from pytestqt.qtbot import QtBot
 
 import ilf
 from gui.cloud.cloud_view import ColourBy
-from gui.frames.frame_source import FrameSource
 from gui.main_window import MainWindow
 from gui.work.runs import RunState
 from ilf.cli import main as command_line
+from ilf.io.frame_source import FrameSource
 from ilf.run import ExportOptions
 
 from .conftest import WAIT_MS, open_frame, write_frame

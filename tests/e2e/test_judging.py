@@ -16,17 +16,17 @@ from gui.accuracy.part import AccuracyPart
 from gui.accuracy.truth_dialog import TruthDialog
 from gui.blocks.block_model import Column
 from gui.desk import Part
-from gui.frames.frame_source import FrameSource
 from gui.main_window import MainWindow
 from gui.numbers import millimetres
 from gui.presets.part import PresetsPart
-from gui.state.kept_runs import KeptRun
 from gui.sweep.part import SweepPart
 from gui.views.colour_maps import depth_table
 from ilf.ebs.edit import patch_between
 from ilf.frame import RGBDFrame
+from ilf.io.frame_source import FrameSource
 from ilf.judgement import judge_blocks, judge_completion
 from ilf.parameters import PRESETS
+from ilf.project.kept_run import KeptRun
 
 from .conftest import WAIT_MS, open_frame
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from pytestqt.qtbot import QtBot
 
-from gui.frames.frame_source import FrameSource
 from gui.main_window import MainWindow
 from ilf.frame import RGBDFrame
+from ilf.io.frame_source import FrameSource
 
 from .conftest import WAIT_MS, open_frame, write_frame
 

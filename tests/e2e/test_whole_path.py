@@ -14,10 +14,10 @@ from PySide6.QtWidgets import QDockWidget, QMessageBox
 from pytestqt.qtbot import QtBot
 
 import ilf
-from gui.frames.frame_source import FrameSource
 from gui.main_window import MainWindow
 from gui.work.runs import RunState
 from ilf.cli import main as command_line
+from ilf.io.frame_source import FrameSource
 from ilf.outcomes import Status
 from ilf.run import ExportOptions
 

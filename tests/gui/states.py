@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from gui.state.own_values import own_values
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from ilf.ebs import Extraction, extract
 from ilf.ebs.edit import patch_between
 from ilf.parameters import preset
+from ilf.project.own_values import own_values
 
 QUICK = preset("paper", max_iterations=2)
 QUICK_OWN = own_values(QUICK, preset())

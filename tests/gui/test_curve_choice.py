@@ -10,12 +10,12 @@ import ilf
 from gui.curves.curves_panel import CurvesPanel
 from gui.curves.presenter import CurvesPresenter
 from gui.filtering.filter_panel import FilterPanel
-from gui.state.kept_runs import KeptRun
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from ilf.completion import complete
 from ilf.filter.convergence import IterationRecord
 from ilf.outcomes import BlockResult
+from ilf.project.kept_run import KeptRun
 
 QUICK = ilf.preset(max_iterations=5)
 

@@ -17,7 +17,7 @@ from gui.kept.measuring import measure
 from gui.kept.run_files import write_runs
 from gui.kept.run_rows import best_of, run_rows
 from gui.state.commands import DRAG_S
-from gui.state.kept_runs import COLOURS, MOST_COMPARED, KeptRun, memory_of, next_colour, sharing
+from gui.state.kept_runs import COLOURS, MOST_COMPARED, memory_of, next_colour, sharing
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.keeping import RunKeeper
@@ -26,6 +26,7 @@ from ilf import RGBDFrame, expected_error, fill_rest, preset
 from ilf.completion import complete
 from ilf.errors import ExportError
 from ilf.judgement import HiddenTest
+from ilf.project.kept_run import KeptRun
 from ilf.run import Run
 
 from .scripted_runs import Bench, Until

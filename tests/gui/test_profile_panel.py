@@ -12,13 +12,13 @@ from pytestqt.qtbot import QtBot
 
 from gui.inspect.profile_data import ProfileData, profile_data
 from gui.inspect.profile_panel import ProfilePanel
-from gui.state.kept_runs import KeptRun
 from gui.state.past import Past
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from ilf.confidence import expected_error
 from ilf.frame import RGBDFrame
 from ilf.outcomes import BlockResult
+from ilf.project.kept_run import KeptRun
 from ilf.run import Run
 
 LINE = ((4.5, 16.5), (60.5, 16.5))

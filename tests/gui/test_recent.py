@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QSettings
 
-from gui.frames.frame_source import FrameSource
 from gui.recent.store import MOST, RecentFrames, is_missing, name_of
+from ilf.io.frame_source import FrameSource
 
 pytestmark = pytest.mark.usefixtures("qapp")
 

@@ -1,14 +1,14 @@
-"""What can be opened. Without Qt: where Qt cannot start, the command line takes over what was asked for."""
+"""Where a frame is and how it is read."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ilf.io.camera_files import IntrinsicsSpec
+    from ..frame import RGBDFrame
+    from .camera_files import IntrinsicsSpec
 
 
 @dataclass(frozen=True)
@@ -31,9 +31,22 @@ class FrameSource:
         """Tells frames apart: the path of what holds the depth."""
         return str(Path(self.depth or self.rgb).absolute())
 
+    def load(self) -> RGBDFrame:
+        """Read the frame; raises what `ilf.load_frame` does."""
+        from .frames import load_frame
+
+        return load_frame(
+            self.rgb,
+            self.depth,
+            depth_units=self.depth_units,
+            intrinsics=self.intrinsics,
+            truth=self.truth,
+            truth_units=self.truth_units,
+        )
+
     def beside(self) -> str:
         """What is taken from a meta.json that lies beside the two files, as a sentence; "" for nothing."""
-        from ilf.io import META_NAME, frame_beside
+        from .frames import META_NAME, frame_beside
 
         files = frame_beside(self.rgb, self.depth) if self.depth is not None else None
         if files is None:
@@ -43,11 +56,3 @@ class FrameSource:
         taken += ["intrinsics"] * (self.intrinsics is None and files.intrinsics is not None)
         taken += ["truth"] * (self.truth is None and files.truth is not None)
         return f"As {META_NAME} beside the files says: {', '.join(taken)}."
-
-
-def sorted_out(paths: Iterable[Path]) -> tuple[list[Path], list[Path], list[Path]]:
-    """Frame folders, run records and image files among paths, each in the order given."""
-    chosen = list(paths)
-    folders = [path for path in chosen if path.is_dir()]
-    records = [path for path in chosen if path.suffix == ".json" and path not in folders]
-    return folders, records, [path for path in chosen if path not in folders and path not in records]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from ilf.declarations import Value
-from ilf.parameters import Parameters
+from ..declarations import Value
+from ..parameters import Parameters
 
 OwnValues = Mapping[str, Value]
 """Parameter -> value."""

@@ -1,4 +1,4 @@
-"""What is known of a frame's blocks beside their pixels. No widgets."""
+"""What is known of a frame's blocks beside their pixels."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from gui.state.own_values import OwnValues
-from ilf.parameters import BlockParameters
+from ..parameters import BlockParameters
+from .own_values import OwnValues
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,21 @@
+"""Projects: the work on frames, kept whole. See `frame_state.py` for what is kept of a frame."""
+
+from .block_notes import BlockInfo, BlockNotes
+from .frame_state import FrameState, Looked
+from .kept_run import Guess, KeptRun
+from .parts import Parts
+from .project import FrameSummary, Project, ProjectFrame, Stage
+
+__all__ = [
+    "BlockInfo",
+    "BlockNotes",
+    "FrameState",
+    "FrameSummary",
+    "Guess",
+    "KeptRun",
+    "Looked",
+    "Parts",
+    "Project",
+    "ProjectFrame",
+    "Stage",
+]
