@@ -21,7 +21,7 @@ class BlockInfo:
     locked: bool = False
 
 
-@dataclass
+@dataclass(eq=False)
 class BlockNotes:
     """What is known of a label map beside its pixels; replaced as a whole when the map is.
 
