@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
@@ -116,20 +116,18 @@ def decode(frame_id: str, parts: Parts, frame: RGBDFrame, places: Places | None 
     return Decoded(state, tuple(dict.fromkeys(decoding.problems)), tuple(decoding.origins), frozenset(decoding.names))
 
 
-@dataclass
 class _Decoding:
     """A state on its way out of parts."""
 
-    parts: Parts
-    frame: RGBDFrame
-    places: Places | None
-    problems: list[str] = field(default_factory=list)
-    origins: list[tuple[object, Origin]] = field(default_factory=list)
-    names: set[str] = field(default_factory=set)
-    arrays: dict[tuple[str, object], NDArray[Any]] = field(default_factory=dict)
-    frames: dict[str, RGBDFrame] = field(default_factory=dict)
-    packs: dict[str, list[BlockResult]] = field(default_factory=dict)
-    same_depth: bool = True
+    def __init__(self, parts: Parts, frame: RGBDFrame, places: Places | None) -> None:
+        self.parts, self.frame, self.places = parts, frame, places
+        self.problems: list[str] = []
+        self.origins: list[tuple[object, Origin]] = []
+        self.names: set[str] = set()
+        self.arrays: dict[tuple[str, object], NDArray[Any]] = {}
+        self.frames: dict[str, RGBDFrame] = {}
+        self.packs: dict[str, list[BlockResult]] = {}
+        self.same_depth = True
 
     def state(self, frame_id: str) -> FrameState:
         """All of the state."""

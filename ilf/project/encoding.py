@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -135,14 +135,14 @@ class Origins:
             self._of.pop(number, None)
 
 
-@dataclass
 class _Encoding:
     """One state on its way into parts."""
 
-    known: Origins
-    made: dict[str, bytes] = field(default_factory=dict)
-    names: set[str] = field(default_factory=set)
-    packs: list[str] = field(default_factory=list)
+    def __init__(self, known: Origins) -> None:
+        self.known = known
+        self.made: dict[str, bytes] = {}
+        self.names: set[str] = set()
+        self.packs: list[str] = []
 
     def state(self, state: FrameState) -> dict[str, Any]:
         """All of a state, ready for JSON."""

@@ -21,7 +21,7 @@ def parameters_from(kind: type[Set], values: Mapping[str, Any], what: str, probl
     >>> parameters_from(Parameters, {"smoothness": 2, "sharpness": 1}, "The parameters", problems).smoothness
     2.0
     >>> problems
-    ["The parameters: There is no parameter 'sharpness'. Did you mean 'smoothness'? It is left out."]
+    ["The parameters: There is no parameter 'sharpness'. Did you mean smoothness? It is left out."]
     """
     known = kind.declarations()
     usable = {}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -105,12 +104,12 @@ def unpack_results(name: str, content: bytes, measured: NDArray[np.float32]) -> 
         raise FormatError(f"The results in {name[:24]}... cannot be read ({error}).") from error
 
 
-@dataclass
 class _Numbered:
     """Each value once."""
 
-    values: list[dict[str, Any]] = dataclasses.field(default_factory=list)
-    _places: dict[tuple[object, ...], int] = dataclasses.field(default_factory=dict)
+    def __init__(self) -> None:
+        self.values: list[dict[str, Any]] = []
+        self._places: dict[tuple[object, ...], int] = {}
 
     def of(self, value: dict[str, Any]) -> int:
         key = tuple(value.items())
@@ -120,12 +119,11 @@ class _Numbered:
         return self._places[key]
 
 
-@dataclass
 class _Stretch:
     """An array that is read from its beginning to its end."""
 
-    array: NDArray[Any]
-    place: int = 0
+    def __init__(self, array: NDArray[Any]) -> None:
+        self.array, self.place = array, 0
 
     def next(self, count: int) -> NDArray[Any]:
         self.place += count
