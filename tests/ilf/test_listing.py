@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from ilf.errors import FormatError, InputError
+from ilf.io.frame_source import FrameSource
 from ilf.io.listing import list_frames
 from ilf.io.pairing import natural, paired
+from ilf.io.thumbnails import read_thumbnail
 from ilf.io.time_lists import associated
 
 
@@ -154,3 +158,17 @@ def test_association_uses_each_file_once_and_never_beyond_the_limit(colours, dep
     assert all(abs(one - other) <= 0.02 + 1e-9 for one, other in times)
     assert len({rgb for rgb, _ in pairs}) == len({depth for _, depth in pairs}) == len(pairs)
     assert times == sorted(times, key=lambda pair: pair[0])
+
+
+def test_thumbnail_is_the_colour_image_made_small(tmp_path):
+    ramp = np.zeros((300, 900, 3), np.uint8)
+    ramp[..., 0], ramp[:, 450:, 2] = np.linspace(0, 255, 900), 255
+    cv2.imwrite(str(tmp_path / "a.png"), ramp[..., ::-1])
+    small = read_thumbnail(FrameSource(str(tmp_path / "a.png"), "unread.png"), 90)
+    assert small.shape == (30, 90, 3)
+    assert np.abs(small[15, :, 0].astype(int) - np.linspace(1, 254, 90)).max() < 5
+    assert small[5, 80, 2] == 255
+    assert small[5, 10, 2] == 0
+    (tmp_path / "a.png").write_bytes((tmp_path / "a.png").read_bytes()[:400])
+    with pytest.raises(FormatError):
+        read_thumbnail(FrameSource(str(tmp_path / "a.png"), "unread.png"))
