@@ -1,4 +1,4 @@
-"""Small lengths and counts in words, the same in all tables and lines of the window."""
+"""Small lengths and counts in words, the same in all tables, lines and reports."""
 
 from __future__ import annotations
 
