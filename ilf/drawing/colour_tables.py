@@ -36,5 +36,5 @@ def _of_map(number: int) -> NDArray[np.uint8]:
     return _with_missing(cv2.applyColorMap(column, number)[:, 0, ::-1])
 
 
-def _with_missing(colours: NDArray[np.floating] | NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _with_missing(colours: NDArray[np.number]) -> NDArray[np.uint8]:
     return np.vstack([MISSING, colours]).astype(np.uint8)

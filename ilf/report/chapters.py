@@ -223,13 +223,13 @@ def _provenance(record: RunRecord) -> Facts:
         ]
         for name, file in files:
             if file is not None:
-                facts += [Fact(name, file.path), Fact(f"{name}, SHA-256", file.sha256, is_hash=True)]
+                facts += [Fact(name, file.path), Fact("SHA-256", file.sha256, is_hash=True)]
         facts.append(Fact("Depth units", f"{record.inputs.depth_units:g} per metre"))
     facts.append(Fact("Blocks, SHA-256", record.labels_sha256, is_hash=True))
     if record.outcomes and record.depth_sha256:
         facts.append(Fact("Depth out, SHA-256", record.depth_sha256, is_hash=True))
     for name, sha256 in (record.extraction_networks | record.networks).items():
-        facts.append(Fact(f"Edge network {name}, SHA-256", sha256, is_hash=True))
+        facts.append(Fact(f"Edge network {name}", sha256, is_hash=True))
     versions = ", ".join(f"{library} {version or 'not installed'}" for library, version in record.versions.items())
     facts += [Fact("Program", f"ILF Studio {record.version}"), Fact("Libraries", versions)]
     return Facts((*facts, Fact("Processor", record.processor)))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from ..drawing.colour_tables import Colour
 from ..filter.convergence import IterationRecord
-from ..number_words import length_text
+from ..number_words import grouped, length_text
 from ..outcomes import History
 from .colours import hex_of, line_colour
 from .content import Legend, Plot
@@ -45,7 +45,7 @@ class _Axis:
 
 
 def curve_plots(subject: Subject) -> tuple[Plot, ...]:
-    """sigma_i and the L1 norm over the iterations, of the blocks that have filled most; nothing if none was iterated."""
+    """sigma_i and the L1 norm over the iterations, of the blocks that have filled most; () if none was iterated."""
     chosen = curve_blocks(subject)
     if not chosen:
         return ()
@@ -88,7 +88,9 @@ def curve_plots(subject: Subject) -> tuple[Plot, ...]:
         )
     if l1:
         title = "L1 norm, in per cent of its last value"
-        plots.append(_plot(title, l1, _linear_axis(_values(l1)), legend(lambda record: f"ends at {record.l1:,.1f} m")))
+        plots.append(
+            _plot(title, l1, _linear_axis(_values(l1)), legend(lambda record: f"ends at {grouped(round(record.l1))} m"))
+        )
     return tuple(plots)
 
 
@@ -155,7 +157,7 @@ def _plot(
         y = y_of(limit)
         parts.append(
             f'<line class="ink" x1="{_LEFT}" y1="{y:.1f}" x2="{right}" y2="{y:.1f}" stroke="{_INK}" '
-            f'stroke-dasharray="3 4"/>{_text(right, y - 5, "S_criteria", "end")}'
+            f'stroke-dasharray="3 4"/>{_text(_LEFT + 6, y + 15, "S_criteria", "start")}'
         )
     for line in lines:
         places = " ".join(f"{x_of(x):.1f},{y_of(y):.1f}" for x, y in line.points)

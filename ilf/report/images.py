@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from typing import Any
 
 import cv2
 import numpy as np
@@ -43,7 +44,7 @@ def shrunk_shape(shape: tuple[int, int], most: int) -> tuple[int, int]:
     return max(round(shape[0] * factor), 1), max(round(shape[1] * factor), 1)
 
 
-def shrunk(values: NDArray[np.generic], shape: tuple[int, int], smooth: bool = False) -> NDArray[np.generic]:
+def shrunk(values: NDArray[Any], shape: tuple[int, int], smooth: bool = False) -> NDArray[Any]:
     """An array of pixels at another size: by the nearest, or averaged over what falls into one."""
     if values.shape[:2] == shape:
         return values

@@ -11,7 +11,6 @@ from .colours import hex_of
 from .content import (
     Cell,
     Chapter,
-    Column,
     Facts,
     Gallery,
     Image,
@@ -73,19 +72,20 @@ def _part(part: Part) -> str:
 
 
 def _table(table: Table) -> str:
+    # the first column with words stays in sight when a table is scrolled
+    key = next((column for column in table.columns if not column.number and column.text), None)
+    classes = [" class=n" if column.number else " class=key" if column is key else "" for column in table.columns]
     head = "".join(
-        f"<th{' class=n' * column.number}{_title(column.about)}>{escape(column.text)}</th>" for column in table.columns
+        f"<th{kind}{_title(column.about)}>{escape(column.text)}</th>"
+        for column, kind in zip(table.columns, classes, strict=True)
     )
-    rows = "".join(f"<tr>{_row(table.columns, row)}</tr>" for row in table.rows)
+    rows = "".join(f"<tr>{_row(classes, row)}</tr>" for row in table.rows)
     # a table that is too wide is scrolled, by keys, too
     return f'<div class="wide" tabindex="0"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>'
 
 
-def _row(columns: Sequence[Column], row: Sequence[Cell]) -> str:
-    return "".join(
-        f"<td{' class=n' * column.number}{_title(cell.about)}>{_cell(cell)}</td>"
-        for column, cell in zip(columns, row, strict=True)
-    )
+def _row(classes: Sequence[str], row: Sequence[Cell]) -> str:
+    return "".join(f"<td{kind}{_title(cell.about)}>{_cell(cell)}</td>" for kind, cell in zip(classes, row, strict=True))
 
 
 def _cell(cell: Cell) -> str:

@@ -71,7 +71,7 @@ def _pictures(figures: Figures, most: int) -> Iterator[Picture]:
     )
     table, bar = depth_colours(), (f"{levels[0]:.2f} m", f"{sum(levels) / 2:.2f} m", f"{levels[1]:.2f} m")
     for title, depth in (("Depth in", frame.depth), ("Depth out", completion.depth)):
-        indices = to_indices(_small(depth, shape), *levels)
+        indices = to_indices(shrunk(depth, shape), *levels)
         yield Picture(
             title, by_table(indices, table), bar=colour_bar(table, bar), scale=scale, legend=_no_depth(indices)
         )
@@ -101,7 +101,7 @@ def _differences(figures: Figures, shape: tuple[int, int]) -> Iterator[Picture]:
 
 def _difference(title: str, metres: NDArray[np.float32], shape: tuple[int, int], caption: str) -> Picture:
     level = robust_difference_level(metres * _MM)
-    indices = to_indices(_small(metres, shape) * _MM, -level, level)
+    indices = to_indices(shrunk(metres, shape) * _MM, -level, level)
     table = difference_colours()
     bar = colour_bar(table, (f"\N{MINUS SIGN}{level:g} mm", "0", f"+{level:g} mm"))
     return Picture(title, by_table(indices, table), caption, bar, legend=(Legend(MISSING, "not compared"),))
@@ -111,7 +111,7 @@ def _expected(figures: Figures, shape: tuple[int, int]) -> Picture:
     low, high = robust_error_levels(figures.expected * _MM)
     table = error_colours()
     bar: ColourBar = colour_bar(table, (f"{low:g} mm", f"{np.sqrt(low * high):.3g} mm", f"{high:g} mm"))
-    picture = by_table(log_indices(_small(figures.expected, shape), (low, high)), table)
+    picture = by_table(log_indices(shrunk(figures.expected, shape), (low, high)), table)
     caption = "About 68 % of the true errors of filled pixels are to lie within it."
     return Picture("Expected error", picture, caption, bar, legend=(Legend(MISSING, "not filled"),))
 
@@ -132,7 +132,7 @@ def _origin(subject: Subject, shape: tuple[int, int]) -> Picture:
         for number, (text, colour) in enumerate(_ORIGINS)
         if counts[number]
     )
-    picture = by_table(_small(origin, shape), table)
+    picture = by_table(shrunk(origin, shape), table)
     return Picture("Where the depth comes from", picture, legend=legend)
 
 
@@ -144,7 +144,7 @@ def _outlined(subject: Subject, shape: tuple[int, int]) -> NDArray[np.uint8]:
     """The colour image of a shape with its blocks' borders in their colours, along both sides."""
     blocks = subject.run.blocks
     picture = np.array(shrunk(subject.run.frame.rgb, shape, smooth=True))
-    labels = _small(blocks, shape)
+    labels = shrunk(blocks, shape)
     there = np.flatnonzero(np.bincount(blocks.ravel()))
     numbers = np.searchsorted(there, labels).astype(np.float32)  # few enough to be exact
     side = 3 if max(shape) < 900 else 5
@@ -162,7 +162,3 @@ def _marks(subject: Subject) -> tuple[Mark, ...]:
         for label, (x, y, radius) in inner_points(subject.run.blocks).items()
         if radius >= _LEAST_ROOM * width
     )
-
-
-def _small(values: NDArray[np.generic], shape: tuple[int, int]) -> NDArray:
-    return shrunk(values, shape)

@@ -70,11 +70,11 @@ def block_table(figures: Figures) -> Table:
 
 
 def block_remarks(subject: Subject) -> list[str]:
-    """What there is to say about single blocks, beyond the table."""
+    """What went wrong with single blocks, and what the table's words mean."""
     remarks = [
-        f"{subject.name_of(label)} (no. {label}): {outcome.message}"
+        f"{label} {subject.name_of(label)}: {outcome.message}"
         for label, outcome in subject.completion.outcomes.items()
-        if outcome.message and outcome.status is not Status.NOTHING_MISSING
+        if outcome.message and outcome.status in (Status.NOT_RECOVERABLE, Status.ITERATION_LIMIT)
     ]
     run = subject.run
     if any(
@@ -88,7 +88,7 @@ def block_remarks(subject: Subject) -> list[str]:
 def error_table(errors: tuple[ErrorFigures, ...]) -> Table:
     """A row per judgement."""
     columns = (
-        Column("", number=_WORDS),
+        Column("judged", number=_WORDS),
         Column("pixels", "That were compared"),
         RMSE,
         Column("MAE [mm]", "Mean absolute error"),
