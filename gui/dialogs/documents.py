@@ -76,7 +76,6 @@ class Documents(QObject):
         self._exporter.failed.connect(lambda error: notes.report("Export failed", error))
         for ended in (self._exporter.finished, self._exporter.failed):
             ended.connect(lambda _: self.exporting_changed.emit())
-        self._saving: tuple[Session, tuple[int, int]] | None = None
         self.discard_silently = False
         """Close without asking; for pictures and checks made without a user."""
 
@@ -230,8 +229,6 @@ class Documents(QObject):
         session = self._workspace.session
         completion = session.completion() or compose(session.frame, {})
         run = session.run(session.common, dense=session.guessed)
-        # only with blocks and record can the work be had again; the rest is something to take away
-        self._saving = (session, session.saving()) if options.labels and options.run_record else None
         QSettings().setValue("export/folder", str(folder.absolute().parent))
 
         def job() -> Generator[None, None, Written]:
@@ -248,9 +245,6 @@ class Documents(QObject):
         return self._exporter.busy
 
     def _note_exported(self, written: Written) -> None:
-        if self._saving is not None:
-            session, state = self._saving
-            self._workspace.note_saved(session, state)
         folder = written.files[0].parent if written.files else ""
         self._notes.tell(f"Exported {len(written.files)} files to {folder}")
         self._notes.warn("Exported, with warnings", written.notes)

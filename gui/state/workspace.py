@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
+from weakref import ref
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from PySide6.QtGui import QUndoGroup, QUndoStack
 
 from gui.state.block_errors import BlockErrors
 from gui.state.commands import Change, ClearResults, Distrust, EditInfo, EditLabels, EditParameters, OwnChange
+from gui.state.entries import Entries, Entry
 from gui.state.kept_commands import AcceptRun, DeleteRuns
 from gui.state.kept_runs import COLOURS, MOST_COMPARED
 from gui.state.past import Past
@@ -73,6 +75,10 @@ class Workspace(QObject):
     """Blocks that run have other depth."""
     error_changed = Signal()
     """The expected error of the results has been worked out."""
+    touched = Signal(object)
+    """A Session, the present one or another, has changed in something that a project holds."""
+    project_touched = Signal()
+    """What a project holds beside its frames has changed: which there are, in which order, what is set for all."""
     edited = Signal(object)
     """An edit of the label map has been made, undone or made again: a `Change`."""
     replaced = Signal()
@@ -100,6 +106,9 @@ class Workspace(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.sessions: list[Session] = []
+        """The frames that are open."""
+        self.entries = Entries(self)
+        """All frames, open or not."""
         self.undo_group = QUndoGroup(self)
         self._parameters = preset(DEFAULT_PRESET)
         """What the next frame begins with while none is open."""
@@ -158,9 +167,13 @@ class Workspace(QObject):
         if recorded is not None:
             self._take_recorded(session, recorded)
         self.sessions.append(session)
+        self.entries.attach(session)
         self.undo_group.addStack(session.undo_stack)
+        opened = ref(session)  # the history would hold the session, and never be freed
+        session.undo_stack.indexChanged.connect(lambda _: self._note_step(opened()))
         self.sessions_changed.emit()
         self.show_session(session)
+        self.project_touched.emit()
 
     def _take_recorded(self, session: Session, recorded: Run) -> None:
         session.take_common(recorded.parameters)
@@ -183,7 +196,30 @@ class Workspace(QObject):
         self.session_changed.emit()
 
     def close_session(self, session: Session) -> None:
-        """Close a frame; the one before it in the list becomes the present one."""
+        """Close a frame for good; the one before it in the list becomes the present one."""
+        entry = self.entries.of(session.id)
+        self._leave(session)
+        if entry is not None:
+            self.remove_entry(entry)
+
+    def put_away(self, session: Session) -> None:
+        """Close a frame whose state is stored: its entry stays, and it comes back as it was, without its history."""
+        entry = self.entries.of(session.id)
+        self._leave(session)
+        if entry is not None:
+            self.entries.detach(entry)
+
+    def add_entries(self, entries: Sequence[Entry]) -> None:
+        """Add frames to the list without opening them."""
+        self.entries.add(entries)
+        self.project_touched.emit()
+
+    def remove_entry(self, entry: Entry) -> None:
+        """Take a frame that is not open out of the list."""
+        self.entries.remove(entry)
+        self.project_touched.emit()
+
+    def _leave(self, session: Session) -> None:
         position = self.sessions.index(session)
         self.sessions.remove(session)
         self._watched = [one for one in self._watched if one is not session]
@@ -193,10 +229,38 @@ class Workspace(QObject):
         session.undo_stack.clear()  # commands and session hold each other, and would never be freed
         self.sessions_changed.emit()
 
-    def note_saved(self, session: Session, state: tuple[int, int]) -> None:
-        """What there was at `state`, as `Session.saving` gave it, has been exported."""
-        session.note_saved(state)
+    def note_saved(self, session: Session, stamp: tuple[int, int]) -> None:
+        """What there was at a `Session.stamp` has been saved."""
+        session.note_saved(stamp)
         self.sessions_changed.emit()
+
+    def touch(self, session: Session, looked: bool = False) -> None:
+        """Called after something has changed that a project holds; `looked`: only in how it is looked at, which is
+        stored but no reason to save."""
+        if not looked:
+            session.note_other_change()
+        if session in self.sessions:
+            self.touched.emit(session)
+
+    def _note_step(self, session: Session | None) -> None:
+        """A step of a frame's history has been made, taken back or made again."""
+        if session is not None and session in self.sessions:
+            self.touched.emit(session)
+
+    def set_note(self, session: Session, note: str) -> None:
+        """What the user says of a frame."""
+        if note != session.note:
+            session.note = note
+            self.touch(session)
+            self.sessions_changed.emit()
+
+    def set_to_check(self, session: Session, blocks: Collection[int]) -> None:
+        """Which blocks of a frame should be looked at."""
+        if set(blocks) != session.to_check:
+            session.to_check = set(blocks)
+            self.touch(session)
+            if session is self._session:
+                self.infos_changed.emit()
 
     # blocks
 
@@ -208,6 +272,7 @@ class Workspace(QObject):
             return
         session.take_notes(BlockNotes(extraction=used, network=extraction.network, extracted=extraction.blocks.copy()))
         session.set_labels(extraction.blocks)
+        self.touch(session, looked=True)
         if session is self._session:
             self.labels_changed.emit((slice(0, session.labels.shape[0]), slice(0, session.labels.shape[1])))
             self.replaced.emit()
@@ -328,6 +393,7 @@ class Workspace(QObject):
     def set_visible(self, label: int, visible: bool) -> None:
         """Show or hide a block in the overlay. A matter of view, so not undoable."""
         self.session.change_info(label, visible=visible)
+        self.touch(self.session)
         self.infos_changed.emit()
 
     def set_distrusted(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
@@ -355,6 +421,7 @@ class Workspace(QObject):
         """Choose a rectangle (rows, columns) of the present frame, or none."""
         if box != self.session.region:
             self.session.region = box
+            self.touch(self.session, looked=True)
             self.region_changed.emit()
 
     def set_truth(self, truth: NDArray[np.float32] | None, file: TruthFile | None = None) -> None:
@@ -368,6 +435,7 @@ class Workspace(QObject):
             If it does not fit the frame.
         """
         self.session.take_truth(truth, file)
+        self.touch(self.session)
         self.truth_changed.emit()
 
     def set_block_errors(self, session: Session, errors: BlockErrors) -> None:
@@ -382,6 +450,7 @@ class Workspace(QObject):
     def keep_run(self, session: Session, kept: KeptRun) -> None:
         """Keep a run beside the others of a frame."""
         session.kept_runs.append(kept)
+        self.touch(session)
         self._note_kept_runs(session)
 
     def change_run(self, session: Session, kept: KeptRun, **changes: Any) -> None:
@@ -392,12 +461,14 @@ class Workspace(QObject):
 
     def note_run_changed(self, session: Session, kept: KeptRun) -> None:
         """Called after a kept run has changed."""
+        self.touch(session)
         self._note_kept_runs(session)
         if kept in session.compared and session is self._session:
             self.compared_changed.emit()
 
     def note_measured(self, session: Session) -> None:
         """Called after it has been worked out how good a kept run is."""
+        self.touch(session, looked=True)
         self._note_kept_runs(session)
 
     def delete_runs(self, session: Session, runs: Collection[KeptRun]) -> None:
@@ -409,6 +480,7 @@ class Workspace(QObject):
     def drop_run(self, session: Session, kept: KeptRun) -> None:
         """Keep a run no longer, for good."""
         session.kept_runs.remove(kept)
+        self.touch(session)
         self._note_kept_runs(session)
 
     def take_kept_runs(self, session: Session, runs: list[KeptRun], compared: list[KeptRun]) -> None:
@@ -435,6 +507,7 @@ class Workspace(QObject):
             if kept.colour in taken:
                 kept.colour = next(colour for colour in COLOURS if colour not in taken)
         session.compared = runs
+        self.touch(session, looked=True)
         if session is self._session:
             self.compared_changed.emit()
 
@@ -495,11 +568,13 @@ class Workspace(QObject):
     def store_results(self, session: Session, results: Sequence[BlockResult], frame: RGBDFrame | None = None) -> None:
         """Keep blocks' results, of the frame as it was when they were begun if it may have changed since."""
         session.add_results(results, frame)
+        self.touch(session)
         (self.results_added if session is self._session else self.sessions_changed).emit()
 
     def store_guess(self, session: Session, base: Completion, guess: Completion) -> None:
         """Keep the guess of what a completion leaves missing."""
         session.add_guess(base, guess)
+        self.touch(session)
         self.note_results_changed(session)
 
     def end_run(self, session: Session, previews_stay: bool = False) -> None:
@@ -583,6 +658,7 @@ class Workspace(QObject):
         last = stack.command(stack.index() - 1) if not stack.isClean() else None
         if isinstance(last, EditParameters) and stack.index() == stack.count() and last.extend(common, own, names):
             self._session.note_edit()
+            self.touched.emit(self._session)
             return
         what = parameter_labels(names)[0] if len(names) == 1 else f"{len(names)} values of the filter"
         blocks = f" of {self._session.info(min(own)).name}" if len(own) == 1 else f" of {len(own)} blocks"
@@ -611,11 +687,13 @@ class Workspace(QObject):
         """What blocks are extracted with the next time."""
         self.extraction_parameters = parameters
         self.extraction_changed.emit()
+        self.project_touched.emit()
 
     def set_keeps_handmade(self, on: bool) -> None:
         """Whether blocks made by hand stay at the next extraction."""
         self.keeps_handmade = on
         self.extraction_changed.emit()
+        self.project_touched.emit()
 
     # what commands say
 

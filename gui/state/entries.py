@@ -1,0 +1,167 @@
+"""The list of all frames that are worked on, open or not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+from PySide6.QtCore import QObject, Signal
+
+from gui.state.session import Session
+from ilf.io.frame_source import FrameSource
+from ilf.outcomes import Status
+from ilf.project import FrameSummary, Stage
+
+
+@dataclass(eq=False)
+class Entry:
+    """A frame of the list.
+
+    Attributes
+    ----------
+    id : str
+        Stays with the frame.
+    key : str
+        The path of what holds its depth, or of the record that it was opened from.
+    name : str
+    source : FrameSource or None
+        How to read it; None if it can be had from its stored state alone.
+    session : Session or None
+        None while it is not open.
+    has_state : bool
+        Whether a state of it is stored, to be opened in place of the source.
+    """
+
+    id: str
+    key: str
+    name: str
+    source: FrameSource | None = None
+    session: Session | None = None
+    has_state: bool = False
+    _summary: FrameSummary = field(default_factory=FrameSummary)
+    _stamp: tuple[int, ...] = ()
+
+    @property
+    def summary(self) -> FrameSummary:
+        """What there is to say of it; of an open frame, as it is now."""
+        session = self.session
+        if session is not None:
+            stamp = (*session.stamp, id(session.valid_results()), id(session.notes))
+            if stamp != self._stamp:
+                self._summary, self._stamp = summary_of(session), stamp
+        return self._summary
+
+    def set_summary(self, summary: FrameSummary) -> None:
+        """What there is to say of it while it is not open."""
+        self._summary, self._stamp = summary, ()
+
+    @property
+    def note(self) -> str:
+        """What the user says of it."""
+        return self.summary.note
+
+
+class Entries(QObject):
+    """The frames in the order of the list. The workspace alone changes it.
+
+    Signals
+    -------
+    added(int, int), removed(int, int)
+        First and last row, afterwards and before.
+    changed(object)
+        An entry: it has been opened or left, or there is something else to say of it.
+    """
+
+    added = Signal(int, int)
+    removed = Signal(int, int)
+    changed = Signal(object)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._entries: list[Entry] = []
+        self._by_id: dict[str, Entry] = {}
+        self._by_key: dict[str, Entry] = {}
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    def __getitem__(self, row: int) -> Entry:
+        return self._entries[row]
+
+    def __iter__(self) -> Iterator[Entry]:
+        return iter(self._entries)
+
+    def of(self, id: str) -> Entry | None:
+        """The entry of an id."""
+        return self._by_id.get(id)
+
+    def of_key(self, key: str) -> Entry | None:
+        """The entry of a path."""
+        return self._by_key.get(key)
+
+    def row_of(self, entry: Entry) -> int:
+        """Where it stands."""
+        return self._entries.index(entry)
+
+    def add(self, entries: Sequence[Entry]) -> None:
+        """Add entries with new ids at the end."""
+        if not entries:
+            return
+        first = len(self._entries)
+        self._entries += entries
+        self._by_id |= {entry.id: entry for entry in entries}
+        self._by_key |= {entry.key: entry for entry in entries}
+        self.added.emit(first, len(self._entries) - 1)
+
+    def remove(self, entry: Entry) -> None:
+        """Take an entry out."""
+        row = self.row_of(entry)
+        del self._entries[row]
+        del self._by_id[entry.id]
+        if self._by_key.get(entry.key) is entry:
+            del self._by_key[entry.key]
+        self.removed.emit(row, row)
+
+    def attach(self, session: Session) -> Entry:
+        """A frame has been opened: its entry, a new one if it has none yet."""
+        entry = self.of(session.id) or self.of_key(session.key)
+        if entry is None:
+            source = session.origin if isinstance(session.origin, FrameSource) else None
+            entry = Entry(session.id, session.key, session.name, source, session)
+            self.add([entry])
+            return entry
+        session.id, entry.session, entry.name = entry.id, session, session.name
+        session.note = session.note or entry.note
+        self.changed.emit(entry)
+        return entry
+
+    def detach(self, entry: Entry) -> None:
+        """Its frame is no longer open, and its state is stored."""
+        entry.set_summary(entry.summary)
+        entry.session, entry.has_state = None, True
+        self.changed.emit(entry)
+
+
+def summary_of(session: Session) -> FrameSummary:
+    """What there is to say of an open frame."""
+    results, blocks = session.valid_results(), session.counts()
+    hopeless = [result.outcome for result in results.values() if result.outcome.status is Status.NOT_RECOVERABLE]
+    failed = bool(results) and len(hopeless) == len(results)
+    if failed:
+        stage = Stage.FAILED
+    elif results:
+        stage = Stage.RUN
+    elif session.edited and blocks:
+        stage = Stage.EDITED
+    else:
+        stage = Stage.EXTRACTED if blocks else Stage.UNTOUCHED
+    return FrameSummary(
+        stage,
+        session.note,
+        session.frame.shape,
+        session.frame.missing_share,
+        len(blocks),
+        len(results),
+        len(session.to_check & blocks.keys()),
+        hopeless[0].message if failed else "",
+    )
