@@ -160,11 +160,9 @@ class _Decoding:
             frame=frame,
             labels=bare.labels if labels is None else labels,
             notes=notes,
-            common=self._parameters(data.get("parameters", dict), "The parameters"),
+            common=self._tell("Parameters are", lambda: self._parameters(data, "The parameters"), preset()),
             results=results,
-            guess=self._tell("The guess of the rest is", lambda: self._guess(data, "guess"), None)
-            if labels is not None
-            else None,
+            guess=guess,
             runs=self._kept_runs(data),
             **self._small(data),
         )
