@@ -1,6 +1,7 @@
 """Projects: the work on frames, kept whole. See `frame_state.py` for what is kept of a frame."""
 
 from .block_notes import BlockInfo, BlockNotes
+from .carrying import Carried, carry
 from .frame_state import FrameState, Looked
 from .kept_run import Guess, KeptRun
 from .parts import Parts
@@ -9,6 +10,7 @@ from .project import FrameSummary, Project, ProjectFrame, Stage
 __all__ = [
     "BlockInfo",
     "BlockNotes",
+    "Carried",
     "FrameState",
     "FrameSummary",
     "Guess",
@@ -18,4 +20,5 @@ __all__ = [
     "Project",
     "ProjectFrame",
     "Stage",
+    "carry",
 ]
