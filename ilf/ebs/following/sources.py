@@ -87,9 +87,8 @@ def sources_of(motion: Motion, after: RGBDFrame, still: Mask | None = None) -> S
     moved = moved[np.argsort(-np.nan_to_num(motion.depth.ravel()[moved], nan=np.inf), kind="stable")]
     target = np.rint(motion.rows.ravel()[moved]).astype(np.intp) * width
     target += np.rint(motion.columns.ravel()[moved]).astype(np.intp)
-    pixel = np.full(height * width, -1, np.intp)
-    pixel[target] = moved
-    pixel = pixel.reshape(height, width)
+    pixel = np.full((height, width), -1, np.intp)
+    pixel.ravel()[target] = moved
     seen = pixel >= 0
     if seen.any() and not seen.all():
         pixel, distance = _from_the_nearest(pixel, seen)
