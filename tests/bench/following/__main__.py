@@ -149,7 +149,9 @@ def report(name: str, moments: list[Moment], labels: Labels) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cache", type=Path, default=Path(tempfile.gettempdir()) / "ilf-following")
-    parser.add_argument("--frames", type=Path, default=Path("../shared/data/rgbd"), help="real frames; left out if none")
+    parser.add_argument(
+        "--frames", type=Path, default=Path("../shared/data/rgbd"), help="real frames; left out if none"
+    )
     parser.add_argument("--length", type=int, default=31)
     parser.add_argument("--only", nargs="+", default=["orbit", "dolly", "still", *REAL])
     parser.add_argument("--starts", nargs="+", default=["surfaces", "extracted"])
