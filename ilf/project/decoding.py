@@ -16,7 +16,7 @@ from ..frame import RGBDFrame, TruthFile
 from ..io.frame_source import FrameSource
 from ..judgement import HiddenTest
 from ..outcomes import BlockResult
-from ..parameters import BlockParameters, Parameters
+from ..parameters import BlockParameters, Parameters, preset
 from ..run import Run
 from ..sections import Section
 from .block_notes import BlockInfo, BlockNotes
