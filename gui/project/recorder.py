@@ -122,9 +122,9 @@ class Recorder(QObject):
         self._soon()
 
     def _soon(self) -> None:
-        if not self._timer.isActive():
-            passed = (time.monotonic() - self._taken) * 1000
-            self._timer.start(max(round(PACE_MS - passed), 0))
+        wait = max(round(PACE_MS - (time.monotonic() - self._taken) * 1000), 0)
+        if not self._timer.isActive() or self._timer.remainingTime() > wait:
+            self._timer.start(wait)
 
     def _end_stroke(self) -> None:
         if self._workspace.stroke_under_way:
