@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QSettings, Qt, Signal
@@ -45,12 +45,15 @@ class Documents(QObject):
 
     Signals
     -------
+    project_wished(object)
+        A project file, by its Path, has been dropped or named.
     exported(object)
         What has been Written by an export.
     exporting_changed()
         An export has begun or ended.
     """
 
+    project_wished = Signal(object)
     exported = Signal(object)
     exporting_changed = Signal()
 
@@ -78,6 +81,8 @@ class Documents(QObject):
             ended.connect(lambda _: self.exporting_changed.emit())
         self.discard_silently = False
         """Close without asking; for pictures and checks made without a user."""
+        self.leave: Callable[[Sequence[Session], Callable[[], None]], None] = lambda sessions, then: then()
+        """Closes frames: calls what follows as soon as nothing of them would be lost, if the user wants it."""
 
     # opening
 
@@ -93,8 +98,11 @@ class Documents(QObject):
             self._notes.report("Open sample", error)
 
     def open_paths(self, paths: list[Path]) -> None:
-        """Open what was dropped or named: frame folders at once, single files by the dialog, run.json as a run."""
-        folders, records, files = sorted_out(paths)
+        """Open what was dropped or named: frame folders at once, single files by the dialog, run.json as a run; the last
+        project file in the place of the present project."""
+        projects, folders, records, files = sorted_out(paths)
+        if projects:
+            self.project_wished.emit(projects[-1])
         for folder in folders:
             self.open_source(FrameSource(str(folder)))
         for record in records:
@@ -105,8 +113,10 @@ class Documents(QObject):
     def open_source(self, source: FrameSource) -> None:
         """Open a frame; ask first if it would replace the same frame, read in another way, and the work done there."""
         session = self._workspace.session_of(source.key)
-        if session is None or session.origin == source or self._may_discard([session]):
+        if session is None or session.origin == source:
             self._loader.open(source)
+        else:
+            self.leave([session], lambda: self._loader.open(source))
 
     def _open_dialog(self, rgb: str | None, depth: str | None) -> None:
         dialog = OpenFrameDialog(self._window)
@@ -181,30 +191,10 @@ class Documents(QObject):
         self.remove_frame(self._workspace.session.key)
 
     def remove_frame(self, key: str) -> None:
-        """Close a frame, after asking about what is not exported."""
+        """Close a frame, after asking about the work on it."""
         session = self._workspace.session_of(key)
-        if session is not None and self._may_discard([session]):
-            self._workspace.close_session(session)
-
-    def may_close(self) -> bool:
-        """Whether all frames may be closed; asks about what is not exported."""
-        return self._may_discard(self._workspace.sessions)
-
-    def _may_discard(self, sessions: list[Session]) -> bool:
-        unsaved = [session.name for session in sessions if session.unsaved or session in self._runs.running]
-        return not unsaved or self.may_lose(
-            "Not exported",
-            f"Results or edits of {', '.join(unsaved)} have not been exported, or a run is under way; they would be "
-            "lost. Go on all the same?",
-        )
-
-    def may_lose(self, what: str, text: str) -> bool:
-        """Ask about work that would be lost."""
-        if self.discard_silently:
-            return True
-        buttons = QMessageBox.StandardButton.Discard | QMessageBox.StandardButton.Cancel
-        answer = QMessageBox.question(self._window, what, text, buttons, QMessageBox.StandardButton.Cancel)
-        return answer == QMessageBox.StandardButton.Discard
+        if session is not None:
+            self.leave([session], lambda: self._workspace.close_session(session))
 
     # export
 
