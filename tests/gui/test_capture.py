@@ -63,8 +63,10 @@ def test_a_session_comes_back_as_it_was(small_frame: RGBDFrame, small_labels: np
     again = restore(state, None, "here")
     assert np.array_equal(again.labels, edited)
     assert (again.note, again.info(1).name, again.locked, again.info(2).visible) == ("look here", "wall", {1}, False)
-    assert again.notes.drawn is not None and state.notes.drawn is not None
-    assert np.array_equal(again.notes.drawn, state.notes.drawn) and again.notes.drawn is not state.notes.drawn
+    assert again.notes.drawn is not None
+    assert state.notes.drawn is not None
+    assert np.array_equal(again.notes.drawn, state.notes.drawn)
+    assert again.notes.drawn is not state.notes.drawn
     assert again.parameters_of(2, again.common).max_iterations == 7
     assert list(again.valid_results()) == [2], "the other block has lost pixels since"
     assert (again.id, again.unsaved, again.undo_stack.count()) == (session.id, False, 0)
