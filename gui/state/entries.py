@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+import uuid
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Self
 
 from PySide6.QtCore import QObject, Signal
 
@@ -40,6 +42,12 @@ class Entry:
     has_state: bool = False
     _summary: FrameSummary = field(default_factory=FrameSummary)
     _stamp: tuple[int, ...] = ()
+    _unsaved: bool = False
+
+    @classmethod
+    def of(cls, source: FrameSource) -> Self:
+        """A new entry of a frame that has not been read, with the name that it will have as far as files tell."""
+        return cls(uuid.uuid4().hex, source.key, source.name, source)
 
     @property
     def summary(self) -> FrameSummary:
@@ -54,6 +62,15 @@ class Entry:
     def set_summary(self, summary: FrameSummary) -> None:
         """What there is to say of it while it is not open."""
         self._summary, self._stamp = summary, ()
+
+    @property
+    def unsaved(self) -> bool:
+        """Whether there is work on it that the project's file does not hold."""
+        return self._unsaved if self.session is None else self.session.unsaved
+
+    def set_unsaved(self, unsaved: bool) -> None:
+        """Whether there is such work, while it is not open."""
+        self._unsaved = unsaved
 
     @property
     def note(self) -> str:
@@ -113,14 +130,20 @@ class Entries(QObject):
         self._by_key |= {entry.key: entry for entry in entries}
         self.added.emit(first, len(self._entries) - 1)
 
-    def remove(self, entry: Entry) -> None:
-        """Take an entry out."""
-        row = self.row_of(entry)
-        del self._entries[row]
-        del self._by_id[entry.id]
-        if self._by_key.get(entry.key) is entry:
-            del self._by_key[entry.key]
-        self.removed.emit(row, row)
+    def remove(self, entries: Collection[Entry]) -> None:
+        """Take entries out."""
+        gone = {entry.id for entry in entries}
+        rows = [row for row, entry in enumerate(self._entries) if entry.id in gone]
+        while rows:
+            first = last = rows.pop()
+            while rows and rows[-1] == first - 1:
+                first = rows.pop()
+            for entry in self._entries[first : last + 1]:
+                del self._by_id[entry.id]
+                if self._by_key.get(entry.key) is entry:
+                    del self._by_key[entry.key]
+            del self._entries[first : last + 1]
+            self.removed.emit(first, last)
 
     def attach(self, session: Session) -> Entry:
         """A frame has been opened: its entry, a new one if it has none yet."""
@@ -130,15 +153,29 @@ class Entries(QObject):
             entry = Entry(session.id, session.key, session.name, source, session)
             self.add([entry])
             return entry
-        session.id, entry.session, entry.name = entry.id, session, session.name
-        session.note = session.note or entry.note
+        session.id, session.note = entry.id, entry.note
+        if entry.unsaved:
+            session.note_other_change()
+        entry.session, entry.name = session, session.name
         self.changed.emit(entry)
         return entry
 
-    def detach(self, entry: Entry) -> None:
-        """Its frame is no longer open, and its state is stored."""
+    def detach(self, entry: Entry, stored: bool) -> None:
+        """Its frame is no longer open; its state is stored, or there was none to store."""
+        entry.set_unsaved(entry.unsaved)
         entry.set_summary(entry.summary)
-        entry.session, entry.has_state = None, True
+        entry.session, entry.has_state = None, stored
+        self.changed.emit(entry)
+
+    def set_note(self, entry: Entry, note: str) -> None:
+        """What the user says of a frame that is not open."""
+        entry.set_summary(replace(entry.summary, note=note))
+        entry.set_unsaved(True)
+        self.changed.emit(entry)
+
+    def note_problem(self, entry: Entry, problem: str) -> None:
+        """A frame could not be opened, for this reason."""
+        entry.set_summary(replace(entry.summary, stage=Stage.FAILED, problem=problem))
         self.changed.emit(entry)
 
 

@@ -156,24 +156,27 @@ class Workspace(QObject):
         """The open session of a file or folder, if there is one."""
         return next((session for session in self.sessions if session.key == key), None)
 
-    def add_session(self, session: Session, recorded: Run | None = None) -> None:
+    def add_session(self, session: Session, recorded: Run | None = None, restored: bool = False) -> None:
         """Open a frame and make it the present one.
 
-        It begins with the parameters of the present one. With `recorded`, it comes from that run, and has the
-        parameters of that; what it was extracted with goes for the next extraction, and the blocks that were run are
-        chosen if they are not all.
+        It begins with the parameters of the present one, unless it is `restored`. With `recorded`, it comes from that
+        run, and has the parameters of that; what it was extracted with goes for the next extraction, and the blocks
+        that were run are chosen if they are not all.
         """
-        session.take_common(self.parameters)
+        if not restored:
+            session.take_common(self.parameters)
         if recorded is not None:
             self._take_recorded(session, recorded)
         self.sessions.append(session)
+        listed = len(self.entries)
         self.entries.attach(session)
         self.undo_group.addStack(session.undo_stack)
         opened = ref(session)  # the history would hold the session, and never be freed
         session.undo_stack.indexChanged.connect(lambda _: self._note_step(opened()))
         self.sessions_changed.emit()
         self.show_session(session)
-        self.project_touched.emit()
+        if len(self.entries) > listed:
+            self.project_touched.emit()
 
     def _take_recorded(self, session: Session, recorded: Run) -> None:
         session.take_common(recorded.parameters)
@@ -200,23 +203,36 @@ class Workspace(QObject):
         entry = self.entries.of(session.id)
         self._leave(session)
         if entry is not None:
-            self.remove_entry(entry)
+            self.remove_entries([entry])
 
-    def put_away(self, session: Session) -> None:
-        """Close a frame whose state is stored: its entry stays, and it comes back as it was, without its history."""
+    def put_away(self, session: Session, stored: bool = True) -> None:
+        """Close a frame whose state is stored, or that has none: its entry stays, and it comes back as it was, without
+        its history."""
         entry = self.entries.of(session.id)
-        self._leave(session)
         if entry is not None:
-            self.entries.detach(entry)
+            self.entries.detach(entry, stored)
+        self._leave(session)
 
     def add_entries(self, entries: Sequence[Entry]) -> None:
         """Add frames to the list without opening them."""
         self.entries.add(entries)
         self.project_touched.emit()
 
-    def remove_entry(self, entry: Entry) -> None:
-        """Take a frame that is not open out of the list."""
-        self.entries.remove(entry)
+    def remove_entries(self, entries: Collection[Entry]) -> None:
+        """Take frames out of the list, and close those that are open, for good."""
+        gone = {entry.session for entry in entries if entry.session is not None}
+        if self._session in gone:  # what is shown next is the nearest one that stays
+            position = self.sessions.index(self._session)
+            nearest = [*reversed(self.sessions[:position]), *self.sessions[position:]]
+            self.show_session(next((session for session in nearest if session not in gone), None))
+        for session in [session for session in self.sessions if session in gone]:
+            self._leave(session)
+        self.entries.remove(entries)
+        self.project_touched.emit()
+
+    def note_problem(self, entry: Entry, problem: str) -> None:
+        """A frame of the list could not be opened, for this reason."""
+        self.entries.note_problem(entry, problem)
         self.project_touched.emit()
 
     def _leave(self, session: Session) -> None:
@@ -247,12 +263,17 @@ class Workspace(QObject):
         if session is not None and session in self.sessions:
             self.touched.emit(session)
 
-    def set_note(self, session: Session, note: str) -> None:
-        """What the user says of a frame."""
-        if note != session.note:
-            session.note = note
-            self.touch(session)
-            self.sessions_changed.emit()
+    def set_note(self, entry: Entry, note: str) -> None:
+        """What the user says of a frame, open or not."""
+        if note == entry.note:
+            return
+        if entry.session is None:
+            self.entries.set_note(entry, note)
+        else:
+            entry.session.note = note
+            self.touch(entry.session)
+        self.sessions_changed.emit()
+        self.project_touched.emit()
 
     def set_to_check(self, session: Session, blocks: Collection[int]) -> None:
         """Which blocks of a frame should be looked at."""

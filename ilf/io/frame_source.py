@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .naming import name_by
+
 if TYPE_CHECKING:
     from ..frame import RGBDFrame
     from .camera_files import IntrinsicsSpec
@@ -30,6 +32,12 @@ class FrameSource:
     def key(self) -> str:
         """Tells frames apart: the path of what holds the depth."""
         return str(Path(self.depth or self.rgb).absolute())
+
+    @property
+    def name(self) -> str:
+        """What to call the frame as long as it has not been read."""
+        path = Path(self.rgb).absolute()
+        return path.name if self.depth is None else name_by(path)
 
     def load(self) -> RGBDFrame:
         """Read the frame; raises what `ilf.load_frame` does."""
