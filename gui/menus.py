@@ -34,7 +34,7 @@ _INSPECT = (
     "copy_measurements save_measurements delete_measurements"
 )
 _MENUS = {
-    "&File": "open open_sample open_run | load_truth remove_truth | load_blocks save_blocks export save_picture | "
+    "&File": "open open_sample open_run | new_project open_project save_project save_project_as | load_truth remove_truth | load_blocks save_blocks export save_picture | "
     "close_frame quit",
     "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | give_up",
     "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
@@ -53,7 +53,7 @@ class ToolBar(QToolBar):
         super().__init__("Tools", window)
         self.setObjectName("Tools")
         self.setMovable(False)
-        _fill(self, entries(actions, f"open export | run | undo redo | {_TOOLS} |"))
+        _fill(self, entries(actions, f"open save_project export | run | undo redo | {_TOOLS} |"))
         by_amount = [actions[name] for name in ("grow_blocks", "shrink_blocks", "smooth_blocks")]
         self.options = OptionsRow(actions["similar_only"], actions["to_no_block"], by_amount)
         self._options = self.addWidget(self.options)

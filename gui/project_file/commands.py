@@ -10,7 +10,7 @@ COMMANDS = (
         "open_project",
         "Open pro&ject…",
         "ph.folder-notch-open",
-        "Ctrl+Shift+O",
+        "Ctrl+Alt+O",
         "Open a project file: all its frames with the work on them",
     ),
     Command("save_project", "&Save project", "ph.floppy-disk", "Ctrl+S", "Save all frames with the work on them"),

@@ -1,0 +1,162 @@
+"""The project of the window: which file holds it, and what of it that file does not hold."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from PySide6.QtCore import QObject
+
+from gui.state.entries import Entry
+from gui.state.session import Session
+from gui.state.workspace import Workspace
+from ilf.frame import RGBDFrame
+from ilf.io.frame_source import FrameSource
+from ilf.parameters import BlockParameters
+from ilf.project import FrameSummary, Project, ProjectFrame
+
+
+class Set(NamedTuple):
+    """What is work of a project beside its frames' states."""
+
+    frames: tuple[tuple[str, str, FrameSource | None], ...]
+    extraction: BlockParameters
+    keeps_handmade: bool
+
+
+class FileMark(NamedTuple):
+    """Tells a file from what another program has made of it since."""
+
+    size: int
+    changed_ns: int
+    number: int
+
+    @classmethod
+    def of(cls, path: Path) -> FileMark | None:
+        """Of a file as it is now; None if it is not there."""
+        try:
+            status = path.stat()
+        except OSError:
+            return None
+        return cls(status.st_size, status.st_mtime_ns, status.st_ino)
+
+
+class PresentProject(QObject):
+    """Knows the file, and what it lacks.
+
+    Attributes
+    ----------
+    path : Path or None
+        None for a project that has no file yet.
+    read_only : str
+        Why the file cannot be written over, as a sentence; "" if it can.
+    """
+
+    def __init__(self, workspace: Workspace, parent: QObject) -> None:
+        super().__init__(parent)
+        self._workspace = workspace
+        self.path: Path | None = None
+        self.read_only = ""
+        self._mark: FileMark | None = None
+        self._saved = self.set_now()
+        self._unfound: dict[str, FrameSummary] = {}
+
+    @property
+    def name(self) -> str:
+        """What it is called; "" as long as it has no file."""
+        return "" if self.path is None else self.path.stem
+
+    @property
+    def unsaved(self) -> bool:
+        """Whether there is anything that the file does not hold."""
+        return bool(self.words()) or any(entry.unsaved for entry in self._workspace.entries)
+
+    def words(self) -> str:
+        """What is unsaved beside the frames' states; "" for nothing. Which frames there are is no work as long as there
+        is no file."""
+        now, saved = self.set_now(), self._saved
+        texts = ["list of frames"] * (self.path is not None and now.frames != saved.frames)
+        texts += ["parameters of the extraction"] * (now[1:] != saved[1:])
+        return ", ".join(texts)
+
+    def set_now(self) -> Set:
+        """What there is now beside the frames' states."""
+        workspace = self._workspace
+        frames = tuple((entry.id, entry.name, entry.source) for entry in workspace.entries)
+        return Set(frames, workspace.extraction_parameters, workspace.keeps_handmade)
+
+    def snapshot(self, view: Mapping[str, Any], only: frozenset[str] | None = None) -> Project:
+        """All of it as it is now, to be saved; with `only`, just these frames have a state that was not saved before."""
+        workspace = self._workspace
+        frames = []
+        for entry in workspace.entries:
+            has_state = entry.has_state or (is_work(entry.session) and (only is None or entry.id in only))
+            summary = self._unfound.get(entry.id, entry.summary)
+            frames.append(ProjectFrame(entry.id, entry.name, source_of(entry), summary, has_state))
+        return Project(
+            tuple(frames),
+            workspace.session.id if workspace.has_session else "",
+            workspace.parameters,
+            extraction=workspace.extraction_parameters,
+            keeps_handmade=workspace.keeps_handmade,
+            view=view,
+        )
+
+    def take(self, path: Path | None, read_only: str = "", saved: Set | None = None, changed: bool = False) -> None:
+        """The project has this file now, which holds what was `saved`, or else all.
+
+        With `changed`, it is not as it was written since.
+        """
+        self.path, self.read_only = path, read_only
+        self._mark = None if path is None or changed else FileMark.of(path)
+        self._saved = saved or self.set_now()
+
+    def take_extraction(self) -> None:
+        """What blocks are extracted with has come with a frame: that is no work."""
+        self._saved = Set(self._saved.frames, *self.set_now()[1:])
+
+    def changed_on_disk(self) -> bool:
+        """Whether somebody else has written the file since it was opened or saved, or has taken it away."""
+        return self.path is not None and self._mark is not None and FileMark.of(self.path) != self._mark
+
+    def note_unfound(self, entry: Entry, summary: FrameSummary) -> None:
+        """The files of a frame are missing: what is said of it in the file stays as it was."""
+        self._unfound.setdefault(entry.id, summary)
+
+    def forget_unfound(self, entry: Entry) -> FrameSummary | None:
+        """They have been found; what was said of the frame before."""
+        return self._unfound.pop(entry.id, None)
+
+
+def is_work(session: Session | None) -> bool:
+    """Whether there is anything to keep of a frame: one that has no blocks yet is just opened from its files again."""
+    return session is not None and (bool(session.counts()) or session.unsaved or session.undo_stack.count() > 0)
+
+
+def source_of(entry: Entry) -> FrameSource:
+    """Where the frame of an entry is, with absolute paths."""
+    source = entry.source
+    if source is None and entry.session is not None:
+        source = _source_of_frame(entry.session.frame)
+    if source is None:
+        source = FrameSource(entry.key)
+    paths = {name: getattr(source, name) for name in ("rgb", "depth", "truth")}
+    return replace(source, **{name: os.path.abspath(path) for name, path in paths.items() if path is not None})
+
+
+def _source_of_frame(frame: RGBDFrame) -> FrameSource | None:
+    inputs = frame.inputs
+    if inputs is None:
+        return None
+    truth = inputs.truth
+    return FrameSource(
+        inputs.rgb.path,
+        inputs.depth.path,
+        inputs.depth_units,
+        inputs.intrinsics,
+        None if truth is None else truth.path,
+        None if truth is None else truth.units,
+    )
