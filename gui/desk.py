@@ -15,6 +15,8 @@ from gui.docks import Docks
 from gui.filtering.filter_panel import FilterPanel
 from gui.filtering.presenter import FilterPresenter
 from gui.frames.loader import FrameLoader
+from gui.project.recorder import Recorder
+from gui.project.store import WorkStore
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.tools.editor import Editor
@@ -60,6 +62,8 @@ class Desk:
     filter_presenter: FilterPresenter
     errors: ErrorPresenter
     documents: Documents
+    store: WorkStore
+    recorder: Recorder
     under_way: Callable[[], Sequence[UnderWay]]
     """What all parts have under way, runs of frames aside."""
 

@@ -2,6 +2,7 @@
 
 from .block_notes import BlockInfo, BlockNotes
 from .frame_state import FrameState, Looked
+from .journal import Journal, JournalInUse, JournalNote
 from .kept_run import Guess, KeptRun
 from .parts import Parts
 from .project import FrameSummary, Project, ProjectFrame, Stage
@@ -12,6 +13,9 @@ __all__ = [
     "FrameState",
     "FrameSummary",
     "Guess",
+    "Journal",
+    "JournalInUse",
+    "JournalNote",
     "KeptRun",
     "Looked",
     "Parts",
