@@ -1,6 +1,7 @@
 """Projects: the work on frames, kept whole. See `frame_state.py` for what is kept of a frame."""
 
 from .block_notes import BlockInfo, BlockNotes
+from .carrying import Carried, carry
 from .frame_state import FrameState, Looked
 from .journal import Journal, JournalInUse, JournalNote
 from .kept_run import Guess, KeptRun
@@ -10,6 +11,7 @@ from .project import FrameSummary, Project, ProjectFrame, Stage
 __all__ = [
     "BlockInfo",
     "BlockNotes",
+    "Carried",
     "FrameState",
     "FrameSummary",
     "Guess",
@@ -22,4 +24,5 @@ __all__ = [
     "Project",
     "ProjectFrame",
     "Stage",
+    "carry",
 ]

@@ -12,10 +12,11 @@ from ..parameters import BlockParameters, Parameters, preset
 
 
 class Stage(StrEnum):
-    """How far the work on a frame has come."""
+    """How far the work on a frame has come; carried: its blocks are those of another frame, as they came."""
 
     UNTOUCHED = "untouched"
     EXTRACTED = "extracted"
+    CARRIED = "carried"
     EDITED = "edited"
     RUN = "run"
     FAILED = "failed"
@@ -38,6 +39,8 @@ class FrameSummary:
         Blocks, those of them that have a result as they are now, and those that need a look.
     problem : str
         Why it has failed.
+    own_parameters : bool
+        Whether its parameters are its own where they are for all frames.
     """
 
     stage: Stage = Stage.UNTOUCHED
@@ -48,6 +51,7 @@ class FrameSummary:
     completed: int = 0
     to_check: int = 0
     problem: str = ""
+    own_parameters: bool = False
 
 
 @dataclass(frozen=True)
