@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -10,13 +9,12 @@ from typing import Any, NamedTuple
 
 from PySide6.QtCore import QObject
 
+from gui.project.whole import project_of
 from gui.state.entries import Entry
-from gui.state.session import Session
 from gui.state.workspace import Workspace
-from ilf.frame import RGBDFrame
 from ilf.io.frame_source import FrameSource
 from ilf.parameters import BlockParameters
-from ilf.project import FrameSummary, Project, ProjectFrame
+from ilf.project import FrameSummary, Project
 
 
 class Set(NamedTuple):
@@ -88,22 +86,12 @@ class PresentProject(QObject):
         frames = tuple((entry.id, entry.name, entry.source) for entry in workspace.entries)
         return Set(frames, workspace.extraction_parameters, workspace.keeps_handmade)
 
-    def snapshot(self, view: Mapping[str, Any], only: frozenset[str] | None = None) -> Project:
-        """All of it as it is now, to be saved; with `only`, just these frames have a state that was not saved before."""
-        workspace = self._workspace
-        frames = []
-        for entry in workspace.entries:
-            has_state = entry.has_state or (is_work(entry.session) and (only is None or entry.id in only))
-            summary = self._unfound.get(entry.id, entry.summary)
-            frames.append(ProjectFrame(entry.id, entry.name, source_of(entry), summary, has_state))
-        return Project(
-            tuple(frames),
-            workspace.session.id if workspace.has_session else "",
-            workspace.parameters,
-            extraction=workspace.extraction_parameters,
-            keeps_handmade=workspace.keeps_handmade,
-            view=view,
-        )
+    def snapshot(self, view: Mapping[str, Any]) -> Project:
+        """All of it as it is now, to be saved."""
+        project = project_of(self._workspace)
+        unfound = self._unfound
+        frames = (replace(frame, summary=unfound.get(frame.id, frame.summary)) for frame in project.frames)
+        return replace(project, frames=tuple(frames), view=view)
 
     def take(self, path: Path | None, read_only: str = "", saved: Set | None = None, changed: bool = False) -> None:
         """The project has this file now, which holds what was `saved`, or else all.
@@ -129,34 +117,3 @@ class PresentProject(QObject):
     def forget_unfound(self, entry: Entry) -> FrameSummary | None:
         """They have been found; what was said of the frame before."""
         return self._unfound.pop(entry.id, None)
-
-
-def is_work(session: Session | None) -> bool:
-    """Whether there is anything to keep of a frame: one that has no blocks yet is just opened from its files again."""
-    return session is not None and (bool(session.counts()) or session.unsaved or session.undo_stack.count() > 0)
-
-
-def source_of(entry: Entry) -> FrameSource:
-    """Where the frame of an entry is, with absolute paths."""
-    source = entry.source
-    if source is None and entry.session is not None:
-        source = _source_of_frame(entry.session.frame)
-    if source is None:
-        source = FrameSource(entry.key)
-    paths = {name: getattr(source, name) for name in ("rgb", "depth", "truth")}
-    return replace(source, **{name: os.path.abspath(path) for name, path in paths.items() if path is not None})
-
-
-def _source_of_frame(frame: RGBDFrame) -> FrameSource | None:
-    inputs = frame.inputs
-    if inputs is None:
-        return None
-    truth = inputs.truth
-    return FrameSource(
-        inputs.rgb.path,
-        inputs.depth.path,
-        inputs.depth_units,
-        inputs.intrinsics,
-        None if truth is None else truth.path,
-        None if truth is None else truth.units,
-    )
