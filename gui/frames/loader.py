@@ -227,9 +227,9 @@ class FrameLoader(QObject):
             self.open_entry(first)
 
     def _note_problem(self, entry: Entry, error: Exception) -> None:
+        self.not_opened.emit(entry, error)
         self._workspace.note_problem(entry, str(error))
         self.message.emit(f"{entry.name} cannot be opened: {error}")
-        self.not_opened.emit(entry, error)
 
     # extracting
 

@@ -158,7 +158,8 @@ class WorkStore:
     def own_states(self) -> dict[str, bytes]:
         """Parts of frames that are stored here, and not in the project file alone."""
         with self._lock:
-            names = [name for name in self.all_names() if not name.startswith(ARRAYS) and not self.lacks(name)]
+            own = ("frames/", "thumbnails/")
+            names = [name for name in self.all_names() if name.startswith(own) and not self.lacks(name)]
         return {name: self.part(name) for name in names}
 
     def lacks(self, name: str) -> bool:

@@ -16,9 +16,7 @@ from ilf.project import Project, ProjectFrame
 def project_of(workspace: Workspace) -> Project:
     """The list of frames, and what is set for all of them."""
     frames = tuple(
-        ProjectFrame(
-            entry.id, entry.name, source_of(entry), entry.summary, entry.has_state or is_begun(entry.session)
-        )
+        ProjectFrame(entry.id, entry.name, source_of(entry), entry.summary, entry.has_state or is_begun(entry.session))
         for entry in workspace.entries
     )
     return Project(

@@ -12,6 +12,7 @@ from gui.project_file.close_dialog import CloseDialog, Unsaved
 from gui.state.entries import Entry
 from gui.state.session import Session
 
+
 class Work(Protocol):
     """What the project's file lacks, and how that is saved."""
 

@@ -61,6 +61,7 @@ class PresentProject(QObject):
         self._mark: FileMark | None = None
         self._saved = self.set_now()
         self._unfound: dict[str, FrameSummary] = {}
+        self._found_elsewhere = False
 
     @property
     def name(self) -> str:
@@ -78,6 +79,7 @@ class PresentProject(QObject):
         now, saved = self.set_now(), self._saved
         texts = ["list of frames"] * (self.path is not None and now.frames != saved.frames)
         texts += ["parameters of the extraction"] * (now[1:] != saved[1:])
+        texts += ["places of files"] * self._found_elsewhere
         return ", ".join(texts)
 
     def set_now(self) -> Set:
@@ -101,6 +103,8 @@ class PresentProject(QObject):
         self.path, self.read_only = path, read_only
         self._mark = None if path is None or changed else FileMark.of(path)
         self._saved = saved or self.set_now()
+        self._found_elsewhere = False
+        self._unfound.clear()
 
     def take_extraction(self) -> None:
         """What blocks are extracted with has come with a frame: that is no work."""
@@ -110,10 +114,11 @@ class PresentProject(QObject):
         """Whether somebody else has written the file since it was opened or saved, or has taken it away."""
         return self.path is not None and self._mark is not None and FileMark.of(self.path) != self._mark
 
-    def note_unfound(self, entry: Entry, summary: FrameSummary) -> None:
-        """The files of a frame are missing: what is said of it in the file stays as it was."""
-        self._unfound.setdefault(entry.id, summary)
+    def note_unfound(self, entry: Entry) -> None:
+        """The files of a frame are missing: what is said of it in the file stays as it is now."""
+        self._unfound.setdefault(entry.id, entry.summary)
 
-    def forget_unfound(self, entry: Entry) -> FrameSummary | None:
-        """They have been found; what was said of the frame before."""
+    def note_found(self, entry: Entry) -> FrameSummary | None:
+        """They have been found elsewhere; what was said of the frame before."""
+        self._found_elsewhere = True
         return self._unfound.pop(entry.id, None)

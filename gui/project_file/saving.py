@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Collection, Generator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
 from gui.desk import Desk
 from gui.project.store import WorkStore
@@ -23,7 +22,7 @@ from ilf.project.encoding import frame_part
 from ilf.project.file import OpenedProject, open_project, save_project
 from ilf.project.thumbnail import thumbnail_part
 
-_TELL_EVERY_S = 0.05
+_TELL_EVERY_MS = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +85,8 @@ class Saving(QObject):
         self.share = 0.0
         """How much of the file is written, 0-1."""
         self._worker = Worker(self)
-        self._worker.progressed.connect(lambda _: self.changed.emit())
+        self._pace = QTimer(self, interval=_TELL_EVERY_MS)
+        self._pace.timeout.connect(self.changed)
         self._worker.finished.connect(self._finish)
         self._worker.failed.connect(self._fail)
 
@@ -103,6 +103,7 @@ class Saving(QObject):
     def shutdown(self) -> bool:
         """Wait for what is being saved, before the window closes. True if the thread has ended."""
         self._waiting.clear()
+        self._pace.stop()
         return self._worker.shutdown()
 
     def _next(self) -> None:
@@ -110,6 +111,7 @@ class Saving(QObject):
             return
         self._taken = self._take(self._waiting.pop(0))
         self.share = 0.0
+        self._pace.start()
         self.changed.emit()
         self._desk.recorder.settle(self._write)
 
@@ -136,13 +138,11 @@ class Saving(QObject):
         if error is not None:
             self._fail(error)
             return
-        told = time.monotonic()
 
         def job() -> Generator[None, None, tuple[OpenedProject, tuple[str, ...]]]:
             yield None
             return self._written(taken, store)
 
-        del told
         self._worker.start(job)
 
     def _written(self, taken: _Taken, store: WorkStore) -> tuple[OpenedProject, tuple[str, ...]]:
@@ -190,6 +190,7 @@ class Saving(QObject):
             self._tell(lambda: self.failed.emit(error), taken, False)
 
     def _tell(self, tell: Callable[[], None], taken: _Taken, done: bool) -> None:
+        self._pace.stop()
         self.changed.emit()
         tell()
         taken.wish.then(done)

@@ -181,6 +181,11 @@ class Entries(QObject):
         entry.set_unsaved(True)
         self.changed.emit(entry)
 
+    def set_summary(self, entry: Entry, summary: FrameSummary) -> None:
+        """What there is to say of a frame that is not open."""
+        entry.set_summary(summary)
+        self.changed.emit(entry)
+
     def note_problem(self, entry: Entry, problem: str) -> None:
         """A frame could not be opened, for this reason."""
         entry.set_summary(replace(entry.summary, stage=Stage.FAILED, problem=problem))
