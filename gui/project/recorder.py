@@ -17,7 +17,7 @@ from gui.work.worker import Worker
 from ilf.errors import IlfError
 from ilf.project import FrameState, JournalNote, Project
 from ilf.project.encoding import Encoder, frame_part
-from ilf.project.file import PROJECT_PART, project_to_bytes
+from ilf.project.project_json import PROJECT, encode_project
 from ilf.project.thumbnail import thumbnail, thumbnail_part
 
 PACE_MS = 300
@@ -196,7 +196,7 @@ class Recorder(QObject):
             finally:
                 store.arrived([frame_id])
         if batch.project is not None:
-            store.keep({PROJECT_PART: project_to_bytes(batch.project)}, {})
+            store.keep({PROJECT: encode_project(batch.project)}, {})
         encoder.forget(store.tidy(frames))
         try:
             store.commit(note)

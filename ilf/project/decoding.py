@@ -16,7 +16,7 @@ from ..frame import RGBDFrame, TruthFile
 from ..io.frame_source import FrameSource
 from ..judgement import HiddenTest
 from ..outcomes import BlockResult
-from ..parameters import BlockParameters, Parameters
+from ..parameters import BlockParameters, Parameters, preset
 from ..run import Run
 from ..sections import Section
 from .block_notes import BlockInfo, BlockNotes
@@ -160,11 +160,9 @@ class _Decoding:
             frame=frame,
             labels=bare.labels if labels is None else labels,
             notes=notes,
-            common=self._parameters(data.get("parameters", dict), "The parameters"),
+            common=self._tell("Parameters are", lambda: self._parameters(data, "The parameters"), preset()),
             results=results,
-            guess=self._tell("The guess of the rest is", lambda: self._guess(data, "guess"), None)
-            if labels is not None
-            else None,
+            guess=guess,
             runs=self._kept_runs(data),
             **self._small(data),
         )
