@@ -98,7 +98,7 @@ def _parser() -> argparse.ArgumentParser:
         nargs="*",
         metavar="FRAME",
         type=Path,
-        help="a project (.ilf), frame folders (with meta.json), run.json files, or a colour file followed by its depth file",
+        help="a project (.ilf), frame folders (with meta.json), run.json files, or a colour file and its depth file",
     )
     parser.add_argument("--sample", action="store_true", help="open the bundled sample room")
     parser.add_argument("--depth-units", type=float, help="file units per metre of a depth file (1000: millimetres)")
@@ -164,6 +164,8 @@ def _without_display(options: argparse.Namespace, problem: str) -> int:
 
     print(f"ilf-gui: {problem}", file=sys.stderr)
     projects, records, sources, single = _inputs(options)
+    for path in projects:
+        print(f"ilf-gui: {path} can be looked at by: ilf project info {path}", file=sys.stderr)
     jobs = [["--replay", str(record)] for record in records]
     jobs += [[source.rgb, source.depth] if source.depth else [source.rgb] for source in sources]
     if options.sample:

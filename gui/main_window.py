@@ -160,7 +160,7 @@ class MainWindow(QMainWindow):
         self.editor = Editor(workspace, self.views, self)
         self.block_commands = BlockCommands(workspace, self.editor)
         self.keys = ToolKeys(self, self.editor, self.views)
-        self.documents = Documents(self, self.picture, workspace, loader, runs, self.notes)
+        self.documents = Documents(self, self.picture, workspace, loader, self.notes)
         self.replays = ReplayPresenter(self.notes)
         self.frame_presenter = FramesPresenter(workspace, self.frames)
         self.view_presenter = ViewsPresenter(workspace, self.views)

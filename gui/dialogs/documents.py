@@ -21,7 +21,6 @@ from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.widgets.notes import Notes
 from gui.work.latest_question import LatestQuestion
-from gui.work.runs import RunController
 from gui.work.worker import Worker
 from ilf.assets import asset_path
 from ilf.errors import IlfError
@@ -63,7 +62,6 @@ class Documents(QObject):
         take_picture: Callable[[], QPixmap],
         workspace: Workspace,
         loader: FrameLoader,
-        runs: RunController,
         notes: Notes,
     ) -> None:
         super().__init__(window)
@@ -71,7 +69,6 @@ class Documents(QObject):
         self._take_picture = take_picture
         self._workspace = workspace
         self._loader = loader
-        self._runs = runs
         self._notes = notes
         self._block_questions = LatestQuestion[BlockSource, LoadedBlocks](blocks_from, self)
         self._exporter = Worker(self)
@@ -98,8 +95,8 @@ class Documents(QObject):
             self._notes.report("Open sample", error)
 
     def open_paths(self, paths: list[Path]) -> None:
-        """Open what was dropped or named: frame folders at once, single files by the dialog, run.json as a run; the last
-        project file in the place of the present project."""
+        """Open what was dropped or named: frame folders at once, single files by the dialog, run.json as a run; a
+        project in the place of the present one."""
         projects, folders, records, files = sorted_out(paths)
         if projects:
             self.project_wished.emit(projects[-1])

@@ -40,8 +40,13 @@ def source_of(entry: Entry) -> FrameSource | None:
         source = _source_of_frame(entry.session.frame)
     if source is None:
         return None
-    paths = {name: getattr(source, name) for name in ("rgb", "depth", "truth")}
-    return replace(source, **{name: os.path.abspath(path) for name, path in paths.items() if path is not None})
+    return replace(
+        source, rgb=os.path.abspath(source.rgb), depth=_absolute(source.depth), truth=_absolute(source.truth)
+    )
+
+
+def _absolute(path: str | None) -> str | None:
+    return None if path is None else os.path.abspath(path)
 
 
 def _source_of_frame(frame: RGBDFrame) -> FrameSource | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from PySide6.QtCore import QObject, Qt, QTimer
@@ -20,7 +20,7 @@ class Work(Protocol):
         """What is unsaved beside the frames; "" for nothing."""
         ...
 
-    def save_then(self, frames: Collection[str], then: Callable[[bool], None]) -> None:
+    def save_then(self, frames: frozenset[str], then: Callable[[bool], None]) -> None:
         """Save the work on these frames alone; `then` is told whether that has been done."""
         ...
 

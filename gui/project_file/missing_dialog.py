@@ -101,15 +101,15 @@ class MissingDialog(QDialog):
         for button in (self.file_button, self.folder_button, self.new_button):
             row.addWidget(button)
         row.addStretch(1)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(14, 14, 14, 14)
-        column.setSpacing(10)
-        column.addWidget(about)
-        column.addWidget(self.files, 1)
-        column.addLayout(row)
-        column.addWidget(self.work)
-        column.addWidget(self.message)
-        column.addWidget(buttons)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(14, 14, 14, 14)
+        layout.setSpacing(10)
+        layout.addWidget(about)
+        layout.addWidget(self.files, 1)
+        layout.addLayout(row)
+        layout.addWidget(self.work)
+        layout.addWidget(self.message)
+        layout.addWidget(buttons)
         self.resize(760, 430)
 
     def show_rows(self, rows: Sequence[LostRow]) -> None:
@@ -137,7 +137,9 @@ class MissingDialog(QDialog):
         """Mark the first file of a frame, by its id."""
         for number, row in enumerate(self._rows):
             if row.lost.frame == frame:
-                self.files.setCurrentItem(self.files.topLevelItem(number))
+                item = self.files.topLevelItem(number)
+                if item is not None:
+                    self.files.setCurrentItem(item)
                 return
 
     def show_search(self, share: float | None) -> None:

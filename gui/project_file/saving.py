@@ -1,4 +1,4 @@
-"""Writing the project's file, off the GUI's thread: what the window holds is taken in no time, and may change meanwhile."""
+"""Writing the project's file, off the GUI's thread: what is to be saved is taken in no time, and may change then."""
 
 from __future__ import annotations
 

@@ -476,7 +476,7 @@ class LinkedViews(QWidget):
 
     @property
     def place(self) -> tuple[float, float, float] | None:
-        """Image coordinates x, y [px] in the middle, and screen pixels per image pixel; None: the whole frame, fitted."""
+        """Image coordinates x, y [px] in the middle, and screen pixels per image pixel; None for the whole frame."""
         transform = self._transform
         return None if transform.fitted else (transform.x, transform.y, transform.scale)
 

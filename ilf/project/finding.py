@@ -101,8 +101,8 @@ def _wanted(frame: ProjectFrame, parts: Parts, names: Collection[str]) -> list[I
 def find_in(
     folder: Path, wanted: Collection[InputFile], deep: bool = True
 ) -> Generator[float, None, dict[InputFile, Path]]:
-    """Look for files in a folder, and with `deep` in all below it: first among files of the same name, then among those of the same
-    kind. What is found has the very content.
+    """Look for files in a folder, and with `deep` in all below it: first among those of the same name, then among
+    others of the same kind. What is found has the very content.
 
     Parameters
     ----------
@@ -126,8 +126,9 @@ def find_in(
     kinds = {Path(name).suffix.lower() for name in names}
     there = [folder, *(_below(folder) if deep else sorted(folder.iterdir()))]
     for file in [file for file in left if not file.sha256]:  # it may be a folder
-        same = (path for path in there if path.name == _name(file.path) and path.is_dir())
-        found |= {file: path for path in [next(same, None)] if path is not None}
+        same = [path for path in there if path.name == _name(file.path) and path.is_dir()]
+        if same:
+            found[file] = same[0]
     left = [file for file in left if file not in found]
     files = [path for path in there if path.suffix.lower() in kinds and path.is_file()]
     files.sort(key=lambda path: path.name not in names)
@@ -150,21 +151,21 @@ def relocated(source: FrameSource, found: Mapping[str, Path]) -> FrameSource:
     >>> relocated(FrameSource("/old/a"), {"/old/a/rgb.png": Path("/new/a/rgb.png")}).rgb
     '/new/a'
     """
-    paths = {name: getattr(source, name) for name in ("rgb", "depth", "truth")}
-    return replace(source, **{name: _relocated(path, found) for name, path in paths.items() if path is not None})
+    return replace(
+        source,
+        rgb=_relocated(source.rgb, found),
+        depth=None if source.depth is None else _relocated(source.depth, found),
+        truth=None if source.truth is None else _relocated(source.truth, found),
+    )
 
 
 def _relocated(path: str, found: Mapping[str, Path]) -> str:
     if path in found:
         return str(found[path])
-    for former, now in found.items():  # a folder, of which files have been found
-        steps = re.split(r"[\\/]", former.removeprefix(path))
-        if (
-            former.startswith(path)
-            and not steps[0]
-            and now.parts[len(now.parts) - len(steps) + 1 :] == tuple(steps[1:])
-        ):
-            return str(now.parents[len(steps) - 2])
+    for former, now in found.items():  # it may be a folder, of which a file has been found
+        before, *inside = re.split(r"[\\/]", former.removeprefix(path))
+        if former.startswith(path) and not before and list(now.parts[-len(inside) :]) == inside:
+            return str(now.parents[len(inside) - 1])
     return path
 
 
