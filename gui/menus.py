@@ -54,7 +54,7 @@ class ToolBar(QToolBar):
         super().__init__("Tools", window)
         self.setObjectName("Tools")
         self.setMovable(False)
-        _fill(self, entries(actions, f"open save_project export | run | undo redo | {_TOOLS} |"))
+        _fill(self, entries(actions, f"open export | run | undo redo | {_TOOLS} |"))
         by_amount = [actions[name] for name in ("grow_blocks", "shrink_blocks", "smooth_blocks")]
         self.options = OptionsRow(actions["similar_only"], actions["to_no_block"], by_amount)
         self._options = self.addWidget(self.options)
