@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QSettings, Qt, Signal
 from PySide6.QtGui import QPixmap
-from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
+from PySide6.QtWidgets import QFileDialog, QWidget
 
 from gui.dialogs.block_files import BlockSource, blocks_from, save_blocks
 from gui.dialogs.export import ExportDialog, behind
@@ -21,7 +21,6 @@ from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.widgets.notes import Notes
 from gui.work.latest_question import LatestQuestion
-from gui.work.runs import RunController
 from gui.work.worker import Worker
 from ilf.assets import asset_path
 from ilf.errors import IlfError
@@ -45,12 +44,15 @@ class Documents(QObject):
 
     Signals
     -------
+    project_wished(object)
+        A project file, by its Path, has been dropped or named.
     exported(object)
         What has been Written by an export.
     exporting_changed()
         An export has begun or ended.
     """
 
+    project_wished = Signal(object)
     exported = Signal(object)
     exporting_changed = Signal()
 
@@ -60,7 +62,6 @@ class Documents(QObject):
         take_picture: Callable[[], QPixmap],
         workspace: Workspace,
         loader: FrameLoader,
-        runs: RunController,
         notes: Notes,
     ) -> None:
         super().__init__(window)
@@ -68,7 +69,6 @@ class Documents(QObject):
         self._take_picture = take_picture
         self._workspace = workspace
         self._loader = loader
-        self._runs = runs
         self._notes = notes
         self._block_questions = LatestQuestion[BlockSource, LoadedBlocks](blocks_from, self)
         self._exporter = Worker(self)
@@ -78,6 +78,8 @@ class Documents(QObject):
             ended.connect(lambda _: self.exporting_changed.emit())
         self.discard_silently = False
         """Close without asking; for pictures and checks made without a user."""
+        self.leave: Callable[[Sequence[Session], Callable[[], None]], None] = lambda sessions, then: then()
+        """Closes frames: calls what follows as soon as nothing of them would be lost, if the user wants it."""
 
     # opening
 
@@ -93,8 +95,11 @@ class Documents(QObject):
             self._notes.report("Open sample", error)
 
     def open_paths(self, paths: list[Path]) -> None:
-        """Open what was dropped or named: frame folders at once, single files by the dialog, run.json as a run."""
-        folders, records, files = sorted_out(paths)
+        """Open what was dropped or named: frame folders at once, single files by the dialog, run.json as a run; a
+        project in the place of the present one."""
+        projects, folders, records, files = sorted_out(paths)
+        if projects:
+            self.project_wished.emit(projects[-1])
         for folder in folders:
             self.open_source(FrameSource(str(folder)))
         for record in records:
@@ -105,8 +110,10 @@ class Documents(QObject):
     def open_source(self, source: FrameSource) -> None:
         """Open a frame; ask first if it would replace the same frame, read in another way, and the work done there."""
         session = self._workspace.session_of(source.key)
-        if session is None or session.origin == source or self._may_discard([session]):
+        if session is None or session.origin == source:
             self._loader.open(source)
+        else:
+            self.leave([session], lambda: self._loader.open(source))
 
     def _open_dialog(self, rgb: str | None, depth: str | None) -> None:
         dialog = OpenFrameDialog(self._window)
@@ -181,30 +188,10 @@ class Documents(QObject):
         self.remove_frame(self._workspace.session.key)
 
     def remove_frame(self, key: str) -> None:
-        """Close a frame, after asking about what is not exported."""
+        """Close a frame, after asking about the work on it."""
         session = self._workspace.session_of(key)
-        if session is not None and self._may_discard([session]):
-            self._workspace.close_session(session)
-
-    def may_close(self) -> bool:
-        """Whether all frames may be closed; asks about what is not exported."""
-        return self._may_discard(self._workspace.sessions)
-
-    def _may_discard(self, sessions: list[Session]) -> bool:
-        unsaved = [session.name for session in sessions if session.unsaved or session in self._runs.running]
-        return not unsaved or self.may_lose(
-            "Not exported",
-            f"Results or edits of {', '.join(unsaved)} have not been exported, or a run is under way; they would be "
-            "lost. Go on all the same?",
-        )
-
-    def may_lose(self, what: str, text: str) -> bool:
-        """Ask about work that would be lost."""
-        if self.discard_silently:
-            return True
-        buttons = QMessageBox.StandardButton.Discard | QMessageBox.StandardButton.Cancel
-        answer = QMessageBox.question(self._window, what, text, buttons, QMessageBox.StandardButton.Cancel)
-        return answer == QMessageBox.StandardButton.Discard
+        if session is not None:
+            self.leave([session], lambda: self._workspace.close_session(session))
 
     # export
 
