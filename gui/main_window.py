@@ -46,6 +46,7 @@ from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar
 from gui.palette.part import PalettePart
 from gui.presets.part import PresetsPart
 from gui.recent.part import RecentPart
+from gui.report.part import ReportPart
 from gui.review.distrust import DistrustPresenter
 from gui.review.presenter import ReviewPresenter
 from gui.review.strip import ReviewStrip
@@ -83,6 +84,7 @@ _PARTS: tuple[type[Part], ...] = (
     LookingPart,
     RangePart,
     RecentPart,
+    ReportPart,
     LayoutsPart,
     ShortcutsPart,
     PalettePart,

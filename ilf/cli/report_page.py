@@ -92,7 +92,7 @@ def run(arguments: argparse.Namespace) -> None:
     if path is None:
         path = Path(f"{as_file_name(content.title)}-report.html")
     write_report(path, content, options)
-    print(f"Written to {path}, {path.stat().st_size / 1e6:.1f} MB.")
+    print(f"Written to {path}, {path.stat().st_size / 1000:.0f} kB.")
 
 
 def _are_several(inputs: list[str]) -> bool:
