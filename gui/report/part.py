@@ -12,12 +12,13 @@ from gui.dialogs.saving import ask_path
 from gui.report.commands import COMMANDS
 from gui.report.dialog import ALL_FRAMES, ReportDialog
 from gui.report.job import write_steps
-from gui.report.subjects import is_worked_on, subject_of
+from gui.report.subjects import subjects_of
+from gui.state.entries import Entry
 from gui.widgets.problems import error_text
 from gui.work.cores import spare_cores
 from gui.work.worker import Worker
 from ilf.judgement import Step
-from ilf.report import ReportOptions, Subject, Unreadable
+from ilf.report import ReportOptions
 from ilf.run.options import as_file_name
 
 _KINDS = {"html": "HTML page (*.html)", "pdf": "PDF (*.pdf)"}
@@ -54,15 +55,12 @@ class ReportPart(Part):
         workspace = self.desk.workspace
         if self.worker.busy or not workspace.has_session:
             return
-        subjects: list[Subject | Unreadable]
-        if every:
-            entries = [entry for entry in workspace.entries if is_worked_on(entry)]
-            subjects = [subject_of(entry.session) for entry in entries if entry.session is not None]
-        else:
-            subjects = [subject_of(workspace.session)]
+        present = workspace.entries.of(workspace.session.id)
+        entries = self._worked_on() if every else [present] if present is not None else []
+        subjects = subjects_of(entries, self.desk.store)
         options = ReportOptions("Report", self.dialog.test, threads=spare_cores())
         self.dialog.begin()
-        self.worker.start(lambda: write_steps(path, subjects, len(subjects), options))
+        self.worker.start(lambda: write_steps(path, subjects, len(entries), options))
 
     def shutdown(self) -> bool:
         """Stop for good, before the window closes. True if no thread is left."""
@@ -84,7 +82,16 @@ class ReportPart(Part):
     def _describe(self) -> None:
         workspace = self.desk.workspace
         name = workspace.session.name if workspace.has_session else ""
-        self.dialog.set_frames(name, sum(map(is_worked_on, workspace.entries)))
+        self.dialog.set_frames(name, len(self._worked_on()))
+
+    def _worked_on(self) -> list[Entry]:
+        """Frames that somebody has done anything with, and that are open or stored."""
+        store = self.desk.store
+        return [
+            entry
+            for entry in self.desk.workspace.entries
+            if entry.summary.is_worked_on and (entry.session is not None or store.has(entry.id))
+        ]
 
     def _show_steps(self, steps: list[Step]) -> None:
         self.dialog.show_step(steps[-1].share, steps[-1].text)

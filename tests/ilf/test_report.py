@@ -17,9 +17,11 @@ from PIL import Image
 import ilf
 from ilf.cli import main
 from ilf.errors import InputError
+from ilf.io.frame_source import FrameSource
 from ilf.judgement import HiddenTest, judge_blocks, judge_completion, judge_hidden
 from ilf.number_words import millimetres
-from ilf.project import BlockInfo, BlockNotes, FrameState, KeptRun
+from ilf.project import BlockInfo, BlockNotes, FrameState, FrameSummary, KeptRun, Project, ProjectFrame, Stage
+from ilf.project.file import save_project
 from ilf.report import ReportOptions, Subject, Unreadable, report
 from ilf.report.again import again_text
 from ilf.report.curves import _thinned
@@ -224,6 +226,34 @@ def test_the_command_that_a_report_gives_makes_the_run_again(tmp_path: Path, mon
     assert theirs.outcomes == tuple(ours.outcomes.values())
     assert theirs.extraction == extraction
     assert again_text(replace(made, edited=True))[1] == "ilf complete --replay run.json"
+
+
+def test_the_command_line_reports_on_projects(
+    run: Run, subject: Subject, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    frame = replace(run.frame, name="first")
+    notes = BlockNotes(own={1: {"smoothness": 3.0}})
+    state = FrameState("a1", frame, run.blocks, notes, run.parameters, subject.completion.results)
+    files = frame.inputs
+    source = FrameSource(files.rgb.path, files.depth.path, files.depth_units, files.intrinsics)
+    project = Project((
+        ProjectFrame("a1", "first", source, FrameSummary(Stage.RUN), has_state=True),
+        ProjectFrame("b2", "second", source, FrameSummary(Stage.EXTRACTED), has_state=False),
+    ))  # fmt: skip
+    save_project("work.ilf", project, [state])
+    assert main(["report", "work.ilf"]) == 0
+    page = Page(Path("first-report.html").read_text(encoding="utf-8"))
+    alone(page)
+    rows = page.table("no.", "block", "pixels")
+    assert [row[5] for row in rows] == ["completed"] * len(rows)
+    assert rows[0][7] == millimetres(subject.completion.outcomes[1].sigma_i)
+    assert "ilf project replay" in page.text
+    assert main(["report", "work.ilf", "--preset", "paper"]) == 2
+    assert "leave out --preset" in capsys.readouterr().err
+    save_project("empty.ilf", Project())
+    assert main(["report", "empty.ilf"]) == 1
+    assert "no frame that has been worked on" in capsys.readouterr().err
 
 
 def test_the_command_line_reports_on_frames_and_records(
