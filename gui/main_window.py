@@ -49,6 +49,7 @@ from gui.presets.part import PresetsPart
 from gui.project.recorder import Recorder
 from gui.project.store import WorkStore
 from gui.recent.part import RecentPart
+from gui.report.part import ReportPart
 from gui.review.distrust import DistrustPresenter
 from gui.review.presenter import ReviewPresenter
 from gui.review.strip import ReviewStrip
@@ -87,6 +88,7 @@ _PARTS: tuple[type[Part], ...] = (
     LookingPart,
     RangePart,
     RecentPart,
+    ReportPart,
     LayoutsPart,
     ShortcutsPart,
     PalettePart,
