@@ -13,6 +13,8 @@ from gui.docks import Docks
 from gui.filtering.filter_panel import FilterPanel
 from gui.filtering.presenter import FilterPresenter
 from gui.frames.loader import FrameLoader
+from gui.project.recorder import Recorder
+from gui.project.store import WorkStore
 from gui.state.workspace import Workspace
 from gui.tools.editor import Editor
 from gui.views.errors import ErrorPresenter
@@ -42,6 +44,8 @@ class Desk:
     filter_presenter: FilterPresenter
     errors: ErrorPresenter
     documents: Documents
+    store: WorkStore
+    recorder: Recorder
 
 
 class Part(QObject):

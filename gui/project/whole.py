@@ -1,0 +1,28 @@
+"""What a project holds beside its frames' states, as the window has it now."""
+
+from __future__ import annotations
+
+from gui.state.workspace import Workspace
+from ilf.io.frame_source import FrameSource
+from ilf.project import Project, ProjectFrame
+
+
+def project_of(workspace: Workspace) -> Project:
+    """The list of frames, and what is set for all of them."""
+    frames = tuple(
+        ProjectFrame(
+            entry.id,
+            entry.name,
+            entry.source or FrameSource(entry.key),
+            entry.summary,
+            entry.has_state or entry.session is not None,
+        )
+        for entry in workspace.entries
+    )
+    return Project(
+        frames,
+        workspace.session.id if workspace.has_session else "",
+        workspace.parameters,
+        extraction=workspace.extraction_parameters,
+        keeps_handmade=workspace.keeps_handmade,
+    )

@@ -1,0 +1,5 @@
+"""Blocks of one frame carried to the next."""
+
+from .follow import Followed, follow
+
+__all__ = ["Followed", "follow"]

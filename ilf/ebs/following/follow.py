@@ -1,0 +1,189 @@
+"""Blocks of one frame on the next: same camera position, moving camera, known pose."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...blocks import checked_drawn, checked_labels
+from ...errors import InputError
+from ...frame import RGBDFrame
+from ...parameters import BlockParameters
+from ..drawn import border_pixels
+from .doubts import doubts
+from .flow import by_flow, depth_of_parts
+from .parts import parts_of
+from .reprojection import by_pose
+from .settling import settle
+from .sources import Mask, Sources, sources_of
+from .stillness import ALL_STILL, around, camera_is_still, changed
+
+WAYS = ("auto", "copied", "flow", "pose")
+"""How blocks can be carried; auto takes the pose where it is known, else copies what is still and follows the rest."""
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """Blocks carried to the next frame.
+
+    Attributes
+    ----------
+    labels : ndarray of int32, shape (H, W)
+        The label map on the frame after; the same numbers are the same blocks.
+    drawn : ndarray of bool, shape (H, W), or None
+        Borders that were drawn by hand, where they are now; None if there are none.
+    how : str
+        What was done: "copied", "flow" or "pose".
+    uncertain : ndarray of bool, shape (H, W)
+        Pixels whose block was decided by the new frame, not carried.
+    to_check : frozenset of int
+        Blocks of the new map that need a look.
+    reasons : mapping of int to str
+        Why, a sentence for each of them.
+    new : frozenset of int
+        Blocks that were not there before: surfaces that have come into the picture. They need a look, too.
+    gone : frozenset of int
+        Blocks that are no longer in the picture.
+    notes : tuple of str
+        What the user should know of how it went.
+    """
+
+    labels: NDArray[np.int32]
+    drawn: Mask | None
+    how: str
+    uncertain: Mask
+    to_check: frozenset[int] = frozenset()
+    reasons: Mapping[int, str] = field(default_factory=dict)
+    new: frozenset[int] = frozenset()
+    gone: frozenset[int] = frozenset()
+    notes: tuple[str, ...] = ()
+
+
+def follow(
+    before: RGBDFrame,
+    labels: NDArray[np.integer],
+    after: RGBDFrame,
+    *,
+    how: str = "auto",
+    pose: ArrayLike | None = None,
+    extraction: BlockParameters | None = None,
+    drawn: ArrayLike | None = None,
+    locked: Collection[int] = (),
+    taken: Collection[int] = (),
+) -> Followed:
+    """Carry the blocks of a frame to the next one of the same camera.
+
+    Parameters
+    ----------
+    before : RGBDFrame
+    labels : ndarray of int, shape (H, W)
+        Its label map, 0 = no block.
+    after : RGBDFrame
+        The next frame, of the same size.
+    how : str
+        "copied": every pixel keeps its block, as from the same camera position. "flow": along optical flow. "pose":
+        along a known motion of the camera, with flow where depth is missing. "auto": by the pose if it is given;
+        else what has not changed is copied, and what has moved is carried by flow.
+    pose : array_like of float, shape (4, 4), optional
+        Takes points [m] of the camera before to the camera after (x to the right, y down, z forward). Both frames must
+        have intrinsics.
+    extraction : BlockParameters, optional
+        What newly seen surfaces are extracted with, and what says how small a block may be.
+    drawn : array_like of bool, shape (H, W), optional
+        Pixels whose border was drawn by hand.
+    locked : collection of int
+        Blocks whose borders stay as they are carried, unless an edge is strong.
+    taken : collection of int
+        Numbers that no new block gets, beside those of the label map: of blocks that are gone but not forgotten.
+
+    Returns
+    -------
+    Followed
+
+    Raises
+    ------
+    InputError
+        If sizes differ, `how` is unknown, or a pose is needed and missing, none, or without intrinsics.
+    """
+    if how not in WAYS:
+        raise InputError(f"Blocks cannot be carried by {how!r}. Choose one of {', '.join(WAYS)}.")
+    if before.shape != after.shape:
+        raise InputError(
+            f"The frames differ in size: {before.shape[1]} x {before.shape[0]} and {after.shape[1]} x "
+            f"{after.shape[0]} pixels. Blocks can be carried between frames of the same size only."
+        )
+    present = checked_labels(labels, before.shape)
+    hand = checked_drawn(drawn, before.shape)
+    moved = None if how in ("flow", "pose") else changed(before, after)
+    known = None if how in ("copied", "flow") else _pose(how, pose, before, after)
+    if how == "copied" or (moved is not None and known is None and moved.mean() <= ALL_STILL):
+        return _copied(present, hand, moved)
+    parts = parts_of(present)
+    depth = depth_of_parts(before, parts)
+    motion = by_flow(before, after, parts, depth)
+    still = None
+    if known is not None:
+        motion, done = by_pose(before, after, known, depth, motion), "pose"
+    else:
+        done = "flow"
+        if moved is not None and camera_is_still(before, moved):
+            still = ~around(moved)
+    sources = sources_of(motion, after, still)
+    firm = _firm(present, hand, locked)
+    chosen = extraction or BlockParameters()
+    settled = settle(parts, sources, after, chosen, firm, taken)
+    reasons, notes = doubts(present, settled, sources)
+    there = frozenset(np.unique(settled.labels).tolist()) - {0}
+    return Followed(
+        settled.labels,
+        _drawn_now(hand, settled.labels, sources),
+        done,
+        settled.uncertain,
+        frozenset(reasons),
+        reasons,
+        settled.new,
+        frozenset(np.unique(present).tolist()) - {0} - there,
+        notes,
+    )
+
+
+def _pose(how: str, pose: ArrayLike | None, before: RGBDFrame, after: RGBDFrame) -> NDArray[np.float64] | None:
+    """The pose as a matrix; None where there is none and none is asked for."""
+    if pose is None:
+        if how == "pose":
+            raise InputError("Carrying blocks by the pose needs the camera's motion as a 4 x 4 matrix.")
+        return None
+    matrix = np.asarray(pose, np.float64)
+    if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or abs(np.linalg.det(matrix[:3, :3]) - 1) > 0.01:
+        raise InputError("A pose must be a 4 x 4 matrix of a rotation and a shift in metres.")
+    if before.intrinsics is None or after.intrinsics is None:
+        if how == "pose":
+            raise InputError("Carrying blocks by the pose needs the camera intrinsics of both frames.")
+        return None
+    return matrix
+
+
+def _copied(labels: NDArray[np.int32], drawn: Mask | None, moved: Mask | None) -> Followed:
+    uncertain = np.zeros(labels.shape, bool) if moved is None else moved
+    return Followed(labels.copy(), None if drawn is None else drawn.copy(), "copied", uncertain)
+
+
+def _firm(labels: NDArray[np.int32], drawn: Mask | None, locked: Collection[int]) -> Mask | None:
+    """Borders that hold: drawn ones, and those of locked blocks."""
+    if not locked:
+        return drawn
+    of_locked = border_pixels(labels) & np.isin(labels, list(locked))
+    return of_locked if drawn is None else of_locked | drawn
+
+
+def _drawn_now(drawn: Mask | None, labels: NDArray[np.int32], sources: Sources) -> Mask | None:
+    """Borders of blocks beside which a drawn one was carried to."""
+    if drawn is None:
+        return None
+    carried = sources.seen & drawn.ravel()[sources.pixel]
+    near = cv2.dilate(carried.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    return checked_drawn(np.where(sources.still, carried, near & border_pixels(labels)), labels.shape)

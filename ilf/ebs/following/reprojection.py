@@ -1,0 +1,43 @@
+"""Motion by a known pose: points of the one frame seen from where the other was taken."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...frame import RGBDFrame
+from .sources import Field, Motion
+
+Pose = NDArray[np.float64]
+
+
+def by_pose(before: RGBDFrame, after: RGBDFrame, pose: Pose, depth: Field, flow: Motion) -> Motion:
+    """Where points with depth are seen after the camera has moved; what has none goes with the flow.
+
+    Parameters
+    ----------
+    before, after : RGBDFrame
+        Both with intrinsics.
+    pose : ndarray of float64, shape (4, 4)
+        Takes points [m] of the camera before to the camera after.
+    depth : ndarray of float32, shape (H, W)
+        Of the parts before [m], NaN where it is not known.
+    flow : Motion
+        For pixels without depth.
+    """
+    assert before.intrinsics is not None
+    assert after.intrinsics is not None
+    rows, columns = np.indices(before.shape)
+    points = before.intrinsics.points(columns, rows, depth) @ pose[:3, :3].T + pose[:3, 3]
+    camera = after.intrinsics
+    with np.errstate(invalid="ignore", divide="ignore"):
+        z = np.where(points[..., 2] > 1e-3, points[..., 2], np.nan)
+        x = camera.fx * points[..., 0] / z + camera.cx
+        y = camera.fy * points[..., 1] / z + camera.cy
+    known = np.isfinite(depth)
+    return Motion(
+        np.where(known, x, flow.columns).astype(np.float32),
+        np.where(known, y, flow.rows).astype(np.float32),
+        z.astype(np.float32),
+        np.where(known, np.isfinite(z), flow.sure),
+    )

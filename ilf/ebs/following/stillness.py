@@ -1,0 +1,75 @@
+"""What has not moved from one frame to the next, by colour and depth."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ...frame import RGBDFrame
+from .sources import Mask
+
+_BLUR = 1.2
+"""Blur [px] before colours are compared, which takes out most of a sensor's noise."""
+
+_NOISES = 5.0
+"""Changes beyond so many standard deviations of the noise are none of it."""
+
+_LEAST_COLOUR = 4.0
+"""Smallest change of brightness [of 255] that counts."""
+
+_LEAST_DEPTH, _DEPTH_SHARE = 0.05, 0.03
+"""Smallest change of depth [m] that counts, and the same as a share of the depth: the larger of the two."""
+
+_AROUND = 9
+"""Side [px] of the squares around changes that are not still either."""
+
+_DETAIL = 8.0
+"""Gradient of brightness [per px] from which on a pixel would show a motion."""
+
+_LEAST_DETAIL = 200
+"""Pixels with detail below which a picture says nothing of motion."""
+
+ALL_STILL, MOSTLY_STILL = 0.001, 0.6
+"""Share of changed pixels up to which nothing has moved, and share of the detail that is still from which on the camera
+has not."""
+
+
+def changed(before: RGBDFrame, after: RGBDFrame) -> Mask:
+    """Pixels of which colour or depth says that they show something else than before, bool (H, W)."""
+    off = np.abs(brightness(after) - brightness(before))
+    # exposure may drift a little, and is no motion
+    off = np.abs(off - np.median(off)) if np.median(off) > 1 else off
+    noise = 1.4826 * float(np.median(off))
+    colour = off > max(_LEAST_COLOUR, _NOISES * noise)
+    both = before.known & after.known
+    with np.errstate(invalid="ignore"):
+        least = np.maximum(_LEAST_DEPTH, _DEPTH_SHARE * np.minimum(before.depth, after.depth))
+        depth = both & (np.abs(before.depth - after.depth) > least)
+    # single pixels are noise, and depth flickers along edges
+    return _opened(colour, 3) | _opened(depth, 5)
+
+
+def _opened(mask: Mask, side: int) -> Mask:
+    return cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, np.ones((side, side), np.uint8)) > 0
+
+
+def around(mask: Mask) -> Mask:
+    """A mask with what is beside it."""
+    return cv2.dilate(mask.astype(np.uint8), np.ones((_AROUND, _AROUND), np.uint8)) > 0
+
+
+def camera_is_still(before: RGBDFrame, moved: Mask) -> bool:
+    """Whether most of the detail of the picture is where it was."""
+    grey = brightness(before)
+    detail = np.hypot(cv2.Sobel(grey, cv2.CV_32F, 1, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 1)) / 8 > _DETAIL
+    count = int(np.count_nonzero(detail))
+    if count < _LEAST_DETAIL:
+        return not moved.any()
+    return bool(np.count_nonzero(detail & ~moved) >= MOSTLY_STILL * count)
+
+
+def brightness(frame: RGBDFrame) -> NDArray[np.float32]:
+    """Brightness 0-255, blurred, float32 (H, W)."""
+    grey = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2GRAY).astype(np.float32)
+    return np.asarray(cv2.GaussianBlur(grey, (0, 0), _BLUR), np.float32)
