@@ -24,16 +24,14 @@ class OpenFrames(QObject):
     Parameters
     ----------
     workspace : Workspace
-    runs_of : callable
+    is_busy : callable
         Whether anything is under way on a session.
     is_left : callable
         Whether a session was left before it even had blocks, so that there is nothing to store.
-
-    Attributes
-    ----------
-    settle : callable or None
-        Stores all that has changed, and then calls what it is given, with None if that has been done; None as long as
-        nothing stores it.
+    is_stored : callable
+        Whether a state of the frame of an id is stored.
+    settle : callable
+        Stores all that has changed, and then calls what it is given: with None if that has been done.
     """
 
     def __init__(
@@ -41,14 +39,17 @@ class OpenFrames(QObject):
         workspace: Workspace,
         is_busy: Callable[[Session], bool],
         is_left: Callable[[Session], bool],
+        is_stored: Callable[[str], bool],
+        settle: Callable[[Then], None],
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
-        self.settle: Callable[[Then], None] | None = None
         self.most = max(int(str(QSettings().value(_KEY, MOST_OPEN))), 1)
         self._workspace = workspace
         self._is_busy = is_busy
         self._is_left = is_left
+        self._is_stored = is_stored
+        self._settle = settle
         self._looked_at: list[Session] = []
         """The one that is looked at now comes last."""
         workspace.session_changed.connect(self._look)
@@ -67,8 +68,8 @@ class OpenFrames(QObject):
             if self._is_left(session) and not session.unsaved and not session.counts():
                 self._workspace.put_away(session, stored=False)
         going = [(session, session.stamp) for session in self._too_many()]
-        if going and self.settle is not None:
-            self.settle(lambda error: self._put_away(going) if error is None else None)
+        if going:
+            self._settle(lambda error: self._put_away(going) if error is None else None)
 
     def _too_many(self) -> list[Session]:
         """Frames beyond those that may stay open, the one left longest ago first."""
@@ -85,5 +86,5 @@ class OpenFrames(QObject):
         """These frames are stored as they were; those that have not changed since can go."""
         still = self._too_many()
         for session, stamp in going:
-            if session in still and session.stamp == stamp:
+            if session in still and session.stamp == stamp and self._is_stored(session.id):
                 self._workspace.put_away(session)

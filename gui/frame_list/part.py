@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QPoint, QTimer, QUrl
@@ -15,11 +16,13 @@ from gui.frame_list.commands import COMMANDS
 from gui.frame_list.frames_panel import FramesPanel
 from gui.frame_list.open_frames import OpenFrames
 from gui.frame_list.sieve import counts
+from gui.project.store import WorkStore
 from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.widgets.messages import last_folder
 from ilf.io import Listing
 from ilf.project import Stage
+from ilf.project.thumbnail import thumbnail_part
 
 _FOLDER_KEY = "open/frames"
 _SOON_MS = 120
@@ -32,7 +35,17 @@ class FramesPart(Part):
     def __init__(self, desk: Desk, panel: FramesPanel) -> None:
         super().__init__(desk)
         self.panel = panel
-        self.open_frames = OpenFrames(desk.workspace, desk.runs.running.__contains__, desk.loader.is_waiting, self)
+        store, loader = desk.store, desk.loader
+        loader.stored = store
+        panel.thumbnails.stored = partial(_stored_picture, store)
+        self.open_frames = OpenFrames(
+            desk.workspace,
+            lambda session: session in desk.runs.running or loader.is_at(session),
+            loader.is_waiting,
+            store.has,
+            desk.recorder.settle,
+            self,
+        )
         self._wanted: Entry | None = None
         """The frame that is being opened; the next one is that after it."""
         self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
@@ -42,6 +55,7 @@ class FramesPart(Part):
         self._connect_list()
         self._follow()
         self.show()
+        self._allow()
 
     def _connect_commands(self) -> None:
         actions = self.desk.actions
@@ -70,7 +84,7 @@ class FramesPart(Part):
         workspace, desk = self.desk.workspace, self.desk
         entries = workspace.entries
         for signal in (entries.added, entries.removed):
-            signal.connect(lambda *_: self._soon.start())
+            signal.connect(lambda *_: self._note_listed())
         entries.changed.connect(self._note_changed)
         workspace.touched.connect(self._note_touched)
         desk.refresh.add(
@@ -94,7 +108,6 @@ class FramesPart(Part):
         self.panel.show_counts(counts(entries))
         self.panel.model.set_entries(self.panel.sieve.shown(entries, self._present()))
         self._show_present()
-        self._allow()
 
     def _show_present(self) -> None:
         """The frame that is shown, and what there is to say of it now."""
@@ -111,6 +124,10 @@ class FramesPart(Part):
         workspace = self.desk.workspace
         return workspace.entries.of(workspace.session.id) if workspace.has_session else None
 
+    def _note_listed(self) -> None:
+        self._soon.start()
+        self._allow()
+
     def _note_touched(self, session: Session) -> None:
         entry = self.desk.workspace.entries.of(session.id)
         if entry is not None:
@@ -123,8 +140,7 @@ class FramesPart(Part):
 
     def _allow(self) -> None:
         entries, actions = self.desk.workspace.entries, self.desk.actions
-        shown = len(self.panel.model.entries)
-        no_other = "" if shown > 1 else "There is no other frame in the list: open more, or a folder of frames."
+        no_other = "" if len(entries) > 1 else "There is no other frame in the list: open more, or a folder of frames."
         actions.allow(no_other, "next_frame", "previous_frame", "next_untouched")
         actions.allow("" if len(entries) else "Open a frame first.", "note_frame")
 
@@ -138,13 +154,13 @@ class FramesPart(Part):
 
     def turn(self, steps: int) -> None:
         """Next or previous frame, as the list is shown; after the last comes the first."""
-        shown, row = self.panel.model.entries, self._row()
+        shown, row = self._shown()
         if len(shown) > 1:
             self._go_to(shown[(row + steps) % len(shown)] if row >= 0 else shown[0 if steps > 0 else -1])
 
     def next_untouched(self) -> None:
         """The next frame that nothing has been done to."""
-        shown, row = self.panel.model.entries, self._row()
+        shown, row = self._shown()
         following = (entry for entry in (*shown[row + 1 :], *shown[: row + 1]) if _is_untouched(entry))
         entry = next(following, None)
         if entry is None:
@@ -152,8 +168,11 @@ class FramesPart(Part):
         else:
             self._go_to(entry)
 
-    def _row(self) -> int:
-        return self.panel.model.row_of(self._wanted or self._present())
+    def _shown(self) -> tuple[list[Entry], int]:
+        """The list as it is shown, and the row of the frame that is looked at, or about to be; -1 if it is in none."""
+        if self._soon.isActive():
+            self.show()
+        return self.panel.model.entries, self.panel.model.row_of(self._wanted or self._present())
 
     def _go_to(self, entry: Entry) -> None:
         self.panel.view.setCurrentIndex(self.panel.model.index_of(entry))
@@ -222,6 +241,12 @@ class FramesPart(Part):
         """Stop for good, before the window closes. True if no thread of it is left."""
         self._soon.stop()
         return self.panel.shutdown()
+
+
+def _stored_picture(store: WorkStore, id: str) -> bytes | None:
+    """The small picture that is stored of a frame."""
+    name = thumbnail_part(id)
+    return store.part(name) if store.has_part(name) else None
 
 
 def _is_untouched(entry: Entry) -> bool:
