@@ -33,9 +33,9 @@ from gui.extraction.extraction_panel import ExtractionPanel
 from gui.extraction.presenter import StagePresenter
 from gui.filtering.filter_panel import FilterPanel
 from gui.filtering.presenter import FilterPresenter
-from gui.frames.frame_list import FrameList
+from gui.frame_list.frames_panel import FramesPanel
+from gui.frame_list.part import FramesPart
 from gui.frames.loader import FrameLoader
-from gui.frames.presenter import FramesPresenter
 from gui.frames.replays import ReplayPresenter
 from gui.history.history_view import HistoryView
 from gui.inspect.part import InspectPart
@@ -125,7 +125,6 @@ class MainWindow(QMainWindow):
         self.store = WorkStore(journal_folder() if remembers else None)
         self.recorder = Recorder(self.workspace, self.store, self)
         self.loader = FrameLoader(self.workspace, self)
-        self.loader.stored = self.store
         self.runs = RunController(self.workspace, self)
         self.refresh = Refresh(self)
         self.actions_ = Actions(self, self.workspace.undo_group)
@@ -143,7 +142,7 @@ class MainWindow(QMainWindow):
         self.toasts = Toasts(self, (self.views, self.cloud))
         self.notes = Notes(self, self.toasts, self.log)
         self.curves = CurvesPanel(self.panels.remembers)
-        self.frames = FrameList()
+        self.frames = FramesPanel()
         self.history = HistoryView(self.workspace.undo_group)
         self.blocks = BlockTable()
         self.filter_panel = FilterPanel(
@@ -162,7 +161,6 @@ class MainWindow(QMainWindow):
         self.keys = ToolKeys(self, self.editor, self.views)
         self.documents = Documents(self, self.picture, workspace, loader, self.notes)
         self.replays = ReplayPresenter(self.notes)
-        self.frame_presenter = FramesPresenter(workspace, self.frames)
         self.view_presenter = ViewsPresenter(workspace, self.views)
         self.errors = ErrorPresenter(workspace, runs, self.views)
         self.stages = StagePresenter(workspace, self.views, self.extraction_panel, self.notes)
@@ -195,7 +193,7 @@ class MainWindow(QMainWindow):
         parameters.addTab(self.extraction_panel, "Extraction")
         area, docks = Qt.DockWidgetArea, self.panels
         # one column, and the pictures have the height of the window: there they can be largest
-        docks.add("Frames", self.frames, area.RightDockWidgetArea, "ph.image", 1.3)
+        docks.add("Frames", self.frames, area.RightDockWidgetArea, "ph.image", 1.8)
         docks.add("Blocks", self.blocks, area.RightDockWidgetArea, "ph.stack", 2.2, is_open=True)
         docks.add("Parameters", parameters, area.RightDockWidgetArea, "ph.sliders-horizontal", 3.2, is_open=True)
         docks.add("Convergence", self.curves, area.RightDockWidgetArea, "ph.chart-line", 2.6)
@@ -229,7 +227,8 @@ class MainWindow(QMainWindow):
             self._under_way,
         )
         self.project = ProjectPart(desk)
-        self.parts: list[Part] = [self.project, *(make(desk) for make in _PARTS)]
+        self.frame_part = FramesPart(desk, self.frames)
+        self.parts: list[Part] = [self.project, self.frame_part, *(make(desk) for make in _PARTS)]
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.experiments)
 
     # wiring
@@ -245,7 +244,6 @@ class MainWindow(QMainWindow):
         named = self.view_presenter.names_switched
         running, loading = runs.state_changed, self.loader.busy_changed
         add("picture", self.view_presenter.show_frame, (turned, workspace.distrusted_changed))
-        add("frames", self.frame_presenter.show, (turned, workspace.sessions_changed, blocks, results), (coming,))
         add(
             "blocks",
             self.view_presenter.show_blocks,
@@ -341,8 +339,6 @@ class MainWindow(QMainWindow):
             "fit": self.views.fit,
             "one_to_one": self.views.one_to_one,
             "shuffle_colours": self.block_presenter.shuffle_colours,
-            "next_frame": lambda: self.frame_presenter.turn(1),
-            "previous_frame": lambda: self.frame_presenter.turn(-1),
             "about": lambda: AboutDialog(self).open(),
             **{f"stage_{name}": partial(self.stages.show_stage, name) for name in STAGES},
         }
@@ -384,7 +380,6 @@ class MainWindow(QMainWindow):
         self.views.cursorMoved.connect(self.readout.point_at)
         self.views.contextMenuRequested.connect(self.context_menu.show)
         self.blocks.activated.connect(lambda _: self.view_presenter.zoom_to_blocks())
-        self.frames.removeRequested.connect(documents.remove_frame)
 
     def _connect_messages(self) -> None:
         notes = self.notes
@@ -424,7 +419,7 @@ class MainWindow(QMainWindow):
             self.panels.offer("Convergence")
 
     def _open_frames(self) -> None:
-        if len(self.workspace.sessions) > 1:
+        if len(self.workspace.entries) > 1:
             self.panels.offer("Frames")
 
     def _show_full_screen(self, on: bool) -> None:

@@ -17,6 +17,7 @@ from gui.dialogs.saving import save_folder
 from gui.extraction.found_blocks import describe_blocks
 from gui.frames.loader import FrameLoader
 from gui.frames.paths import sorted_out
+from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.widgets.notes import Notes
@@ -24,7 +25,7 @@ from gui.work.latest_question import LatestQuestion
 from gui.work.worker import Worker
 from ilf.assets import asset_path
 from ilf.errors import IlfError
-from ilf.io import BLOCK_FORMATS, LoadedBlocks
+from ilf.io import BLOCK_FORMATS, META_NAME, LoadedBlocks
 from ilf.io.frame_source import FrameSource
 from ilf.outcomes import compose
 from ilf.run import ExportOptions, Written, output_folder_name, write
@@ -78,8 +79,12 @@ class Documents(QObject):
             ended.connect(lambda _: self.exporting_changed.emit())
         self.discard_silently = False
         """Close without asking; for pictures and checks made without a user."""
-        self.leave: Callable[[Sequence[Session], Callable[[], None]], None] = lambda sessions, then: then()
+        self.leave: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
         """Closes frames: calls what follows as soon as nothing of them would be lost, if the user wants it."""
+        self.remove: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
+        """Takes frames out of the list: calls what follows if the user wants it."""
+        self.keep: Callable[[Entry], bool] = lambda entry: False
+        """Whether a frame that is closed stays in the list, as it was saved last."""
 
     # opening
 
@@ -95,25 +100,33 @@ class Documents(QObject):
             self._notes.report("Open sample", error)
 
     def open_paths(self, paths: list[Path]) -> None:
-        """Open what was dropped or named: frame folders at once, single files by the dialog, run.json as a run; a
-        project in the place of the present one."""
+        """Open what was dropped or named: frames and folders of them at once, single files by the dialog, run.json as a
+        run; a project in the place of the present one."""
         projects, folders, records, files = sorted_out(paths)
         if projects:
             self.project_wished.emit(projects[-1])
         for folder in folders:
-            self.open_source(FrameSource(str(folder)))
+            if (folder / META_NAME).is_file():
+                self.open_source(FrameSource(str(folder)))
+            else:
+                self._loader.open_folder(folder)
         for record in records:
             self._loader.open_run(record)
         if files:
             self._open_dialog(str(files[0]), str(files[1]) if len(files) > 1 else None)
 
+    def open_folder(self, folder: Path) -> None:
+        """List the frames of a folder, and open the first."""
+        QSettings().setValue("open/frames", str(folder.parent))
+        self._loader.open_folder(folder)
+
     def open_source(self, source: FrameSource) -> None:
         """Open a frame; ask first if it would replace the same frame, read in another way, and the work done there."""
-        session = self._workspace.session_of(source.key)
-        if session is None or session.origin == source:
+        entry = self._workspace.entries.of_key(source.key)
+        if entry is None or entry.origin == source:
             self._loader.open(source)
         else:
-            self.leave([session], lambda: self._loader.open(source))
+            self.leave([entry], lambda: self._loader.open(source))
 
     def _open_dialog(self, rgb: str | None, depth: str | None) -> None:
         dialog = OpenFrameDialog(self._window)
@@ -184,14 +197,27 @@ class Documents(QObject):
     # closing
 
     def close_frame(self) -> None:
-        """Close the present frame."""
-        self.remove_frame(self._workspace.session.key)
+        """Close the present frame, after asking about the work on it; what has been saved stays in the list."""
+        workspace = self._workspace
+        session, entry = workspace.session, workspace.entries.of(workspace.session.id)
+        if entry is not None:
+            self.leave([entry], lambda: self._close(session, entry))
 
-    def remove_frame(self, key: str) -> None:
-        """Close a frame, after asking about the work on it."""
-        session = self._workspace.session_of(key)
-        if session is not None:
-            self.leave([session], lambda: self._workspace.close_session(session))
+    def _close(self, session: Session, entry: Entry) -> None:
+        if self.keep(entry):
+            self._workspace.put_away(session)
+            entry.set_unsaved(False)
+        else:
+            self._workspace.close_session(session)
+
+    def remove_entries(self, entries: Sequence[Entry], then: Callable[[], None] = lambda: None) -> None:
+        """Take frames out of the list, after asking once about the work on them; `then` follows if that is done."""
+
+        def remove() -> None:
+            self._workspace.remove_entries(entries)
+            then()
+
+        self.remove(entries, remove)
 
     # export
 
