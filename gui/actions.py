@@ -202,6 +202,13 @@ COMMANDS = (
     Command("previous_suspect", "Pre&vious suspicious place", "ph.caret-left", "Shift+F8", "Go back to the one before"),
     Command("leave_suspect", "&Leave it", "ph.check", "Ctrl+F8", "This place is right as it is: do not show it again"),
     Command(
+        "looked_at",
+        "Looked at, &right as it is",
+        "ph.check",
+        "Ctrl+Shift+F8",
+        "The chosen blocks, which came from another frame, need no look any more",
+    ),
+    Command(
         "suggest_distrust",
         "Su&ggest distrusted depth",
         "ph.warning",

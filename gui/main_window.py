@@ -14,6 +14,7 @@ from gui.accuracy.part import AccuracyPart
 from gui.actions import Actions
 from gui.blocks.block_table import BlockTable
 from gui.blocks.presenter import BlocksPresenter
+from gui.carrying.part import CarryingPart
 from gui.centre import Centre
 from gui.cloud.canvas import HINT, MOVES
 from gui.cloud.cloud_view import CloudView
@@ -76,6 +77,7 @@ from ilf.drawing.stages import STAGES
 
 _PARTS: tuple[type[Part], ...] = (
     KeptRunsPart,
+    CarryingPart,
     PresetsPart,
     SweepPart,
     AccuracyPart,
@@ -214,6 +216,7 @@ class MainWindow(QMainWindow):
             self.filter_presenter,
             self.errors,
             self.documents,
+            self.centre,
         )
         self.parts: list[Part] = [make(desk) for make in _PARTS]
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.experiments)
@@ -299,6 +302,7 @@ class MainWindow(QMainWindow):
             "merge_blocks": blocks.merge,
             "lock_blocks": blocks.toggle_locks,
             "hide_blocks": blocks.toggle_visibility,
+            "looked_at": blocks.look_at,
             "grow_blocks": blocks.grow,
             "shrink_blocks": blocks.shrink,
             "smooth_blocks": blocks.smooth,

@@ -30,3 +30,14 @@ def grouped(count: int) -> str:
     True
     """
     return f"{count:,}".replace(",", "\u202f")
+
+
+def counted(count: int, what: str) -> str:
+    """A count of things.
+
+    Examples
+    --------
+    >>> counted(1, "frame"), counted(1200, "frame")
+    ('1 frame', '1\u202f200 frames')
+    """
+    return f"{grouped(count)} {what}{'s' * (count != 1)}"

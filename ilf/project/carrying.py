@@ -33,9 +33,9 @@ class Carried:
 def carry(before: FrameState, after: FrameState, how: str = "auto") -> Carried:
     """Give a frame the blocks of another, as `ilf.ebs.following.follow` carries them.
 
-    Names, colours, locks, visibility, own values and drawn borders go along, and so do the common parameters and whether
-    the rest is guessed. Blocks that are locked in the frame after stay there as they are, unless they had been carried
-    there and nobody has edited them since; a carried block that has the number of one that stays gets another.
+    Names, colours, locks, visibility, own values and drawn borders go along, and so do the common parameters and
+    whether the rest is guessed. Blocks that are locked in the frame after stay there as they are, unless they had been
+    carried there and nobody has edited them since; a carried block that has the number of one that stays gets another.
 
     Parameters
     ----------
