@@ -13,9 +13,9 @@ from PySide6.QtGui import QColor, QIcon, QPalette
 from PySide6.QtWidgets import QWidget
 
 from gui import theme
-from gui.numbers import grouped, millimetres
 from gui.widgets.row_model import Index, RowModel
 from gui.widgets.soft_rows import ICON_SIZE
+from ilf.number_words import grouped, millimetres
 
 SORT_ROLE = Qt.ItemDataRole.UserRole
 

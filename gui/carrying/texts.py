@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gui.carrying.carrier import Journey
-from gui.numbers import counted
+from ilf.number_words import counted
 
 _DONE = {"copied": "copied", "flow": "carried along optical flow", "pose": "carried by the camera's pose"}
 _MOST_NAMED = 3

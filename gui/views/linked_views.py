@@ -16,8 +16,8 @@ from gui.views.contents.cell import Cell
 from gui.views.contents.making import Studio
 from gui.views.contents.material import Layer, Material, ShownRun, Spectrum
 from gui.views.contents.stages import StageBoard
+from ilf.drawing.inner_points import InnerPoint, inner_points
 
-from .block_names import InnerPoint, inner_points
 from .colour_ranges import ColourRanges
 from .empty_hint import EmptyHint
 from .image_view import ImageView

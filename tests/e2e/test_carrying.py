@@ -12,10 +12,8 @@ from pytestqt.qtbot import QtBot
 from gui.carrying.part import CarryingPart
 from gui.main_window import MainWindow
 from gui.state.entries import Entry
-from ilf.ebs.edit import patch_between
 from ilf.frame import RGBDFrame
 from ilf.io.frame_source import FrameSource
-from ilf.project import Stage
 
 from .conftest import WAIT_MS, open_frame, write_frame
 

@@ -1,4 +1,4 @@
-"""Small lengths and counts in words, the same in all tables and lines of the window."""
+"""Small lengths and counts in words, the same in all tables, lines and reports."""
 
 from __future__ import annotations
 
@@ -41,3 +41,18 @@ def counted(count: int, what: str) -> str:
     ('1 frame', '1\u202f200 frames')
     """
     return f"{grouped(count)} {what}{'s' * (count != 1)}"
+
+
+def length_text(metres: float) -> str:
+    """A length with the unit that reads best, to three significant digits: 10 m, 100 mm, 0.1 mm, 1 µm."""
+    if not math.isfinite(metres):
+        return "–"
+    size = abs(metres)
+    if size >= 0.9995:
+        scaled, unit = metres, "m"
+    elif size >= 0.99e-4 or size == 0:
+        scaled, unit = metres * 1e3, "mm"
+    else:
+        scaled, unit = metres * 1e6, "µm"
+    text = f"{scaled:.3g}" if abs(scaled) < 999.5 else f"{scaled:,.0f}"
+    return f"{text} {unit}"
