@@ -42,7 +42,8 @@ _MENUS = {
     "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",
     "I&nspect": _INSPECT,
     "Re&view": "next_suspect previous_suspect leave_suspect looked_at | suggest_distrust",
-    "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | guess clear_results | "
+    "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | "
+    "share_values keep_values reset_values part_values | guess clear_results | "
     "test_hidden sweep | show_runs compare_runs accept_run restore_run export_runs clear_runs",
 }
 

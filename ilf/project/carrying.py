@@ -74,6 +74,8 @@ def carry(before: FrameState, after: FrameState, how: str = "auto") -> Carried:
     carried = there - stays
     handmade = notes.handmade | made_by_hand(before.labels, notes.extracted)
     reasons = {now(label): reason for label, reason in followed.reasons.items() if now(label) in carried}
+    came = labels.copy()
+    came.setflags(write=False)
     known = BlockNotes(
         {now(label): info for label, info in notes.infos.items()}
         | {label: info for label, info in after.notes.infos.items() if label in stays},
@@ -82,7 +84,7 @@ def carry(before: FrameState, after: FrameState, how: str = "auto") -> Carried:
         _drawn(followed, after, here),
         notes.extraction,
         notes.network,
-        labels.copy(),
+        came,
         there,
         stays | {now(label) for label in handmade if now(label) in carried},
         before.frame.name,
