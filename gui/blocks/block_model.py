@@ -151,7 +151,7 @@ class BlockModel(RowModel[BlockRow]):
             (Column.LOCKED, True): _plain(theme.icon("ph.lock-simple", palette)),
             (Column.LOCKED, False): _plain(theme.icon("ph.lock-simple-open", faint)),
         }
-        self._look = _plain(theme.icon("ph.eye-closed", _tinted(palette, self._colours.warning)))
+        self._look = _plain(theme.icon("ph.question", _tinted(palette, self._colours.warning)))
         self._states = {
             state: _plain(theme.icon(name, _tinted(palette, getattr(self._colours, colour))))
             for state, (name, colour) in _STATES.items()

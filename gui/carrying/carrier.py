@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 
@@ -18,6 +19,19 @@ from gui.work.worker import Worker
 from ilf.project import Carried, FrameState, Stage, carry
 
 _WORKED_ON = Stage.EDITED, Stage.RUN, Stage.FAILED
+
+
+class Arrival(NamedTuple):
+    """What came of carrying blocks to one frame: how, how many blocks it has, and how many of them are new, need a
+    look, or are gone."""
+
+    name: str
+    how: str
+    blocks: int
+    new: int
+    to_check: int
+    gone: int
+    notes: tuple[str, ...]
 
 
 @dataclass(eq=False)
@@ -37,7 +51,7 @@ class Journey:
         Whether frames are shown as soon as they are read.
     total : int
         How many frames there are after the source.
-    done : list of (Session, Carried)
+    done : list of Arrival
         Frames that have got blocks.
     kept : list of str
         Names of frames that have kept theirs.
@@ -50,7 +64,7 @@ class Journey:
     replaces: bool
     shows: bool
     total: int
-    done: list[tuple[Session, Carried]] = field(default_factory=list)
+    done: list[Arrival] = field(default_factory=list)
     kept: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     stopped: bool = False
@@ -126,6 +140,7 @@ class Carrier(QObject):
             self._end()
             return
         self._present = entry = self._waiting.popleft()
+        self._read = None
         if self._workspace.entries.of(entry.id) is not entry:  # it has been taken out of the list
             journey.total -= 1
             self._next()
@@ -160,7 +175,7 @@ class Carrier(QObject):
         if isinstance(outcome, Carried) and self._read is not None:
             session, source = self._open(entry, self._read), outcome.state.notes.carried_from
             self._workspace.take_carried(session, outcome.state, f"Carry blocks from {source}")
-            journey.done.append((session, outcome))
+            journey.done.append(_arrival(session, outcome))
             self._before = outcome.state
         elif isinstance(outcome, FrameState) and outcome.labels.any():
             if entry is not journey.source:
@@ -183,6 +198,8 @@ class Carrier(QObject):
         journey, entry = self.journey, self._present
         if journey is not None and entry is not None:
             journey.problems.append(f"{entry.name}: {error_text(error)}")
+            if self._read is None:
+                self._workspace.note_problem(entry, error_text(error))
             if self._before is None:
                 self._waiting.clear()
         self._next()
@@ -193,3 +210,9 @@ class Carrier(QObject):
         self.changed.emit()
         if journey is not None:
             self.ended.emit(journey)
+
+
+def _arrival(session: Session, carried: Carried) -> Arrival:
+    followed, marked = carried.followed, len(carried.state.to_check)
+    counts = len(session.counts()), len(followed.new), marked, len(followed.gone)
+    return Arrival(session.name, followed.how, *counts, followed.notes)
