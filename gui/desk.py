@@ -14,6 +14,8 @@ from gui.docks import Docks
 from gui.filtering.filter_panel import FilterPanel
 from gui.filtering.presenter import FilterPresenter
 from gui.frames.loader import FrameLoader
+from gui.project.recorder import Recorder
+from gui.project.store import WorkStore
 from gui.state.workspace import Workspace
 from gui.tools.editor import Editor
 from gui.views.errors import ErrorPresenter
@@ -44,6 +46,8 @@ class Desk:
     errors: ErrorPresenter
     documents: Documents
     centre: Centre
+    store: WorkStore
+    recorder: Recorder
 
 
 class Part(QObject):

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QMainWindow, QTabWidget
 
 from gui.accuracy.part import AccuracyPart
 from gui.actions import Actions
+from gui.autosave.part import AutosavePart
 from gui.blocks.block_table import BlockTable
 from gui.blocks.presenter import BlocksPresenter
 from gui.carrying.part import CarryingPart
@@ -47,6 +48,8 @@ from gui.looking.part import LookingPart
 from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar
 from gui.palette.part import PalettePart
 from gui.presets.part import PresetsPart
+from gui.project.recorder import Recorder
+from gui.project.store import WorkStore
 from gui.recent.part import RecentPart
 from gui.review.distrust import DistrustPresenter
 from gui.review.presenter import ReviewPresenter
@@ -75,6 +78,7 @@ from gui.work.live import LiveSolver
 from gui.work.refresh import Refresh
 from gui.work.runs import RunController, RunState
 from ilf.drawing.stages import STAGES
+from ilf.project.journals import journal_folder
 
 _PARTS: tuple[type[Part], ...] = (
     KeptRunsPart,
@@ -89,19 +93,21 @@ _PARTS: tuple[type[Part], ...] = (
     LayoutsPart,
     ShortcutsPart,
     PalettePart,
+    AutosavePart,
 )
 
 
 class MainWindow(QMainWindow):
     """Wiring only: state lives in the workspace, work is done by the controllers, presenters bring it to the widgets.
 
-    With `remembers`, size and docks are those of the last time, and are kept for the next.
+    With `remembers`, size and docks are those of the last time, and are kept for the next, and the work is saved by
+    itself as it goes.
     """
 
     def __init__(self, remembers: bool = True) -> None:
         super().__init__()
         self.setAcceptDrops(True)
-        self._make_state()
+        self._make_state(remembers)
         self.panels = Docks(self, self.actions_["fold_panels"], remembers)
         self._make_widgets()
         self._make_presenters()
@@ -116,8 +122,10 @@ class MainWindow(QMainWindow):
         self.refresh.draw_all()
         self.panels.size_window()
 
-    def _make_state(self) -> None:
+    def _make_state(self, remembers: bool) -> None:
         self.workspace = Workspace(self)
+        self.store = WorkStore(journal_folder() if remembers else None)
+        self.recorder = Recorder(self.workspace, self.store, self)
         self.loader = FrameLoader(self.workspace, self)
         self.runs = RunController(self.workspace, self)
         self.refresh = Refresh(self)
@@ -220,6 +228,8 @@ class MainWindow(QMainWindow):
             self.errors,
             self.documents,
             self.centre,
+            self.store,
+            self.recorder,
         )
         self.parts: list[Part] = [make(desk) for make in _PARTS]
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.experiments)

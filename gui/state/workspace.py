@@ -385,6 +385,11 @@ class Workspace(QObject):
         self.session.apply(patch)
         self.stroke_changed.emit(patch.box)
 
+    @property
+    def stroke_under_way(self) -> bool:
+        """Whether the label map holds part of a stroke that may yet be given up."""
+        return self._stroke is not None
+
     def end_stroke(self, text: str) -> LabelPatch | None:
         """Make the stroke one undoable step, and give what it has changed; None if that is nothing."""
         patch = self._take_stroke()

@@ -3,6 +3,7 @@
 from .block_notes import BlockInfo, BlockNotes
 from .carrying import Carried, carry
 from .frame_state import FrameState, Looked
+from .journal import Journal, JournalInUse, JournalNote
 from .kept_run import Guess, KeptRun
 from .parts import Parts
 from .project import FrameSummary, Project, ProjectFrame, Stage
@@ -14,6 +15,9 @@ __all__ = [
     "FrameState",
     "FrameSummary",
     "Guess",
+    "Journal",
+    "JournalInUse",
+    "JournalNote",
     "KeptRun",
     "Looked",
     "Parts",

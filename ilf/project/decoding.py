@@ -11,12 +11,12 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import FormatError, IlfError, InputError
+from ..errors import FormatError, InputError
 from ..frame import RGBDFrame, TruthFile
 from ..io.frame_source import FrameSource
 from ..judgement import HiddenTest
 from ..outcomes import BlockResult
-from ..parameters import BlockParameters, Parameters
+from ..parameters import BlockParameters, Parameters, preset
 from ..run import Run
 from ..sections import Section
 from .block_notes import BlockInfo, BlockNotes
@@ -32,14 +32,11 @@ from .packing import (
 )
 from .parameter_values import own_values_from, parameters_from
 from .parts import Parts
-from .recorded import array_content, read_frame_part, recorded_frame, recorded_shape
+from .recorded import UNREADABLE, array_content, bare_state, read_frame_part, recorded_frame, recorded_shape
 from .result_packs import unpack_results
 from .sources import ChangedSource, MissingSource, Places, with_truth
 
 T = TypeVar("T")
-
-UNREADABLE = (IlfError, ArithmeticError, LookupError, RecursionError, TypeError, ValueError)
-"""What reading somebody's bytes may raise, whatever is wrong with them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +128,7 @@ class _Decoding:
 
     def state(self, frame_id: str) -> FrameState:
         """All of the state."""
-        bare = FrameState(frame_id, self.frame, _no_blocks(self.frame))
+        bare = bare_state(frame_id, self.frame)
         try:
             data = read_frame_part(frame_id, self.parts)
             if data.get("schema", int) > SCHEMA:
@@ -150,23 +147,26 @@ class _Decoding:
             return bare
         self.same_depth = described.values.get("measured") == measured_sha256(self.frame)
         frame = self._tell("The frame's distrusted depth and truth are", lambda: self._seen(data), self.frame)
-        labels = self._tell("The blocks are", lambda: self._labels(data, "labels"), None)
+        labels = self._tell("The blocks, and their results with them, are", lambda: self._labels(data, "labels"), None)
         notes = self._tell(
             "Names and other notes of blocks are", lambda: self._notes(data.section("notes")), BlockNotes()
         )
-        results = self._results(data, data) if labels is not None else {}
+        results, guess = {}, None
+        if labels is not None:
+            results = self._results(data, data)
+            guess = self._tell("The guess of the rest is", lambda: self._guess(data, "guess"), None)
         state = FrameState(
             id=frame_id,
             frame=frame,
-            labels=_no_blocks(frame) if labels is None else labels,
+            labels=bare.labels if labels is None else labels,
             notes=notes,
-            common=self._parameters(data.get("parameters", dict), "The parameters"),
+            common=self._tell("Parameters are", lambda: self._parameters(data, "The parameters"), preset()),
             results=results,
-            guess=self._tell("The guess of the rest is", lambda: self._guess(data, "guess"), None) if results else None,
+            guess=guess,
             runs=self._kept_runs(data),
             **self._small(data),
         )
-        self._made(described)
+        self._tell("Colour and depth of the frame are", lambda: self._made(described), None)
         return state
 
     def _small(self, data: Section) -> dict[str, Any]:
@@ -276,8 +276,8 @@ class _Decoding:
             for label in data.values
         }
 
-    def _parameters(self, values: dict[str, Any], what: str) -> Parameters:
-        return parameters_from(Parameters, values, what, self.problems)
+    def _parameters(self, data: Section, what: str) -> Parameters:
+        return parameters_from(Parameters, data.get("parameters", dict), what, self.problems)
 
     def _extraction(self, values: dict[str, Any]) -> BlockParameters:
         return parameters_from(BlockParameters, values, "What the blocks were extracted with", self.problems)
@@ -364,7 +364,7 @@ class _Decoding:
         labels = self._labels(data, "blocks")
         if labels is None:
             raise FormatError("It has no blocks.")
-        parameters = self._parameters(data.get("parameters", dict), "The parameters of a kept run")
+        parameters = self._parameters(data, "The parameters of a kept run")
         own = self._own(data.section("own"))
         return Run(
             self._seen(data),
@@ -379,12 +379,6 @@ class _Decoding:
             notes=tuple(data.items("notes", str)),
             drawn=self._mask(data, "drawn"),
         )
-
-
-def _no_blocks(frame: RGBDFrame) -> NDArray[np.int32]:
-    labels = np.zeros(frame.shape, np.int32)
-    labels.setflags(write=False)
-    return labels
 
 
 def _depth(name: str, content: bytes, shape: tuple[int, int]) -> NDArray[np.float32]:

@@ -63,8 +63,8 @@ class ProjectFrame:
     id : str
         Stays with the frame.
     name : str
-    source : FrameSource
-        Where it is and how it is read; paths are absolute.
+    source : FrameSource or None
+        Where it is and how it is read; paths are absolute. None if it can be had from its stored state alone.
     summary : FrameSummary
     has_state : bool
         Whether the project holds a state of it; without one it is opened from its source.
@@ -72,7 +72,7 @@ class ProjectFrame:
 
     id: str
     name: str
-    source: FrameSource
+    source: FrameSource | None
     summary: FrameSummary = field(default_factory=FrameSummary)
     has_state: bool = False
 

@@ -7,14 +7,18 @@ import json
 import numpy as np
 
 from ..camera import CameraIntrinsics
-from ..errors import FormatError
+from ..errors import FormatError, IlfError
 from ..frame import InputFile, RGBDFrame
 from ..run.record_file import parsed_inputs
 from ..sections import Section
 from .encoding import frame_part
+from .frame_state import FrameState
 from .packing import Npz, check_content, colour_from_bytes
 from .parts import Parts
 from .sources import Places, load_inputs
+
+UNREADABLE = (IlfError, ArithmeticError, LookupError, RecursionError, TypeError, ValueError)
+"""What reading somebody's bytes may raise, whatever is wrong with them."""
 
 
 def read_frame_part(frame_id: str, parts: Parts) -> Section:
@@ -89,3 +93,10 @@ def files_of(frame_json: bytes) -> tuple[InputFile, ...]:
 def arrays_of(frame_json: bytes) -> frozenset[str]:
     """All parts with arrays that a part `frames/<id>.json` refers to; raises FormatError if it is damaged."""
     return frozenset(parsed_frame_part(frame_json).items("arrays", str))
+
+
+def bare_state(frame_id: str, frame: RGBDFrame) -> FrameState:
+    """A frame that nobody has worked on."""
+    labels = np.zeros(frame.shape, np.int32)
+    labels.setflags(write=False)
+    return FrameState(frame_id, frame, labels)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import os
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -54,6 +55,14 @@ class ChangedSource(InputError):
 
 
 @dataclass(frozen=True)
+class FilePlace:
+    """Where a file was when the project was saved: from the project's folder, with slashes, and on that machine."""
+
+    relative: str | None = None
+    absolute: str | None = None
+
+
+@dataclass(frozen=True)
 class Places:
     """Where to look for files that frames were read from.
 
@@ -61,29 +70,48 @@ class Places:
     ----------
     project : Path or None
         The project file: what lies in its folder is found.
-    relative : mapping of str to str
-        Path of a file, as it was -> its path from the project's folder, with slashes.
+    files : mapping of str to FilePlace
+        Path of a file as frames have it -> where it was when the project was saved.
     given : mapping of str to Path
-        Path of a file, as it was, or the SHA-256 of its content -> where it is now.
+        Path of a file as frames have it, or the SHA-256 of its content -> where it is now.
     folders : tuple of Path
-        Folders that it may lie in by its name, or by the last parts of its path.
+        Folders that it may lie in, by its name or by the last parts of its path.
     """
 
     project: Path | None = None
-    relative: Mapping[str, str] = field(default_factory=dict)
+    files: Mapping[str, FilePlace] = field(default_factory=dict)
     given: Mapping[str, Path] = field(default_factory=dict)
     folders: tuple[Path, ...] = ()
+
+    def beside(self, path: str) -> Path | None:
+        """Where a file is if it has come along with the project."""
+        relative = self.files.get(path, FilePlace()).relative
+        if self.project is None or relative is None:
+            return None
+        return Path(os.path.normpath(self.project.parent / relative))
 
     def candidates(self, wanted: InputFile) -> Iterator[Path]:
         """All paths where a file may be, the likeliest first."""
         yield from (self.given[key] for key in (wanted.path, wanted.sha256) if key in self.given)
-        beside = None if self.project is None else self.project.parent
-        if beside is not None and wanted.path in self.relative:
-            yield beside / self.relative[wanted.path]
+        came_along = self.beside(wanted.path)
+        if came_along is not None:
+            yield came_along
+        if absolute := self.files.get(wanted.path, FilePlace()).absolute:
+            yield Path(absolute)
         yield Path(wanted.path)
         steps = [step for step in re.split(r"[\\/]", wanted.path) if step not in {"", ".", ".."}]
-        for folder in (*([] if beside is None else [beside]), *self.folders):
+        for folder in (*([] if self.project is None else [self.project.parent]), *self.folders):
             yield from (folder.joinpath(*steps[-count:]) for count in (1, 2, 3) if count <= len(steps))
+
+    def present(self, wanted: InputFile) -> Path | None:
+        """The first of them where there is a file, whatever its content; None if there is none."""
+        for path in self.candidates(wanted):
+            try:
+                if path.is_file():
+                    return path
+            except (OSError, ValueError):
+                continue
+        return None
 
 
 def source_part(sha256: str, path: str) -> str:

@@ -27,12 +27,12 @@ dt { color: var(--soft); } dd { margin: 0; overflow-wrap: anywhere; }
 pre { background: var(--card); border: 1px solid var(--line); border-radius: 6px; padding: .7rem .9rem; margin: .6rem 0;
   white-space: pre-wrap; overflow-wrap: anywhere; font-size: .85rem; }
 .wide { overflow-x: auto; margin: .6rem 0 1rem; }
-table { border-collapse: collapse; width: max-content; font-size: .87rem; line-height: 1.35;
-  font-variant-numeric: tabular-nums; }
+table { border-collapse: collapse; font-size: .87rem; line-height: 1.35; font-variant-numeric: tabular-nums; }
 th, td { text-align: left; vertical-align: top; padding: .35rem .9rem .35rem 0; border-bottom: 1px solid var(--line); }
 th { color: var(--soft); font-weight: 600; vertical-align: bottom; border-bottom-width: 2px; }
 th:last-child, td:last-child { padding-right: 0; }
 td { overflow-wrap: anywhere; max-width: 22rem; }
+td:not(.n) { min-width: 7rem; }
 .key { position: sticky; left: 0; background: var(--ground); }
 @media (max-width: 40rem) { .key { max-width: 9.5rem; } }
 .n { text-align: right; white-space: nowrap; overflow-wrap: normal; }
@@ -72,7 +72,7 @@ footer { margin-top: 3rem; padding-top: 1rem; padding-bottom: 2rem; font-size: .
   figure, tr, dl > *, pre { break-inside: avoid; }
   .pictures, .plots { grid-template-columns: repeat(2, 1fr); gap: 1rem; }
   .wide { overflow: visible; }
-  table { font-size: 7.8pt; width: auto; } th, td { padding: .18rem .45rem .18rem 0; } td { min-width: 0; }
+  table { font-size: 7.8pt; } th, td { padding: .18rem .45rem .18rem 0; } td { min-width: 0; }
   td img { width: 22mm; }
   pre { font-size: 8pt; } .hash { font-size: 7.5pt; }
   .back { display: none; } footer { margin-top: 1rem; padding: 0; }

@@ -61,6 +61,8 @@ class Hits:
     """Normals of the triangles, turned the same way."""
     material: np.ndarray
     texture: np.ndarray
+    part: np.ndarray
+    """Which of the scene's parts."""
 
 
 class Scene:
@@ -73,6 +75,7 @@ class Scene:
         self._normals = np.concatenate([corner_normals(mesh) for mesh in meshes]).astype(np.float32)
         self._texture = np.concatenate([m.texture[m.triangles] for m in meshes]).astype(np.float32)
         self._material = np.concatenate([np.full(len(m.triangles), number[id(mat)]) for m, mat in parts])
+        self._part = np.concatenate([np.full(len(mesh.triangles), part) for part, mesh in enumerate(meshes)])
         corners = np.concatenate([m.vertices[m.triangles] for m in meshes]).reshape(-1, 3)
         self._rays = open3d.t.geometry.RaycastingScene()
         self._rays.add_triangles(
@@ -102,6 +105,7 @@ class Scene:
             flat=flat,
             material=self._material[triangle],
             texture=np.einsum("nc,nci->ni", share, self._texture[triangle]),
+            part=self._part[triangle],
         )
 
     def blocked(self, origins: np.ndarray, directions: np.ndarray, *, far: float = 1.0) -> np.ndarray:

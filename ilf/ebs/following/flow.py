@@ -1,4 +1,4 @@
-"""Sources by optical flow: what looks alike, from frame to frame."""
+"""Motion by optical flow: what looks alike, from frame to frame."""
 
 from __future__ import annotations
 
@@ -7,48 +7,43 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...frame import RGBDFrame
-from .sources import Field, Mask, Sources, Whole, nearest
+from .parts import Parts, nearest_in_part
+from .sources import Field, Motion
 
 _SIDE = 24
 """Pictures are at least so high and wide [px] for flow: its patches need room."""
 
 _BACK, _BACK_SHARE = 1.0, 0.05
-"""How far from where it came from [px] a pixel may be led by going there and back, to be sure; grows by a share of the
-motion."""
+"""How far from where it came from [px] a pixel may be led by going there and back; grows by a share of the motion."""
 
-_LOST = 3.0
-"""Beyond so many times that, what is there now was not seen before."""
-
-_TEAR, _BESIDE_TEAR = 0.5, 7
-"""Change of the motion from pixel to pixel [px] that parts two motions, and the side of the squares [px] around in
-which the flow's patches mix them."""
-
-_JUMP, _JUMP_SHARE = 0.05, 0.05
-"""How far [m] depth may be off what it was, less the motion of what is around, and the same as a share of the depth:
-the larger of the two."""
-
-_AROUND, _ENOUGH = 31, 0.05
-"""Side [px] of the squares over which the motion in depth is averaged, and share of them that must take part."""
-
-_NEARBY, _NEARBY_SHARE = 0.2, 0.1
-"""Pixels take part in it whose motion is off the usual by less than this [m], or this share of the depth."""
+_INSIDE = 4.0
+"""From so far [px] inside a part on, the flow's patches see that part alone."""
 
 
-def by_flow(before: RGBDFrame, after: RGBDFrame) -> Sources:
-    """Dense inverse search from the frame after to the one before, checked by going back, and by the depth."""
-    there, back = flow_between(after, before), flow_between(before, after)
-    height, width = after.shape
-    rows, columns = np.indices((height, width), dtype=np.float32)
-    columns += there[..., 0]
-    rows += there[..., 1]
-    row, column, inside = nearest(columns, rows)
-    returned = cv2.remap(back, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+def by_flow(before: RGBDFrame, after: RGBDFrame, parts: Parts, depth: Field) -> Motion:
+    """Dense inverse search, checked by going back. Parts move to their rims as they do inside.
+
+    Parameters
+    ----------
+    before, after : RGBDFrame
+    parts : Parts
+        Of the frame before.
+    depth : ndarray of float32, shape (H, W)
+        Depth of the parts [m]: of two that move to the same place, the nearer one is seen.
+    """
+    there, back = flow_between(before, after), flow_between(after, before)
+    rows, columns = np.indices(before.shape, dtype=np.float32)
+    returned = cv2.remap(
+        back, columns + there[..., 0], rows + there[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )
     off = np.hypot(there[..., 0] + returned[..., 0], there[..., 1] + returned[..., 1])
-    allowed = _BACK + _BACK_SHARE * np.hypot(there[..., 0], there[..., 1])
-    other, same = _surfaces(before, after, row, column)
-    lost = (off > _LOST * allowed) & ~same
-    seen = inside & ~lost & ~other
-    return Sources(row, column, seen, seen & (off <= allowed) & ~_torn(there), np.zeros((height, width), bool))
+    agrees = off <= _BACK + _BACK_SHARE * np.hypot(there[..., 0], there[..., 1])
+    source = nearest_in_part(parts.map, agrees & (parts.reach > _INSIDE))
+    thin = nearest_in_part(parts.map, agrees & (source < 0))
+    source = np.where(source < 0, thin, source)
+    own = np.arange(source.size).reshape(source.shape)
+    inner = there.reshape(-1, 2)[np.where(source < 0, own, source)]
+    return Motion(columns + inner[..., 0], rows + inner[..., 1], depth, source >= 0)
 
 
 def flow_between(one: RGBDFrame, other: RGBDFrame) -> Field:
@@ -67,27 +62,10 @@ def _brightness(frame: RGBDFrame) -> NDArray[np.uint8]:
     return np.asarray(cv2.copyMakeBorder(grey, 0, below, 0, right, cv2.BORDER_REPLICATE), np.uint8)
 
 
-def _torn(flow: Field) -> Mask:
-    """Pixels beside which the motion changes abruptly."""
-    square = np.ones((3, 3), np.uint8)
-    change = (cv2.dilate(flow, square) - cv2.erode(flow, square)).max(axis=2) > 2 * _TEAR
-    return cv2.dilate(change.astype(np.uint8), np.ones((_BESIDE_TEAR, _BESIDE_TEAR), np.uint8)) > 0
-
-
-def _surfaces(before: RGBDFrame, after: RGBDFrame, row: Whole, column: Whole) -> tuple[Mask, Mask]:
-    """Where the depth says that another surface is seen than at the source, and where that it is the same."""
-    source = before.depth[row, column]
-    change = after.depth - source
-    known = np.isfinite(change)
-    if not known.any():
-        return np.zeros(known.shape, bool), np.zeros(known.shape, bool)
-    # what the camera's own motion changes is much alike among neighbours
-    usual = np.float32(np.median(change[known]))
-    near = known & (np.abs(change - usual) <= np.maximum(_NEARBY, _NEARBY_SHARE * np.nan_to_num(source)))
-    weight = cv2.blur(near.astype(np.float32), (_AROUND, _AROUND))
-    local = cv2.blur(np.where(near, change, np.float32(0)), (_AROUND, _AROUND)) / np.maximum(weight, np.float32(1e-6))
-    with np.errstate(invalid="ignore"):
-        off = np.abs(change - np.where(weight > _ENOUGH, local, usual))
-        allowed = np.maximum(_JUMP, _JUMP_SHARE * np.fmin(source, after.depth))
-        other, same = off > allowed, off <= allowed / 2
-    return cv2.morphologyEx(other.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0, same
+def depth_of_parts(frame: RGBDFrame, parts: Parts) -> Field:
+    """Known depth [m], and where it is missing or beside a border that of the nearest pixel of the same part; NaN in
+    parts of which nothing is known."""
+    source = nearest_in_part(parts.map, frame.known & (parts.reach > 2))
+    thin = nearest_in_part(parts.map, frame.known & (source < 0))
+    source = np.where(source < 0, thin, source)
+    return np.where(source < 0, np.float32(np.nan), frame.depth.ravel()[source])

@@ -15,10 +15,11 @@ from ...frame import RGBDFrame
 from ...parameters import BlockParameters
 from ..drawn import border_pixels
 from .doubts import doubts
-from .flow import by_flow
+from .flow import by_flow, depth_of_parts
+from .parts import parts_of
 from .reprojection import by_pose
 from .settling import settle
-from .sources import Mask, Sources, at_their_place
+from .sources import Mask, Sources, sources_of
 from .stillness import ALL_STILL, around, camera_is_still, changed
 
 WAYS = ("auto", "copied", "flow", "pose")
@@ -118,18 +119,23 @@ def follow(
     present = checked_labels(labels, before.shape)
     hand = checked_drawn(drawn, before.shape)
     moved = None if how in ("flow", "pose") else changed(before, after)
-    motion = None if how in ("copied", "flow") else _motion(how, pose, before, after)
-    if how == "copied" or (moved is not None and motion is None and moved.mean() <= ALL_STILL):
+    known = None if how in ("copied", "flow") else _pose(how, pose, before, after)
+    if how == "copied" or (moved is not None and known is None and moved.mean() <= ALL_STILL):
         return _copied(present, hand, moved)
-    if motion is not None:
-        sources, done = by_pose(before, after, motion, by_flow(before, after)), "pose"
+    parts = parts_of(present)
+    depth = depth_of_parts(before, parts)
+    motion = by_flow(before, after, parts, depth)
+    still = None
+    if known is not None:
+        motion, done = by_pose(before, after, known, depth, motion), "pose"
     else:
-        sources, done = by_flow(before, after), "flow"
+        done = "flow"
         if moved is not None and camera_is_still(before, moved):
-            sources = _over(at_their_place(after.shape, ~around(moved)), sources)
+            still = ~around(moved)
+    sources = sources_of(motion, after, still)
     firm = _firm(present, hand, locked)
     chosen = extraction or BlockParameters()
-    settled = settle(present, sources, after, chosen, firm, taken)
+    settled = settle(parts, sources, after, chosen, firm, taken)
     reasons, notes = doubts(present, settled, sources)
     there = frozenset(np.unique(settled.labels).tolist()) - {0}
     return Followed(
@@ -145,7 +151,7 @@ def follow(
     )
 
 
-def _motion(how: str, pose: ArrayLike | None, before: RGBDFrame, after: RGBDFrame) -> NDArray[np.float64] | None:
+def _pose(how: str, pose: ArrayLike | None, before: RGBDFrame, after: RGBDFrame) -> NDArray[np.float64] | None:
     """The pose as a matrix; None where there is none and none is asked for."""
     if pose is None:
         if how == "pose":
@@ -166,18 +172,6 @@ def _copied(labels: NDArray[np.int32], drawn: Mask | None, moved: Mask | None) -
     return Followed(labels.copy(), None if drawn is None else drawn.copy(), "copied", uncertain)
 
 
-def _over(upper: Sources, lower: Sources) -> Sources:
-    """Sources that are still, over others."""
-    still = upper.still
-    return Sources(
-        np.where(still, upper.rows, lower.rows),
-        np.where(still, upper.columns, lower.columns),
-        still | lower.seen,
-        still | lower.sure,
-        still,
-    )
-
-
 def _firm(labels: NDArray[np.int32], drawn: Mask | None, locked: Collection[int]) -> Mask | None:
     """Borders that hold: drawn ones, and those of locked blocks."""
     if not locked:
@@ -190,6 +184,6 @@ def _drawn_now(drawn: Mask | None, labels: NDArray[np.int32], sources: Sources) 
     """Borders of blocks beside which a drawn one was carried to."""
     if drawn is None:
         return None
-    carried = sources.seen & drawn[sources.rows, sources.columns]
+    carried = sources.seen & drawn.ravel()[sources.pixel]
     near = cv2.dilate(carried.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
     return checked_drawn(np.where(sources.still, carried, near & border_pixels(labels)), labels.shape)

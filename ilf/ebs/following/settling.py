@@ -17,12 +17,13 @@ from ...parameters import BlockParameters
 from ..boundaries import contract
 from ..extraction import extract
 from ..guide import find_boundaries
+from .parts import Labels, Parts, reach_of, ridge
 from .sources import Mask, Sources
-
-Labels = NDArray[np.int32]
 
 _LOOSE = 3.0
 """How far [px] a carried border may move to an edge beside it."""
+
+_LOOSE_UNSURE = 8.0
 
 _HOLD, _HOLD_DRAWN = 0.25, 0.8
 """Edge strength beside a carried border below which it stays as it is; of one that was drawn."""
@@ -59,21 +60,21 @@ class Settled:
 
 
 def settle(
-    labels: Labels,
+    parts: Parts,
     sources: Sources,
     after: RGBDFrame,
     chosen: BlockParameters,
     drawn: Mask | None = None,
     taken: Collection[int] = (),
 ) -> Settled:
-    """Carry a label map along its sources and settle it.
+    """Carry the parts of blocks along their sources and settle them.
 
-    Every connected part of a block is carried by itself, also parts of no block: so what falls apart on the way, and
-    what was apart before, are told from each other.
+    Parts of no block are carried like others. Since it is parts that are carried, what falls apart on the way is told
+    from what was apart before.
 
     Parameters
     ----------
-    labels : ndarray of int32, shape (H, W)
+    parts : Parts
         Of the frame before.
     sources : Sources
     after : RGBDFrame
@@ -86,42 +87,26 @@ def settle(
     """
     whole = extract(after, chosen)
     guide = find_boundaries(find_edges(after, chosen), chosen).guide
-    smallest = chosen.smallest_block(labels.size)
-    parts = np.asarray(connected_regions(labels, background=-1, connectivity=1), np.int32)
-    label_of = np.zeros(int(parts.max()) + 1, np.int32)
-    label_of[parts] = labels
-    carried = np.where(sources.seen, parts[sources.rows, sources.columns], np.int32(0))
-    reach = _distance_inside(carried)
-    deep = (reach > _LOOSE) | _ridge(reach)
-    sure = sources.still | (sources.sure & deep & (carried > 0))
+    smallest = chosen.smallest_block(parts.map.size)
+    carried = np.where(sources.seen, parts.map.ravel()[sources.pixel], np.int32(0))
+    reach = reach_of(carried)
+    deep = (reach > _LOOSE) | ridge(reach)
+    sure = sources.still | (sources.sure & deep & (carried > 0)) | (reach > _LOOSE_UNSURE) & sources.seen
 
     fine = extract(after, chosen.replace(min_size=0.0, min_known_share=0.0, existence_rate=0.0)).blocks
     foreign = _foreign(fine, carried, sure, sources.seen)
-    waiting = len(label_of)
+    waiting = len(parts.label)
     markers = np.where(foreign > 0, foreign + waiting, np.where(sure, carried, 0)).astype(np.int32)
-    label_of, is_new = _numbers(label_of, foreign, smallest, labels, taken, whole.contracted)
+    label_of, is_new = _numbers(parts.label, foreign, smallest, taken)
     hold = _hold(carried, sources, drawn)
     grown = contract(markers, np.maximum(guide, hold))
-    grown = _without_crumbs(grown, guide, parts, smallest, sources.still)
+    grown = _without_crumbs(grown, guide, parts.map, smallest, sources.still)
     settled = label_of[grown]
     settled[(whole.contracted == 0) & ~sources.still] = 0
     was = np.where(carried > 0, label_of[carried], np.int32(-1))
     uncertain = (settled != was) | ~sources.seen
     new = frozenset(np.unique(settled).tolist()) & is_new
     return Settled(settled, was, uncertain, new)
-
-
-def _distance_inside(parts: Labels) -> NDArray[np.float32]:
-    """Distance [px] of every pixel to the nearest of another part."""
-    number = parts.astype(np.float32)
-    square = np.ones((3, 3), np.uint8)
-    inner = cv2.erode(number, square) == cv2.dilate(number, square)
-    return np.asarray(cv2.distanceTransform(inner.astype(np.uint8), cv2.DIST_L2, 5), np.float32) + 1
-
-
-def _ridge(reach: NDArray[np.float32]) -> Mask:
-    """Pixels in the middle of what is thin."""
-    return (reach >= cv2.dilate(reach, np.ones((3, 3), np.uint8))) & (reach > 1)
 
 
 def _foreign(fine: Labels, carried: Labels, sure: Mask, seen: Mask) -> Labels:
@@ -136,17 +121,12 @@ def _foreign(fine: Labels, carried: Labels, sure: Mask, seen: Mask) -> Labels:
 
 
 def _numbers(
-    label_of: NDArray[np.int32],
-    foreign: Labels,
-    smallest: float,
-    labels: Labels,
-    taken: Collection[int],
-    regions: Labels,
+    label_of: NDArray[np.int32], foreign: Labels, smallest: float, taken: Collection[int]
 ) -> tuple[NDArray[np.int32], frozenset[int]]:
     """Part or surface -> label: what is newly seen and large enough has a new one, what is not has none for now."""
     sizes = np.bincount(foreign.ravel())
     sizes[0] = 0
-    used = {*np.unique(labels).tolist(), *taken}
+    used = {*label_of.tolist(), *taken}
     free = itertools.filterfalse(used.__contains__, itertools.count(max(used, default=0) + 1))
     of_surface = np.zeros(sizes.size, np.int32)
     for surface in np.flatnonzero(sizes >= smallest):
@@ -162,7 +142,7 @@ def _hold(carried: Labels, sources: Sources, drawn: Mask | None) -> NDArray[np.f
     border = (cv2.erode(number, square) != cv2.dilate(number, square)) & sources.seen
     height = np.where(border, np.float32(_HOLD), np.float32(0))
     if drawn is not None:
-        height[border & drawn[sources.rows, sources.columns]] = _HOLD_DRAWN
+        height[border & drawn.ravel()[sources.pixel]] = _HOLD_DRAWN
     blurred = cv2.GaussianBlur(height, (0, 0), _HOLD_WIDTH)
     return np.maximum(height, blurred)
 

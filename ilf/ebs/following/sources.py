@@ -4,12 +4,46 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ...frame import RGBDFrame
+
 Mask = NDArray[np.bool_]
-Whole = NDArray[np.intp]
 Field = NDArray[np.float32]
+
+_CRACK = 1.5
+"""Pixels up to so far [px] from one that something has moved to show the same: moving stretches what is seen."""
+
+_JUMP, _JUMP_SHARE = 0.05, 0.04
+"""How far [m] depth may be off what has moved there, and the same as a share of the depth: the larger of the two."""
+
+_AROUND, _ENOUGH = 31, 0.05
+"""Side [px] of the squares over which the motion in depth is averaged, and share of them that must take part."""
+
+_NEARBY, _NEARBY_SHARE = 0.2, 0.1
+"""Pixels take part in it whose motion is off the usual by less than this [m], or this share of the depth."""
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Where every pixel of the frame before is in the frame after.
+
+    Attributes
+    ----------
+    columns, rows : ndarray of float32, shape (H, W)
+        Its place [px]; NaN where it is not known.
+    depth : ndarray of float32, shape (H, W)
+        Its depth there [m], as far as it is known; else NaN.
+    sure : ndarray of bool, shape (H, W)
+        Where that can be relied on.
+    """
+
+    columns: Field
+    rows: Field
+    depth: Field
+    sure: Mask
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,34 +52,78 @@ class Sources:
 
     Attributes
     ----------
-    rows, columns : ndarray of intp, shape (H, W)
-        The pixel in the frame before; the nearest one of the picture where `seen` is False.
+    pixel : ndarray of intp, shape (H, W)
+        Index of the pixel in the frame before; that of one beside it where `seen` is False.
     seen : ndarray of bool, shape (H, W)
-        False where the frame before cannot show the point: beyond its rim, or behind something else.
+        False where the frame before does not show the point: beyond its rim, or behind something else.
     sure : ndarray of bool, shape (H, W)
         Part of `seen`: pixels that can be relied on.
     still : ndarray of bool, shape (H, W)
         Part of `sure`: pixels that have not changed at all, whose blocks are copied as they are.
     """
 
-    rows: Whole
-    columns: Whole
+    pixel: NDArray[np.intp]
     seen: Mask
     sure: Mask
     still: Mask
 
 
-def at_their_place(shape: tuple[int, int], still: Mask) -> Sources:
-    """Every pixel comes from its own place; those that are not still are not sure."""
-    rows, columns = np.indices(shape)
-    return Sources(rows, columns, np.ones(shape, bool), still, still)
+def sources_of(motion: Motion, after: RGBDFrame, still: Mask | None = None) -> Sources:
+    """What has moved to every pixel: the nearest by depth, unless the depth that is seen there is another.
 
-
-def nearest(columns: Field, rows: Field) -> tuple[Whole, Whole, Mask]:
-    """Rows and columns of the nearest pixels, held inside the picture, and which of them were inside."""
-    height, width = rows.shape
+    Parameters
+    ----------
+    motion : Motion
+    after : RGBDFrame
+    still : ndarray of bool, shape (H, W), optional
+        Pixels that come from their own place, whatever the motion says.
+    """
+    height, width = after.shape
     with np.errstate(invalid="ignore"):
-        inside = (columns > -0.5) & (columns < width - 0.5) & (rows > -0.5) & (rows < height - 0.5)
-    row = np.where(inside, np.rint(np.where(inside, rows, 0)), np.clip(np.nan_to_num(rows), 0, height - 1))
-    column = np.where(inside, np.rint(np.where(inside, columns, 0)), np.clip(np.nan_to_num(columns), 0, width - 1))
-    return row.astype(np.intp), column.astype(np.intp), inside
+        inside = (motion.columns > -0.5) & (motion.columns < width - 0.5)
+        inside &= (motion.rows > -0.5) & (motion.rows < height - 0.5)
+    moved = np.flatnonzero(inside)
+    # the last of those that fall on a pixel stays: the nearest, and before all the known
+    moved = moved[np.argsort(-np.nan_to_num(motion.depth.ravel()[moved], nan=np.inf), kind="stable")]
+    target = np.rint(motion.rows.ravel()[moved]).astype(np.intp) * width
+    target += np.rint(motion.columns.ravel()[moved]).astype(np.intp)
+    pixel = np.full((height, width), -1, np.intp)
+    pixel.ravel()[target] = moved
+    seen = pixel >= 0
+    if seen.any() and not seen.all():
+        pixel, distance = _from_the_nearest(pixel, seen)
+        seen = distance <= _CRACK
+    pixel = np.maximum(pixel, 0)
+    seen &= ~_other_surface(motion.depth.ravel()[pixel], np.where(seen, after.depth, np.float32(np.nan)))
+    sure = seen & motion.sure.ravel()[pixel]
+    if still is None:
+        return Sources(pixel, seen, sure, np.zeros(after.shape, bool))
+    own = np.arange(height * width).reshape(height, width)
+    return Sources(np.where(still, own, pixel), seen | still, sure | still, still)
+
+
+def _from_the_nearest(values: NDArray[np.intp], there: Mask) -> tuple[NDArray[np.intp], Field]:
+    """Values where there are some, else that of the nearest pixel, and its distance [px]."""
+    distance, which = cv2.distanceTransformWithLabels(
+        (~there).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    value_of = np.zeros(int(which.max()) + 1, np.intp)
+    value_of[which[there]] = values[there]
+    return value_of[which], np.asarray(distance, np.float32)
+
+
+def _other_surface(expected: Field, depth: Field) -> Mask:
+    """Where the depth says that another surface is seen than the one that has moved there."""
+    off = depth - expected
+    known = np.isfinite(off)
+    if not known.any():
+        return known
+    # what the camera's own motion changes is much alike among neighbours
+    usual = np.float32(np.median(off[known]))
+    near = known & (np.abs(off - usual) <= np.maximum(_NEARBY, _NEARBY_SHARE * np.nan_to_num(depth)))
+    weight = cv2.blur(near.astype(np.float32), (_AROUND, _AROUND))
+    local = cv2.blur(np.where(near, off, np.float32(0)), (_AROUND, _AROUND)) / np.maximum(weight, np.float32(1e-6))
+    with np.errstate(invalid="ignore"):
+        off = np.abs(off - np.where(weight > _ENOUGH, local, usual))
+        found = off > np.maximum(_JUMP, _JUMP_SHARE * np.fmin(expected, depth))
+    return cv2.morphologyEx(found.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) > 0

@@ -1,0 +1,1 @@
+"""How well blocks follow from frame to frame."""
