@@ -23,6 +23,7 @@ from gui.project_file.saving import Saving, Wish
 from gui.project_file.view_state import ViewState
 from gui.recent.menu import RecentMenu
 from gui.recent.store import RecentOrigins
+from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.widgets.messages import last_folder
 from ilf.project.file import OpenedProject
@@ -56,6 +57,8 @@ class ProjectPart(Part):
             desk.actions[name].triggered.connect(lambda _=False, do=do: do())
         desk.documents.project_wished.connect(self.open)
         desk.documents.leave = self._leave_frames
+        desk.documents.remove = self.closing.remove
+        desk.documents.keep = self._keep
         desk.recorder.is_unsaved = lambda: self.present.unsaved
         desk.loader.replayed.connect(lambda _: self.present.take_extraction())
         desk.loader.incomplete.connect(self._tell_incomplete)
@@ -130,8 +133,15 @@ class ProjectPart(Part):
         """Stop for good, when what is being saved is. True if no thread of it is left."""
         return all([self.saving.shutdown(), self.missing.shutdown()])
 
-    def _leave_frames(self, sessions: Sequence[Session], then: Callable[[], None]) -> None:
-        entries = [entry for entry in self.desk.workspace.entries if entry.session in sessions]
+    def _keep(self, entry: Entry) -> bool:
+        """Whether a frame that is closed stays in the list: as the project's file has it."""
+        store = self.desk.store
+        if self.present.path is None:
+            return False
+        store.revert([entry.id])
+        return store.has(entry.id)
+
+    def _leave_frames(self, entries: Sequence[Entry], then: Callable[[], None]) -> None:
         names = entries[0].name if len(entries) == 1 else f"{len(entries)} frames"
         self.closing.leave(entries, False, f"{names} {'is' if len(entries) == 1 else 'are'} closed", then)
 

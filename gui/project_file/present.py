@@ -13,7 +13,7 @@ from gui.project.whole import project_of
 from gui.state.entries import Entry
 from gui.state.workspace import Workspace
 from ilf.io.frame_source import FrameSource
-from ilf.parameters import BlockParameters
+from ilf.parameters import BlockParameters, Parameters
 from ilf.project import FrameSummary, Project
 
 
@@ -21,6 +21,8 @@ class Set(NamedTuple):
     """What is work of a project beside its frames' states."""
 
     frames: tuple[tuple[str, str, FrameSource | None], ...]
+    shared: Parameters | None
+    """Parameters for all frames; None where each has its own."""
     extraction: BlockParameters
     keeps_handmade: bool
 
@@ -78,7 +80,8 @@ class PresentProject(QObject):
         is no file."""
         now, saved = self.set_now(), self._saved
         texts = ["list of frames"] * (self.path is not None and now.frames != saved.frames)
-        texts += ["parameters of the extraction"] * (now[1:] != saved[1:])
+        texts += ["parameters for all frames"] * (now.shared != saved.shared)
+        texts += ["parameters of the extraction"] * (now[2:] != saved[2:])
         texts += ["places of files"] * self._found_elsewhere
         return ", ".join(texts)
 
@@ -86,7 +89,8 @@ class PresentProject(QObject):
         """What there is now beside the frames' states."""
         workspace = self._workspace
         frames = tuple((entry.id, entry.name, entry.source) for entry in workspace.entries)
-        return Set(frames, workspace.extraction_parameters, workspace.keeps_handmade)
+        shared = workspace.shared.values if workspace.shared.on else None
+        return Set(frames, shared, workspace.extraction_parameters, workspace.keeps_handmade)
 
     def snapshot(self, view: Mapping[str, Any]) -> Project:
         """All of it as it is now, to be saved."""
@@ -108,7 +112,7 @@ class PresentProject(QObject):
 
     def take_extraction(self) -> None:
         """What blocks are extracted with has come with a frame: that is no work."""
-        self._saved = Set(self._saved.frames, *self.set_now()[1:])
+        self._saved = self._saved._replace(extraction=self._workspace.extraction_parameters)
 
     def changed_on_disk(self) -> bool:
         """Whether somebody else has written the file since it was opened or saved, or has taken it away."""

@@ -22,7 +22,7 @@ from ..sections import Section
 from .block_notes import BlockInfo, BlockNotes
 from .encoding import SCHEMA, Origin, measured_sha256
 from .frame_state import FrameState, Looked
-from .json_fields import block_infos, chosen_labels, colour_of, looked_at, number_or_none, result_rows
+from .json_fields import block_infos, chosen_labels, colour_of, looked_at, number_or_none, reasons_of, result_rows
 from .kept_run import Guess, KeptRun
 from .own_values import OwnValues
 from .packing import (
@@ -255,6 +255,7 @@ class _Decoding:
         extraction = data.get("extraction", dict, type(None))
         infos: dict[int, BlockInfo] = {}
         own: dict[int, OwnValues] = {}
+        reasons: dict[int, str] = {}
         infos = self._tell("Names and colours of blocks are", lambda: block_infos(data.section("infos")), infos)
         return BlockNotes(
             infos=infos,
@@ -265,6 +266,8 @@ class _Decoding:
             extracted=self._tell("What the extraction gave is", lambda: self._labels(data, "extracted"), None),
             kept=frozenset(data.items("kept", int)),
             handmade=frozenset(data.items("handmade", int)),
+            carried_from=data.get("carried_from", str),
+            reasons=self._tell("Why blocks need a look is", lambda: reasons_of(data.section("reasons")), reasons),
         )
 
     def _own(self, data: Section) -> dict[int, OwnValues]:
