@@ -54,7 +54,7 @@ def labels_to_bytes(labels: NDArray[np.int32]) -> tuple[bytes, str]:
     """A label map as PNG with 16 bits, or as npz if it has larger labels; and the suffix."""
     if labels.size and labels.max() > np.iinfo(np.uint16).max:
         return npz({"labels": labels}), ".npz"
-    return encode_image(".png", labels.astype(np.uint16)), ".png"
+    return encode_image(".png", labels.astype(np.uint16), flat=True), ".png"
 
 
 def labels_from_bytes(name: str, content: bytes, shape: tuple[int, int]) -> NDArray[np.int32]:
@@ -70,7 +70,7 @@ def labels_from_bytes(name: str, content: bytes, shape: tuple[int, int]) -> NDAr
 
 def mask_to_bytes(mask: NDArray[np.bool_]) -> tuple[bytes, str]:
     """A mask as PNG with 8 bits, 255 where it is True; and the suffix."""
-    return encode_image(".png", mask.astype(np.uint8) * np.uint8(255)), ".png"
+    return encode_image(".png", mask.astype(np.uint8) * np.uint8(255), flat=True), ".png"
 
 
 def mask_from_bytes(name: str, content: bytes, shape: tuple[int, int]) -> NDArray[np.bool_]:
