@@ -283,8 +283,6 @@ COMMANDS = (
     Command(
         "full_screen", "F&ull screen", "ph.corners-out", "F11", "Show the window on all of the screen", checkable=True
     ),
-    Command("next_frame", "Next frame", "", "Ctrl+PgDown"),
-    Command("previous_frame", "Previous frame", "", "Ctrl+PgUp"),
     Command("palette", "Command &palette…", "ph.magnifying-glass", "Ctrl+Shift+P", "Find any command by some letters"),
     Command(
         "shortcuts", "&Keyboard shortcuts…", "ph.keyboard", "F1", "See which keys give which command, and change them"

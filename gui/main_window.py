@@ -33,9 +33,9 @@ from gui.extraction.extraction_panel import ExtractionPanel
 from gui.extraction.presenter import StagePresenter
 from gui.filtering.filter_panel import FilterPanel
 from gui.filtering.presenter import FilterPresenter
-from gui.frames.frame_list import FrameList
+from gui.frame_list.frames_panel import FramesPanel
+from gui.frame_list.part import FramesPart
 from gui.frames.loader import FrameLoader
-from gui.frames.presenter import FramesPresenter
 from gui.frames.replays import ReplayPresenter
 from gui.history.history_view import HistoryView
 from gui.inspect.part import InspectPart
@@ -49,6 +49,7 @@ from gui.presets.part import PresetsPart
 from gui.project.recorder import Recorder
 from gui.project.store import WorkStore
 from gui.recent.part import RecentPart
+from gui.report.part import ReportPart
 from gui.review.distrust import DistrustPresenter
 from gui.review.presenter import ReviewPresenter
 from gui.review.strip import ReviewStrip
@@ -87,6 +88,7 @@ _PARTS: tuple[type[Part], ...] = (
     LookingPart,
     RangePart,
     RecentPart,
+    ReportPart,
     LayoutsPart,
     ShortcutsPart,
     PalettePart,
@@ -141,7 +143,7 @@ class MainWindow(QMainWindow):
         self.toasts = Toasts(self, (self.views, self.cloud))
         self.notes = Notes(self, self.toasts, self.log)
         self.curves = CurvesPanel(self.panels.remembers)
-        self.frames = FrameList()
+        self.frames = FramesPanel()
         self.history = HistoryView(self.workspace.undo_group)
         self.blocks = BlockTable()
         self.filter_panel = FilterPanel(
@@ -160,7 +162,6 @@ class MainWindow(QMainWindow):
         self.keys = ToolKeys(self, self.editor, self.views)
         self.documents = Documents(self, self.picture, workspace, loader, runs, self.notes)
         self.replays = ReplayPresenter(self.notes)
-        self.frame_presenter = FramesPresenter(workspace, self.frames)
         self.view_presenter = ViewsPresenter(workspace, self.views)
         self.errors = ErrorPresenter(workspace, runs, self.views)
         self.stages = StagePresenter(workspace, self.views, self.extraction_panel, self.notes)
@@ -193,7 +194,7 @@ class MainWindow(QMainWindow):
         parameters.addTab(self.extraction_panel, "Extraction")
         area, docks = Qt.DockWidgetArea, self.panels
         # one column, and the pictures have the height of the window: there they can be largest
-        docks.add("Frames", self.frames, area.RightDockWidgetArea, "ph.image", 1.3)
+        docks.add("Frames", self.frames, area.RightDockWidgetArea, "ph.image", 1.8)
         docks.add("Blocks", self.blocks, area.RightDockWidgetArea, "ph.stack", 2.2, is_open=True)
         docks.add("Parameters", parameters, area.RightDockWidgetArea, "ph.sliders-horizontal", 3.2, is_open=True)
         docks.add("Convergence", self.curves, area.RightDockWidgetArea, "ph.chart-line", 2.6)
@@ -225,7 +226,8 @@ class MainWindow(QMainWindow):
             self.store,
             self.recorder,
         )
-        self.parts: list[Part] = [make(desk) for make in _PARTS]
+        self.frame_part = FramesPart(desk, self.frames)
+        self.parts: list[Part] = [self.frame_part, *(make(desk) for make in _PARTS)]
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.experiments)
 
     # wiring
@@ -243,7 +245,6 @@ class MainWindow(QMainWindow):
         saved = workspace.undo_group.cleanChanged, workspace.sessions_changed
         add("title", self._show_title, (turned, results, *saved), (coming,))
         add("picture", self.view_presenter.show_frame, (turned, workspace.distrusted_changed))
-        add("frames", self.frame_presenter.show, (turned, workspace.sessions_changed, blocks, results), (coming,))
         add(
             "blocks",
             self.view_presenter.show_blocks,
@@ -339,8 +340,6 @@ class MainWindow(QMainWindow):
             "fit": self.views.fit,
             "one_to_one": self.views.one_to_one,
             "shuffle_colours": self.block_presenter.shuffle_colours,
-            "next_frame": lambda: self.frame_presenter.turn(1),
-            "previous_frame": lambda: self.frame_presenter.turn(-1),
             "about": lambda: AboutDialog(self).open(),
             **{f"stage_{name}": partial(self.stages.show_stage, name) for name in STAGES},
         }
@@ -382,7 +381,6 @@ class MainWindow(QMainWindow):
         self.views.cursorMoved.connect(self.readout.point_at)
         self.views.contextMenuRequested.connect(self.context_menu.show)
         self.blocks.activated.connect(lambda _: self.view_presenter.zoom_to_blocks())
-        self.frames.removeRequested.connect(documents.remove_frame)
 
     def _connect_messages(self) -> None:
         notes = self.notes
@@ -427,7 +425,7 @@ class MainWindow(QMainWindow):
             self.panels.offer("Convergence")
 
     def _open_frames(self) -> None:
-        if len(self.workspace.sessions) > 1:
+        if len(self.workspace.entries) > 1:
             self.panels.offer("Frames")
 
     def _show_full_screen(self, on: bool) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterable, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QSettings, Qt, Signal
@@ -17,6 +17,7 @@ from gui.dialogs.saving import save_folder
 from gui.extraction.found_blocks import describe_blocks
 from gui.frames.loader import FrameLoader
 from gui.frames.paths import sorted_out
+from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.widgets.notes import Notes
@@ -25,7 +26,7 @@ from gui.work.runs import RunController
 from gui.work.worker import Worker
 from ilf.assets import asset_path
 from ilf.errors import IlfError
-from ilf.io import BLOCK_FORMATS, LoadedBlocks
+from ilf.io import BLOCK_FORMATS, META_NAME, LoadedBlocks
 from ilf.io.frame_source import FrameSource
 from ilf.outcomes import compose
 from ilf.run import ExportOptions, Written, output_folder_name, write
@@ -93,19 +94,28 @@ class Documents(QObject):
             self._notes.report("Open sample", error)
 
     def open_paths(self, paths: list[Path]) -> None:
-        """Open what was dropped or named: frame folders at once, single files by the dialog, run.json as a run."""
+        """Open what was dropped or named: frames and folders of them at once, single files by the dialog, run.json as a
+        run."""
         folders, records, files = sorted_out(paths)
         for folder in folders:
-            self.open_source(FrameSource(str(folder)))
+            if (folder / META_NAME).is_file():
+                self.open_source(FrameSource(str(folder)))
+            else:
+                self._loader.open_folder(folder)
         for record in records:
             self._loader.open_run(record)
         if files:
             self._open_dialog(str(files[0]), str(files[1]) if len(files) > 1 else None)
 
+    def open_folder(self, folder: Path) -> None:
+        """List the frames of a folder, and open the first."""
+        QSettings().setValue("open/frames", str(folder.parent))
+        self._loader.open_folder(folder)
+
     def open_source(self, source: FrameSource) -> None:
         """Open a frame; ask first if it would replace the same frame, read in another way, and the work done there."""
-        session = self._workspace.session_of(source.key)
-        if session is None or session.origin == source or self._may_discard([session]):
+        entry = self._workspace.entries.of_key(source.key)
+        if entry is None or entry.origin == source or self._may_discard([entry]):
             self._loader.open(source)
 
     def _open_dialog(self, rgb: str | None, depth: str | None) -> None:
@@ -182,16 +192,21 @@ class Documents(QObject):
 
     def remove_frame(self, key: str) -> None:
         """Close a frame, after asking about what is not exported."""
-        session = self._workspace.session_of(key)
-        if session is not None and self._may_discard([session]):
-            self._workspace.close_session(session)
+        entry = self._workspace.entries.of_key(key)
+        if entry is not None:
+            self.remove_entries([entry])
+
+    def remove_entries(self, entries: Sequence[Entry]) -> None:
+        """Take frames out of the list, after asking once about the work on them."""
+        if self._may_discard(entries):
+            self._workspace.remove_entries(entries)
 
     def may_close(self) -> bool:
         """Whether all frames may be closed; asks about what is not exported."""
-        return self._may_discard(self._workspace.sessions)
+        return self._may_discard(self._workspace.entries)
 
-    def _may_discard(self, sessions: list[Session]) -> bool:
-        unsaved = [session.name for session in sessions if session.unsaved or session in self._runs.running]
+    def _may_discard(self, entries: Iterable[Entry]) -> bool:
+        unsaved = [entry.name for entry in entries if entry.unsaved or entry.session in self._runs.running]
         return not unsaved or self.may_lose(
             "Not exported",
             f"Results or edits of {', '.join(unsaved)} have not been exported, or a run is under way; they would be "

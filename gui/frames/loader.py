@@ -241,6 +241,10 @@ class FrameLoader(QObject):
             session, lambda: find(frame, parameters), lambda found: self._take_extraction(session, found)
         )
 
+    def is_at(self, session: Session) -> bool:
+        """Whether a frame's blocks are being extracted, or about to be."""
+        return self._extracting.has(session)
+
     def is_waiting(self, session: Session) -> bool:
         """Whether a frame's blocks have not been extracted yet, because it was left before that."""
         return session in self._put_off
@@ -274,6 +278,7 @@ class FrameLoader(QObject):
                 lambda found: take(found) if session in sessions else None,
                 lambda error: self.failed.emit(what, error),
                 lambda: session in sessions and wanted(),
+                about=session,
             )
         )
 

@@ -73,6 +73,11 @@ class Entry:
         self._unsaved = unsaved
 
     @property
+    def origin(self) -> object:
+        """What it was opened from, or would be."""
+        return self.source if self.session is None else self.session.origin
+
+    @property
     def note(self) -> str:
         """What the user says of it."""
         return self.summary.note
