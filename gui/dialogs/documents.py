@@ -83,8 +83,8 @@ class Documents(QObject):
         """Closes frames: calls what follows as soon as nothing of them would be lost, if the user wants it."""
         self.remove: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
         """Takes frames out of the list: calls what follows if the user wants it."""
-        self.keep: Callable[[Entry], bool] = lambda entry: False
-        """Whether a frame that is closed stays in the list, as it was saved last."""
+        self.close: Callable[[Entry], None] = lambda entry: workspace.remove_entries([entry])
+        """Closes a frame."""
 
     # opening
 
@@ -198,17 +198,9 @@ class Documents(QObject):
 
     def close_frame(self) -> None:
         """Close the present frame, after asking about the work on it; what has been saved stays in the list."""
-        workspace = self._workspace
-        session, entry = workspace.session, workspace.entries.of(workspace.session.id)
+        entry = self._workspace.entries.of(self._workspace.session.id)
         if entry is not None:
-            self.leave([entry], lambda: self._close(session, entry))
-
-    def _close(self, session: Session, entry: Entry) -> None:
-        if self.keep(entry):
-            self._workspace.put_away(session)
-            entry.set_unsaved(False)
-        else:
-            self._workspace.close_session(session)
+            self.leave([entry], lambda: self.close(entry))
 
     def remove_entries(self, entries: Sequence[Entry], then: Callable[[], None] = lambda: None) -> None:
         """Take frames out of the list, after asking once about the work on them; `then` follows if that is done."""

@@ -64,6 +64,7 @@ class PresentProject(QObject):
         self._saved = self.set_now()
         self._unfound: dict[str, FrameSummary] = {}
         self._found_elsewhere = False
+        self._summaries: dict[str, FrameSummary] = {}
 
     @property
     def name(self) -> str:
@@ -99,13 +100,13 @@ class PresentProject(QObject):
         frames = (replace(frame, summary=unfound.get(frame.id, frame.summary)) for frame in project.frames)
         return replace(project, frames=tuple(frames), view=view)
 
-    def take(self, path: Path | None, read_only: str = "", saved: Set | None = None, changed: bool = False) -> None:
-        """The project has this file now, which holds what was `saved`, or else all.
-
-        With `changed`, it is not as it was written since.
-        """
+    def take(
+        self, path: Path | None, project: Project | None = None, read_only: str = "", saved: Set | None = None
+    ) -> None:
+        """The project has this file now, in which `project` stands; it holds what was `saved`, or else all."""
         self.path, self.read_only = path, read_only
-        self._mark = None if path is None or changed else FileMark.of(path)
+        self._mark = None if path is None else FileMark.of(path)
+        self._summaries = {frame.id: frame.summary for frame in project.frames} if project is not None else {}
         self._saved = saved or self.set_now()
         self._found_elsewhere = False
         self._unfound.clear()
@@ -113,6 +114,10 @@ class PresentProject(QObject):
     def take_extraction(self) -> None:
         """What blocks are extracted with has come with a frame: that is no work."""
         self._saved = self._saved._replace(extraction=self._workspace.extraction_parameters)
+
+    def saved_summary(self, entry: Entry) -> FrameSummary | None:
+        """What the file says of a frame; None if it is not in it."""
+        return self._summaries.get(entry.id)
 
     def changed_on_disk(self) -> bool:
         """Whether somebody else has written the file since it was opened or saved, or has taken it away."""
