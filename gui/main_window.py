@@ -234,9 +234,8 @@ class MainWindow(QMainWindow):
             self.recorder,
             self._under_way,
         )
-        self.project = ProjectPart(desk)
-        self.frame_part = FramesPart(desk, self.frames)
-        self.parts: list[Part] = [self.project, self.frame_part, *(make(desk) for make in _PARTS)]
+        self.frame_part, self.project = FramesPart(desk, self.frames), ProjectPart(desk)
+        self.parts: list[Part] = [self.frame_part, self.project, *(make(desk) for make in _PARTS)]
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.experiments)
 
     # wiring
