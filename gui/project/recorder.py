@@ -196,7 +196,7 @@ class Recorder(QObject):
             finally:
                 store.arrived([frame_id])
         if batch.project is not None:
-            store.keep({PROJECT: encode_project(batch.project)}, {})
+            store.keep({PROJECT: encode_project(batch.project, store.places)}, {})
         encoder.forget(store.tidy(frames))
         try:
             store.commit(note)
