@@ -105,7 +105,7 @@ class Recorder(QObject):
         self._take()
 
     def revert(self, frames: Collection[str], then: Callable[[], None]) -> None:
-        """What is stored of these frames is not wanted, but what the project file has; `then` is called when it is so."""
+        """What is stored of these frames is not wanted, but what the file has; `then` follows."""
 
         def drop(_: Exception | None) -> None:
             for frame in frames:

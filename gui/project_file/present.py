@@ -20,7 +20,7 @@ from ilf.project import FrameSummary, Project
 class Set(NamedTuple):
     """What is work of a project beside its frames' states."""
 
-    frames: tuple[tuple[str, str, FrameSource | None], ...]
+    frames: tuple[tuple[str, FrameSource | None], ...]
     shared: Parameters | None
     """Parameters for all frames; None where each has its own."""
     extraction: BlockParameters
@@ -89,7 +89,7 @@ class PresentProject(QObject):
     def set_now(self) -> Set:
         """What there is now beside the frames' states."""
         workspace = self._workspace
-        frames = tuple((entry.id, entry.name, entry.source) for entry in workspace.entries)
+        frames = tuple((entry.id, entry.source) for entry in workspace.entries)
         shared = workspace.shared.values if workspace.shared.on else None
         return Set(frames, shared, workspace.extraction_parameters, workspace.keeps_handmade)
 

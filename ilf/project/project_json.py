@@ -78,7 +78,7 @@ def encode_project(project: Project, places: Places | None = None, *, embedded: 
                 "id": frame.id,
                 "name": frame.name,
                 "source": None if frame.source is None else _source(frame.source),
-                "summary": dataclasses.asdict(frame.summary),
+                "summary": dict(vars(frame.summary)),
                 "has_state": frame.has_state,
             }
             for frame in project.frames
