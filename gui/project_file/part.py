@@ -24,6 +24,7 @@ from gui.project_file.view_state import ViewState
 from gui.recent.menu import RecentMenu
 from gui.recent.store import RecentOrigins
 from gui.state.entries import Entry
+from gui.state.session import Session
 from gui.widgets.messages import last_folder
 from ilf.project.file import OpenedProject
 
