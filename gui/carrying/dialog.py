@@ -46,7 +46,7 @@ class CarryDialog(QDialog):
         about = Message(lines=3)
         about.say(
             "The blocks go from each frame to the next, with names, locks, values and drawn borders. Blocks that need "
-            "a look are marked. In every frame, undo brings back what it had."
+            "a look are marked. As long as a frame stays open, undo brings back what it had."
         )
         self.count = QSpinBox(minimum=1, maximum=len(names), value=min(_USUAL, len(names)))
         self.count.setToolTip("Through how many of the next frames of the list the blocks are carried")

@@ -13,7 +13,6 @@ from gui.project.whole import take_settings
 from gui.project_file.present import PresentProject
 from gui.project_file.view_state import ViewState
 from gui.state.entries import Entry
-from ilf.parameters import DEFAULT_PRESET, preset
 from ilf.project import Project, ProjectFrame
 from ilf.project.file import OpenedProject, open_project
 from ilf.project.sources import Places
@@ -50,7 +49,7 @@ class Opening(QObject):
         self._leave(self._begin)
 
     def _begin(self) -> None:
-        take_settings(self._desk.workspace, Project(common=preset(DEFAULT_PRESET)))
+        take_settings(self._desk.workspace, Project())
         self._present.take(None)
         self._record("")
 
