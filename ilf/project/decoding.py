@@ -51,7 +51,7 @@ class Decoded:
     origins : tuple
         Arrays and results with the part that each comes from, for `Encoder.learn`.
     names : frozenset of str
-        All parts that the state refers to.
+        All parts with arrays that were read.
     """
 
     state: FrameState
@@ -196,8 +196,9 @@ class _Decoding:
             return default
 
     def _content(self, name: str) -> bytes:
+        content = array_content(self.parts, name)
         self.names.add(name)
-        return array_content(self.parts, name)
+        return content
 
     def _array(self, data: Section, key: str, read: Callable[[str, bytes, tuple[int, int]], Any]) -> Any:
         """An array, the very one for all who refer to the same part."""
