@@ -53,6 +53,7 @@ class OpenFrames(QObject):
         self._looked_at: list[Session] = []
         """The one that is looked at now comes last."""
         workspace.session_changed.connect(self._look)
+        workspace.touched.connect(self._tidy_behind)
 
     def _look(self) -> None:
         workspace = self._workspace
@@ -60,6 +61,11 @@ class OpenFrames(QObject):
             present = workspace.session
             there = [one for one in self._looked_at if one in workspace.sessions and one is not present]
             self._looked_at = [*there, present]
+            self.tidy()
+
+    def _tidy_behind(self, session: Session) -> None:
+        """Something has been done to a frame that nobody looks at, as where blocks are carried through a list."""
+        if not self._workspace.is_present(session) and len(self._workspace.sessions) > self.most:
             self.tidy()
 
     def tidy(self) -> None:

@@ -40,7 +40,7 @@ class FramesPart(Part):
         panel.thumbnails.stored = partial(_stored_picture, store)
         self.open_frames = OpenFrames(
             desk.workspace,
-            lambda session: session in desk.runs.running or loader.is_at(session),
+            self._is_busy,
             loader.is_waiting,
             store.has,
             desk.recorder.settle,
@@ -97,6 +97,15 @@ class FramesPart(Part):
                 workspace.results_changed,
             ),
             (workspace.results_added,),
+        )
+
+    def _is_busy(self, session: Session) -> bool:
+        """Whether anything is under way on a frame."""
+        desk = self.desk
+        return (
+            session in desk.runs.running
+            or desk.loader.is_at(session)
+            or any(way.session is session for way in desk.under_way())
         )
 
     # what is shown
@@ -197,11 +206,14 @@ class FramesPart(Part):
     def remove(self, entries: Sequence[Entry]) -> None:
         """Take frames out of the list, and close those that are open."""
         row = self.panel.model.row_of(entries[0])
-        self.desk.documents.remove_entries(entries)
-        self.show()
-        shown = self.panel.model.entries
-        if shown and not self.desk.workspace.has_session:
-            self._go_to(shown[min(max(row, 0), len(shown) - 1)])
+
+        def go_on() -> None:
+            self.show()
+            shown = self.panel.model.entries
+            if shown and not self.desk.workspace.has_session:
+                self._go_to(shown[min(max(row, 0), len(shown) - 1)])
+
+        self.desk.documents.remove_entries(entries, go_on)
 
     def _tell_listed(self, folder: str, listing: Listing) -> None:
         count = len(listing.sources)

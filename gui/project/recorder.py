@@ -104,6 +104,18 @@ class Recorder(QObject):
         self._end_stroke()
         self._take()
 
+    def revert(self, frames: Collection[str], then: Callable[[], None]) -> None:
+        """What is stored of these frames is not wanted, but what the file has; `then` follows."""
+
+        def drop(_: Exception | None) -> None:
+            for frame in frames:
+                self._waiting.frames.pop(frame, None)
+            self._store.arrived(frames)
+            self._store.revert(frames)
+            then()
+
+        self.settle(drop)
+
     def keep(self, session: Session) -> None:
         """Take a frame that is about to be put away: it can be read from now on."""
         self._touched.add(session)

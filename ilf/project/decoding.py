@@ -22,7 +22,7 @@ from ..sections import Section
 from .block_notes import BlockInfo, BlockNotes
 from .encoding import SCHEMA, Origin, measured_sha256
 from .frame_state import FrameState, Looked
-from .json_fields import block_infos, chosen_labels, colour_of, looked_at, number_or_none, result_rows
+from .json_fields import block_infos, chosen_labels, colour_of, looked_at, number_or_none, reasons_of, result_rows
 from .kept_run import Guess, KeptRun
 from .own_values import OwnValues
 from .packing import (
@@ -51,7 +51,7 @@ class Decoded:
     origins : tuple
         Arrays and results with the part that each comes from, for `Encoder.learn`.
     names : frozenset of str
-        All parts that the state refers to.
+        All parts with arrays that were read.
     """
 
     state: FrameState
@@ -196,8 +196,9 @@ class _Decoding:
             return default
 
     def _content(self, name: str) -> bytes:
+        content = array_content(self.parts, name)
         self.names.add(name)
-        return array_content(self.parts, name)
+        return content
 
     def _array(self, data: Section, key: str, read: Callable[[str, bytes, tuple[int, int]], Any]) -> Any:
         """An array, the very one for all who refer to the same part."""
@@ -255,6 +256,7 @@ class _Decoding:
         extraction = data.get("extraction", dict, type(None))
         infos: dict[int, BlockInfo] = {}
         own: dict[int, OwnValues] = {}
+        reasons: dict[int, str] = {}
         infos = self._tell("Names and colours of blocks are", lambda: block_infos(data.section("infos")), infos)
         return BlockNotes(
             infos=infos,
@@ -265,6 +267,8 @@ class _Decoding:
             extracted=self._tell("What the extraction gave is", lambda: self._labels(data, "extracted"), None),
             kept=frozenset(data.items("kept", int)),
             handmade=frozenset(data.items("handmade", int)),
+            carried_from=data.get("carried_from", str),
+            reasons=self._tell("Why blocks need a look is", lambda: reasons_of(data.section("reasons")), reasons),
         )
 
     def _own(self, data: Section) -> dict[int, OwnValues]:

@@ -130,15 +130,14 @@ def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(
     panel.show_all()
     assert len(panel.model.entries) == COUNT
 
-    asked: list[str] = []
-    window.documents.discard_silently = False
-    monkeypatch.setattr(window.documents, "may_lose", lambda what, text: bool(asked.append(text)))
-    part.remove([entries[1], entries[3], entries[5]])
-    assert len(asked) == 1
+    asked: list[list[Entry]] = []
+    some = [entries[1], entries[3], entries[5]]
+    with monkeypatch.context() as patch:
+        patch.setattr(window.documents, "leave", lambda entries, then: asked.append(list(entries)))
+        part.remove(some)
+    assert asked == [some]
     assert len(entries) == COUNT, "the user would rather keep them"
-    window.documents.discard_silently = True
-    monkeypatch.undo()
-    part.remove([entries[1], entries[3], entries[5]])
+    part.remove(some)
     assert [entry.name for entry in entries] == ["frame-0", "frame-2", "frame-4"]
     assert _present(window) is entries[0]
 

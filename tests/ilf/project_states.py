@@ -74,6 +74,8 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
             former,
             frozenset({1}),
             frozenset({1, 99}),
+            "the frame before",
+            {2: "It was not in the picture before."},
         ),
         common=quick,
         results=results,
