@@ -190,7 +190,7 @@ COMMANDS = (
     ),
     Command("grow_blocks", "&Grow", "ph.arrows-out-simple", "Ctrl++", "Let the chosen blocks gain a rim"),
     Command("shrink_blocks", "S&hrink", "ph.arrows-in-simple", "Ctrl+-", "Let the chosen blocks lose their rim"),
-    Command("smooth_blocks", "S&mooth", "ph.waves", "Ctrl+Shift+S", "Make the outlines of the chosen blocks smooth"),
+    Command("smooth_blocks", "S&mooth", "ph.waves", "Ctrl+Alt+S", "Make the outlines of the chosen blocks smooth"),
     Command("hide_blocks", "Show or h&ide", "ph.eye", "Ctrl+H", "Show the chosen blocks over the picture, or do not"),
     Command(
         "next_suspect",

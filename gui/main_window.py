@@ -22,7 +22,7 @@ from gui.cloud.presenter import CloudPresenter
 from gui.curves.curves_panel import CurvesPanel
 from gui.curves.presenter import CurvesPresenter
 from gui.curves.scrubbing import Scrubbing
-from gui.desk import Desk, Part
+from gui.desk import Desk, Part, UnderWay
 from gui.dialogs.about import AboutDialog
 from gui.dialogs.documents import Documents
 from gui.docks import Docks
@@ -48,6 +48,7 @@ from gui.palette.part import PalettePart
 from gui.presets.part import PresetsPart
 from gui.project.recorder import Recorder
 from gui.project.store import WorkStore
+from gui.project_file.part import ProjectPart
 from gui.recent.part import RecentPart
 from gui.report.part import ReportPart
 from gui.review.distrust import DistrustPresenter
@@ -126,6 +127,7 @@ class MainWindow(QMainWindow):
         self.store = WorkStore(journal_folder() if remembers else None)
         self.recorder = Recorder(self.workspace, self.store, self)
         self.loader = FrameLoader(self.workspace, self)
+        self.loader.stored = self.store
         self.runs = RunController(self.workspace, self)
         self.refresh = Refresh(self)
         self.actions_ = Actions(self, self.workspace.undo_group)
@@ -160,7 +162,7 @@ class MainWindow(QMainWindow):
         self.editor = Editor(workspace, self.views, self)
         self.block_commands = BlockCommands(workspace, self.editor)
         self.keys = ToolKeys(self, self.editor, self.views)
-        self.documents = Documents(self, self.picture, workspace, loader, runs, self.notes)
+        self.documents = Documents(self, self.picture, workspace, loader, self.notes)
         self.replays = ReplayPresenter(self.notes)
         self.view_presenter = ViewsPresenter(workspace, self.views)
         self.errors = ErrorPresenter(workspace, runs, self.views)
@@ -225,9 +227,10 @@ class MainWindow(QMainWindow):
             self.documents,
             self.store,
             self.recorder,
+            self._under_way,
         )
-        self.frame_part = FramesPart(desk, self.frames)
-        self.parts: list[Part] = [self.frame_part, *(make(desk) for make in _PARTS)]
+        self.frame_part, self.project = FramesPart(desk, self.frames), ProjectPart(desk)
+        self.parts: list[Part] = [self.frame_part, self.project, *(make(desk) for make in _PARTS)]
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.experiments)
 
     # wiring
@@ -242,8 +245,6 @@ class MainWindow(QMainWindow):
         looked_at = views.shownChanged, turned_to
         named = self.view_presenter.names_switched
         running, loading = runs.state_changed, self.loader.busy_changed
-        saved = workspace.undo_group.cleanChanged, workspace.sessions_changed
-        add("title", self._show_title, (turned, results, *saved), (coming,))
         add("picture", self.view_presenter.show_frame, (turned, workspace.distrusted_changed))
         add(
             "blocks",
@@ -404,11 +405,6 @@ class MainWindow(QMainWindow):
         self.block_commands.message.connect(notes.tell)
         self.experiments.message.connect(notes.tell)
 
-    def _show_title(self) -> None:
-        shown = self.workspace.has_session
-        self.setWindowTitle(f"{self.workspace.session.name}[*] - ILF Studio" if shown else "ILF Studio")
-        self.setWindowModified(shown and self.workspace.session.unsaved)
-
     def _point(self, event: PointerEvent) -> bool:
         self.refresh.now()  # what the pointer is at is what the user sees
         return self.editor.pointer(event)
@@ -465,7 +461,7 @@ class MainWindow(QMainWindow):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Ask about what would be lost, stop the threads, remember the layout."""
-        if not (self.documents.may_close() and self._may_stop_experiments()):
+        if not self.project.may_close():
             event.ignore()
             return
         reviews = self.review, self.distrust
@@ -478,11 +474,10 @@ class MainWindow(QMainWindow):
         self.panels.remember()
         super().closeEvent(event)
 
-    def _may_stop_experiments(self) -> bool:
-        return not self.experiments.busy or self.documents.may_lose(
-            "Experiments are running",
-            "What the experiment under way has found so far would be lost. Go on all the same?",
-        )
+    def _under_way(self) -> list[UnderWay]:
+        """What goes on in the background, beside runs of frames."""
+        found = [way for part in self.parts for way in part.under_way()]
+        return [*found, UnderWay("an experiment")] if self.experiments.busy else found
 
     def showEvent(self, event: QShowEvent) -> None:
         """Take the last layout, or at the first start the default one; load what is not needed at once."""

@@ -213,6 +213,8 @@ class _Encoding:
             "extracted": self._array(notes.extracted, labels_to_bytes),
             "kept": sorted(notes.kept),
             "handmade": sorted(notes.handmade),
+            "carried_from": notes.carried_from,
+            "reasons": {str(label): reason for label, reason in notes.reasons.items()},
         }
 
     def _kept(self, kept: KeptRun) -> dict[str, Any]:
