@@ -54,7 +54,8 @@ def frame_chapter(id: str, figures: Figures, most: int) -> Chapter:
     if subject.kept:
         sections.append(Section("Kept runs", (runs_table(subject),)))
     sections.append(Section("Files and versions", (_provenance(record),)))
-    sections.append(Section("How to have it again", _again(subject)))
+    if subject.completion.results:
+        sections.append(Section("How to have it again", _again(subject)))
     return Chapter(id, subject.run.frame.name, subject.note, tuple(sections))
 
 
@@ -138,7 +139,7 @@ def _head(figures: Figures) -> Facts:
         if math.isfinite(figures.whole_expected):
             facts.append(Fact("Expected error", f"{millimetres(figures.whole_expected)} mm (root mean square)"))
     blocks = int(np.count_nonzero(np.bincount(subject.run.blocks.ravel())[1:]))
-    facts.append(Fact("Blocks", f"{blocks}, over {inside:.1%} of the frame"))
+    facts.append(Fact("Blocks", f"{blocks}, over {inside:.1%} of the frame" if blocks else "none"))
     return Facts(tuple(facts))
 
 
