@@ -84,7 +84,7 @@ def index_entry(id: str, figures: Figures) -> Entry:
 
 
 def index_chapter(title: str, entries: Sequence[Entry]) -> Chapter:
-    """A row for each frame."""
+    """A row for each frame; what there is nothing to say of has no column."""
     columns = (
         Column("", number=False),
         Column("frame", number=False),
@@ -108,8 +108,10 @@ def index_chapter(title: str, entries: Sequence[Entry]) -> Chapter:
         )
         for entry in entries
     )
+    told = [number for number in range(len(columns)) if any(row[number].text or row[number].image for row in rows)]
+    table = Table(tuple(columns[n] for n in told), tuple(tuple(row[n] for n in told) for row in rows))
     count = f"{len(entries)} frame{'s' * (len(entries) != 1)}"
-    return Chapter(INDEX, title, "", (Section("", (Paragraph(f"{count}."), Table(columns, rows))),))
+    return Chapter(INDEX, title, "", (Section("", (Paragraph(f"{count}."), table)),))
 
 
 def _rmse(errors: ErrorFigures | None) -> str:
