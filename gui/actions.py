@@ -190,7 +190,7 @@ COMMANDS = (
     ),
     Command("grow_blocks", "&Grow", "ph.arrows-out-simple", "Ctrl++", "Let the chosen blocks gain a rim"),
     Command("shrink_blocks", "S&hrink", "ph.arrows-in-simple", "Ctrl+-", "Let the chosen blocks lose their rim"),
-    Command("smooth_blocks", "S&mooth", "ph.waves", "Ctrl+Shift+S", "Make the outlines of the chosen blocks smooth"),
+    Command("smooth_blocks", "S&mooth", "ph.waves", "Ctrl+Alt+S", "Make the outlines of the chosen blocks smooth"),
     Command("hide_blocks", "Show or h&ide", "ph.eye", "Ctrl+H", "Show the chosen blocks over the picture, or do not"),
     Command(
         "next_suspect",
@@ -283,8 +283,6 @@ COMMANDS = (
     Command(
         "full_screen", "F&ull screen", "ph.corners-out", "F11", "Show the window on all of the screen", checkable=True
     ),
-    Command("next_frame", "Next frame", "", "Ctrl+PgDown"),
-    Command("previous_frame", "Previous frame", "", "Ctrl+PgUp"),
     Command("palette", "Command &palette…", "ph.magnifying-glass", "Ctrl+Shift+P", "Find any command by some letters"),
     Command(
         "shortcuts", "&Keyboard shortcuts…", "ph.keyboard", "F1", "See which keys give which command, and change them"

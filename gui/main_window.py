@@ -22,7 +22,7 @@ from gui.cloud.presenter import CloudPresenter
 from gui.curves.curves_panel import CurvesPanel
 from gui.curves.presenter import CurvesPresenter
 from gui.curves.scrubbing import Scrubbing
-from gui.desk import Desk, Part
+from gui.desk import Desk, Part, UnderWay
 from gui.dialogs.about import AboutDialog
 from gui.dialogs.documents import Documents
 from gui.docks import Docks
@@ -33,9 +33,9 @@ from gui.extraction.extraction_panel import ExtractionPanel
 from gui.extraction.presenter import StagePresenter
 from gui.filtering.filter_panel import FilterPanel
 from gui.filtering.presenter import FilterPresenter
-from gui.frames.frame_list import FrameList
+from gui.frame_list.frames_panel import FramesPanel
+from gui.frame_list.part import FramesPart
 from gui.frames.loader import FrameLoader
-from gui.frames.presenter import FramesPresenter
 from gui.frames.replays import ReplayPresenter
 from gui.history.history_view import HistoryView
 from gui.inspect.part import InspectPart
@@ -48,6 +48,7 @@ from gui.palette.part import PalettePart
 from gui.presets.part import PresetsPart
 from gui.project.recorder import Recorder
 from gui.project.store import WorkStore
+from gui.project_file.part import ProjectPart
 from gui.recent.part import RecentPart
 from gui.report.part import ReportPart
 from gui.review.distrust import DistrustPresenter
@@ -126,6 +127,7 @@ class MainWindow(QMainWindow):
         self.store = WorkStore(journal_folder() if remembers else None)
         self.recorder = Recorder(self.workspace, self.store, self)
         self.loader = FrameLoader(self.workspace, self)
+        self.loader.stored = self.store
         self.runs = RunController(self.workspace, self)
         self.refresh = Refresh(self)
         self.actions_ = Actions(self, self.workspace.undo_group)
@@ -143,7 +145,7 @@ class MainWindow(QMainWindow):
         self.toasts = Toasts(self, (self.views, self.cloud))
         self.notes = Notes(self, self.toasts, self.log)
         self.curves = CurvesPanel(self.panels.remembers)
-        self.frames = FrameList()
+        self.frames = FramesPanel()
         self.history = HistoryView(self.workspace.undo_group)
         self.blocks = BlockTable()
         self.filter_panel = FilterPanel(
@@ -160,9 +162,8 @@ class MainWindow(QMainWindow):
         self.editor = Editor(workspace, self.views, self)
         self.block_commands = BlockCommands(workspace, self.editor)
         self.keys = ToolKeys(self, self.editor, self.views)
-        self.documents = Documents(self, self.picture, workspace, loader, runs, self.notes)
+        self.documents = Documents(self, self.picture, workspace, loader, self.notes)
         self.replays = ReplayPresenter(self.notes)
-        self.frame_presenter = FramesPresenter(workspace, self.frames)
         self.view_presenter = ViewsPresenter(workspace, self.views)
         self.errors = ErrorPresenter(workspace, runs, self.views)
         self.stages = StagePresenter(workspace, self.views, self.extraction_panel, self.notes)
@@ -195,7 +196,7 @@ class MainWindow(QMainWindow):
         parameters.addTab(self.extraction_panel, "Extraction")
         area, docks = Qt.DockWidgetArea, self.panels
         # one column, and the pictures have the height of the window: there they can be largest
-        docks.add("Frames", self.frames, area.RightDockWidgetArea, "ph.image", 1.3)
+        docks.add("Frames", self.frames, area.RightDockWidgetArea, "ph.image", 1.8)
         docks.add("Blocks", self.blocks, area.RightDockWidgetArea, "ph.stack", 2.2, is_open=True)
         docks.add("Parameters", parameters, area.RightDockWidgetArea, "ph.sliders-horizontal", 3.2, is_open=True)
         docks.add("Convergence", self.curves, area.RightDockWidgetArea, "ph.chart-line", 2.6)
@@ -226,8 +227,10 @@ class MainWindow(QMainWindow):
             self.documents,
             self.store,
             self.recorder,
+            self._under_way,
         )
-        self.parts: list[Part] = [make(desk) for make in _PARTS]
+        self.frame_part, self.project = FramesPart(desk, self.frames), ProjectPart(desk)
+        self.parts: list[Part] = [self.frame_part, self.project, *(make(desk) for make in _PARTS)]
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.experiments)
 
     # wiring
@@ -242,10 +245,7 @@ class MainWindow(QMainWindow):
         looked_at = views.shownChanged, turned_to
         named = self.view_presenter.names_switched
         running, loading = runs.state_changed, self.loader.busy_changed
-        saved = workspace.undo_group.cleanChanged, workspace.sessions_changed
-        add("title", self._show_title, (turned, results, *saved), (coming,))
         add("picture", self.view_presenter.show_frame, (turned, workspace.distrusted_changed))
-        add("frames", self.frame_presenter.show, (turned, workspace.sessions_changed, blocks, results), (coming,))
         add(
             "blocks",
             self.view_presenter.show_blocks,
@@ -341,8 +341,6 @@ class MainWindow(QMainWindow):
             "fit": self.views.fit,
             "one_to_one": self.views.one_to_one,
             "shuffle_colours": self.block_presenter.shuffle_colours,
-            "next_frame": lambda: self.frame_presenter.turn(1),
-            "previous_frame": lambda: self.frame_presenter.turn(-1),
             "about": lambda: AboutDialog(self).open(),
             **{f"stage_{name}": partial(self.stages.show_stage, name) for name in STAGES},
         }
@@ -384,7 +382,6 @@ class MainWindow(QMainWindow):
         self.views.cursorMoved.connect(self.readout.point_at)
         self.views.contextMenuRequested.connect(self.context_menu.show)
         self.blocks.activated.connect(lambda _: self.view_presenter.zoom_to_blocks())
-        self.frames.removeRequested.connect(documents.remove_frame)
 
     def _connect_messages(self) -> None:
         notes = self.notes
@@ -408,11 +405,6 @@ class MainWindow(QMainWindow):
         self.block_commands.message.connect(notes.tell)
         self.experiments.message.connect(notes.tell)
 
-    def _show_title(self) -> None:
-        shown = self.workspace.has_session
-        self.setWindowTitle(f"{self.workspace.session.name}[*] - ILF Studio" if shown else "ILF Studio")
-        self.setWindowModified(shown and self.workspace.session.unsaved)
-
     def _point(self, event: PointerEvent) -> bool:
         self.refresh.now()  # what the pointer is at is what the user sees
         return self.editor.pointer(event)
@@ -429,7 +421,7 @@ class MainWindow(QMainWindow):
             self.panels.offer("Convergence")
 
     def _open_frames(self) -> None:
-        if len(self.workspace.sessions) > 1:
+        if len(self.workspace.entries) > 1:
             self.panels.offer("Frames")
 
     def _show_full_screen(self, on: bool) -> None:
@@ -469,7 +461,7 @@ class MainWindow(QMainWindow):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Ask about what would be lost, stop the threads, remember the layout."""
-        if not (self.documents.may_close() and self._may_stop_experiments()):
+        if not self.project.may_close():
             event.ignore()
             return
         reviews = self.review, self.distrust
@@ -482,11 +474,10 @@ class MainWindow(QMainWindow):
         self.panels.remember()
         super().closeEvent(event)
 
-    def _may_stop_experiments(self) -> bool:
-        return not self.experiments.busy or self.documents.may_lose(
-            "Experiments are running",
-            "What the experiment under way has found so far would be lost. Go on all the same?",
-        )
+    def _under_way(self) -> list[UnderWay]:
+        """What goes on in the background, beside runs of frames."""
+        found = [way for part in self.parts for way in part.under_way()]
+        return [*found, UnderWay("an experiment")] if self.experiments.busy else found
 
     def showEvent(self, event: QShowEvent) -> None:
         """Take the last layout, or at the first start the default one; load what is not needed at once."""

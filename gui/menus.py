@@ -33,9 +33,11 @@ _INSPECT = (
     "tool_profile tool_rectangle tool_measure remove_marks | save_profile save_profile_picture | copy_statistics | "
     "copy_measurements save_measurements delete_measurements"
 )
+_GOING = "next_frame previous_frame next_untouched note_frame"
 _MENUS = {
-    "&File": "open open_sample open_run | load_truth remove_truth | load_blocks save_blocks | "
-    "export report save_picture | close_frame quit",
+    "&File": "open open_folder open_sample open_run | new_project open_project save_project save_project_as | "
+    "load_truth remove_truth | load_blocks save_blocks | export report save_picture | "
+    "close_frame quit",
     "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | give_up",
     "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",
@@ -74,7 +76,13 @@ def fill_menu_bar(
     for title, names in _MENUS.items():
         _fill(bar.addMenu(title), entries(actions, names))
     view = bar.addMenu("&View")
-    _fill(view, entries(actions, "fit one_to_one zoom_block look_before | next_frame previous_frame | full_screen"))
+    _fill(
+        view,
+        entries(
+            actions,
+            "fit one_to_one zoom_block look_before | next_frame previous_frame next_untouched note_frame | full_screen",
+        ),
+    )
     view.addSeparator()
     view.addAction(actions["fold_panels"])
     view.addActions(list(toggles))

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QSettings, Qt, Signal
 from PySide6.QtGui import QPixmap
-from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
+from PySide6.QtWidgets import QFileDialog, QWidget
 
 from gui.dialogs.block_files import BlockSource, blocks_from, save_blocks
 from gui.dialogs.export import ExportDialog, behind
@@ -17,15 +17,15 @@ from gui.dialogs.saving import save_folder
 from gui.extraction.found_blocks import describe_blocks
 from gui.frames.loader import FrameLoader
 from gui.frames.paths import sorted_out
+from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.widgets.notes import Notes
 from gui.work.latest_question import LatestQuestion
-from gui.work.runs import RunController
 from gui.work.worker import Worker
 from ilf.assets import asset_path
 from ilf.errors import IlfError
-from ilf.io import BLOCK_FORMATS, LoadedBlocks
+from ilf.io import BLOCK_FORMATS, META_NAME, LoadedBlocks
 from ilf.io.frame_source import FrameSource
 from ilf.outcomes import compose
 from ilf.run import ExportOptions, Written, output_folder_name, write
@@ -45,12 +45,15 @@ class Documents(QObject):
 
     Signals
     -------
+    project_wished(object)
+        A project file, by its Path, has been dropped or named.
     exported(object)
         What has been Written by an export.
     exporting_changed()
         An export has begun or ended.
     """
 
+    project_wished = Signal(object)
     exported = Signal(object)
     exporting_changed = Signal()
 
@@ -60,7 +63,6 @@ class Documents(QObject):
         take_picture: Callable[[], QPixmap],
         workspace: Workspace,
         loader: FrameLoader,
-        runs: RunController,
         notes: Notes,
     ) -> None:
         super().__init__(window)
@@ -68,7 +70,6 @@ class Documents(QObject):
         self._take_picture = take_picture
         self._workspace = workspace
         self._loader = loader
-        self._runs = runs
         self._notes = notes
         self._block_questions = LatestQuestion[BlockSource, LoadedBlocks](blocks_from, self)
         self._exporter = Worker(self)
@@ -78,6 +79,8 @@ class Documents(QObject):
             ended.connect(lambda _: self.exporting_changed.emit())
         self.discard_silently = False
         """Close without asking; for pictures and checks made without a user."""
+        self.leave: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
+        """Closes frames: calls what follows as soon as nothing of them would be lost, if the user wants it."""
 
     # opening
 
@@ -93,20 +96,33 @@ class Documents(QObject):
             self._notes.report("Open sample", error)
 
     def open_paths(self, paths: list[Path]) -> None:
-        """Open what was dropped or named: frame folders at once, single files by the dialog, run.json as a run."""
-        folders, records, files = sorted_out(paths)
+        """Open what was dropped or named: frames and folders of them at once, single files by the dialog, run.json as a
+        run; a project in the place of the present one."""
+        projects, folders, records, files = sorted_out(paths)
+        if projects:
+            self.project_wished.emit(projects[-1])
         for folder in folders:
-            self.open_source(FrameSource(str(folder)))
+            if (folder / META_NAME).is_file():
+                self.open_source(FrameSource(str(folder)))
+            else:
+                self._loader.open_folder(folder)
         for record in records:
             self._loader.open_run(record)
         if files:
             self._open_dialog(str(files[0]), str(files[1]) if len(files) > 1 else None)
 
+    def open_folder(self, folder: Path) -> None:
+        """List the frames of a folder, and open the first."""
+        QSettings().setValue("open/frames", str(folder.parent))
+        self._loader.open_folder(folder)
+
     def open_source(self, source: FrameSource) -> None:
         """Open a frame; ask first if it would replace the same frame, read in another way, and the work done there."""
-        session = self._workspace.session_of(source.key)
-        if session is None or session.origin == source or self._may_discard([session]):
+        entry = self._workspace.entries.of_key(source.key)
+        if entry is None or entry.origin == source:
             self._loader.open(source)
+        else:
+            self.leave([entry], lambda: self._loader.open(source))
 
     def _open_dialog(self, rgb: str | None, depth: str | None) -> None:
         dialog = OpenFrameDialog(self._window)
@@ -181,30 +197,14 @@ class Documents(QObject):
         self.remove_frame(self._workspace.session.key)
 
     def remove_frame(self, key: str) -> None:
-        """Close a frame, after asking about what is not exported."""
-        session = self._workspace.session_of(key)
-        if session is not None and self._may_discard([session]):
-            self._workspace.close_session(session)
+        """Close a frame, after asking about the work on it."""
+        entry = self._workspace.entries.of_key(key)
+        if entry is not None:
+            self.remove_entries([entry])
 
-    def may_close(self) -> bool:
-        """Whether all frames may be closed; asks about what is not exported."""
-        return self._may_discard(self._workspace.sessions)
-
-    def _may_discard(self, sessions: list[Session]) -> bool:
-        unsaved = [session.name for session in sessions if session.unsaved or session in self._runs.running]
-        return not unsaved or self.may_lose(
-            "Not exported",
-            f"Results or edits of {', '.join(unsaved)} have not been exported, or a run is under way; they would be "
-            "lost. Go on all the same?",
-        )
-
-    def may_lose(self, what: str, text: str) -> bool:
-        """Ask about work that would be lost."""
-        if self.discard_silently:
-            return True
-        buttons = QMessageBox.StandardButton.Discard | QMessageBox.StandardButton.Cancel
-        answer = QMessageBox.question(self._window, what, text, buttons, QMessageBox.StandardButton.Cancel)
-        return answer == QMessageBox.StandardButton.Discard
+    def remove_entries(self, entries: Sequence[Entry]) -> None:
+        """Take frames out of the list, after asking once about the work on them."""
+        self.leave(entries, lambda: self._workspace.remove_entries(entries))
 
     # export
 

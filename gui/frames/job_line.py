@@ -31,6 +31,8 @@ class Job:
         Asked when its turn has come: False to leave it out.
     passing : bool
         Whether it gives way to the next of its kind, if that comes before its turn.
+    about : object
+        What it is done to.
     """
 
     what: str
@@ -39,6 +41,7 @@ class Job:
     fail: Callable[[Exception], None]
     still_wanted: Callable[[], bool] = lambda: True
     passing: bool = False
+    about: object = None
 
 
 class JobLine(QObject):
@@ -76,6 +79,11 @@ class JobLine(QObject):
     def to_come(self) -> int:
         """How many have not ended."""
         return len(self._waiting) + (self._job is not None)
+
+    def has(self, about: object) -> bool:
+        """Whether something is being done, or to be done, to this."""
+        jobs = self._waiting if self._job is None else (self._job, *self._waiting)
+        return any(job.about is about for job in jobs)
 
     def add(self, job: Job) -> None:
         """Do this after those that wait."""

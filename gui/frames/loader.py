@@ -77,6 +77,8 @@ class FrameLoader(QObject):
         A session that has been opened from a record.
     listed(str, object)
         A folder, and the Listing of its frames, which are in the list.
+    not_opened(object, object)
+        An Entry, and the exception that kept it from being opened.
     incomplete(object, object)
         A session that has been opened from its stored state, and sentences that say what could not be read.
     failed(str, object)
@@ -90,6 +92,7 @@ class FrameLoader(QObject):
     extracted = Signal(object)
     replayed = Signal(object)
     listed = Signal(str, object)
+    not_opened = Signal(object, object)
     incomplete = Signal(object, object)
     failed = Signal(str, object)
     idle = Signal()
@@ -137,18 +140,18 @@ class FrameLoader(QObject):
         if entry is not None and entry.session is None and entry.source == source:
             self.open_entry(entry)
         elif not self._shown_already(source, source.key):
-            self._read(f"Open {Path(source.key).name}", lambda: _open(source, parameters), self._take_opened)
+            self.read(f"Open {Path(source.key).name}", lambda: _open(source, parameters), self._take_opened)
 
     def open_run(self, record: Path) -> None:
         """Read a run.json: its frame, blocks and parameters. What it filled comes back by running it."""
         record = Path(os.path.abspath(record))  # whichever way it is named, it is one frame
         if not self._shown_already(record, str(record)):
-            self._read(f"Open {record.name}", lambda: _open_run(record), self._take_opened)
+            self.read(f"Open {record.name}", lambda: _open_run(record), self._take_opened)
 
     def open_folder(self, folder: Path, how: FrameSource | None = None) -> None:
         """Put the frames of a folder into the list, and open the first of them; `how` has units and intrinsics."""
         given = how or FrameSource(str(folder))
-        self._read(
+        self.read(
             f"Look for frames in {folder.name}",
             lambda: list_frames(folder, depth_units=given.depth_units, intrinsics=given.intrinsics),
             lambda listing: self._take_listing(folder, listing),
@@ -181,7 +184,8 @@ class FrameLoader(QObject):
             )
         )
 
-    def _read(self, what: str, do: Callable[[], object], take: Callable[..., None]) -> None:
+    def read(self, what: str, do: Callable[[], object], take: Callable[..., None]) -> None:
+        """Read something in the same line, off the GUI's thread; `take` is given it in the GUI's thread."""
         self._reading.add(Job(what, do, take, lambda error: self.failed.emit(what, error)))
 
     def _shown_already(self, origin: FrameSource | Path, key: str) -> bool:
@@ -223,6 +227,7 @@ class FrameLoader(QObject):
             self.open_entry(first)
 
     def _note_problem(self, entry: Entry, error: Exception) -> None:
+        self.not_opened.emit(entry, error)
         self._workspace.note_problem(entry, str(error))
         self.message.emit(f"{entry.name} cannot be opened: {error}")
 
@@ -240,6 +245,10 @@ class FrameLoader(QObject):
         self._add_extraction(
             session, lambda: find(frame, parameters), lambda found: self._take_extraction(session, found)
         )
+
+    def is_at(self, session: Session) -> bool:
+        """Whether a frame's blocks are being extracted, or about to be."""
+        return self._extracting.has(session)
 
     def is_waiting(self, session: Session) -> bool:
         """Whether a frame's blocks have not been extracted yet, because it was left before that."""
@@ -274,6 +283,7 @@ class FrameLoader(QObject):
                 lambda found: take(found) if session in sessions else None,
                 lambda error: self.failed.emit(what, error),
                 lambda: session in sessions and wanted(),
+                about=session,
             )
         )
 

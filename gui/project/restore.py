@@ -47,4 +47,5 @@ def restore(state: FrameState, origin: object, key: str) -> Session:
     session.line, session.region = looked.line, looked.region
     session.chains = Chains([list(chain) for chain in looked.chains], reference=looked.reference)
     session.view = dict(state.view)
+    session.note_saved(session.stamp)
     return session

@@ -146,6 +146,22 @@ class WorkStore:
             read, self._read = self._read, []
         return read
 
+    def revert(self, frames: Collection[str]) -> None:
+        """The newer states of these frames are not wanted: those of the project file are the latest again."""
+        with self._lock:
+            for frame_id in frames:
+                self._refers.pop(frame_id, None)
+                for name in (frame_part(frame_id), thumbnail_part(frame_id)):
+                    self._waiting.pop(name, None)
+                    self._gone |= {name} & self._there
+
+    def own_states(self) -> dict[str, bytes]:
+        """Parts of frames that are stored here, and not in the project file alone."""
+        with self._lock:
+            own = ("frames/", "thumbnails/")
+            names = [name for name in self.all_names() if name.startswith(own) and not self.lacks(name)]
+        return {name: self.part(name) for name in names}
+
     def lacks(self, name: str) -> bool:
         """Whether a part is not stored here, but at most in the project file, which may be replaced or taken away."""
         with self._lock:

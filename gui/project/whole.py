@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import os
+from dataclasses import replace
+
+from gui.state.entries import Entry
+from gui.state.session import Session
 from gui.state.workspace import Workspace
+from ilf.frame import RGBDFrame
 from ilf.io.frame_source import FrameSource
 from ilf.project import Project, ProjectFrame
 
@@ -10,13 +16,7 @@ from ilf.project import Project, ProjectFrame
 def project_of(workspace: Workspace) -> Project:
     """The list of frames, and what is set for all of them."""
     frames = tuple(
-        ProjectFrame(
-            entry.id,
-            entry.name,
-            entry.source or FrameSource(entry.key),
-            entry.summary,
-            entry.has_state or entry.session is not None,
-        )
+        ProjectFrame(entry.id, entry.name, source_of(entry), entry.summary, entry.has_state or is_begun(entry.session))
         for entry in workspace.entries
     )
     return Project(
@@ -25,4 +25,40 @@ def project_of(workspace: Workspace) -> Project:
         workspace.parameters,
         extraction=workspace.extraction_parameters,
         keeps_handmade=workspace.keeps_handmade,
+    )
+
+
+def is_begun(session: Session | None) -> bool:
+    """Whether there is anything to keep of a frame: one that has no blocks yet is just read from its files again."""
+    return session is not None and (bool(session.counts()) or session.unsaved or session.undo_stack.count() > 0)
+
+
+def source_of(entry: Entry) -> FrameSource | None:
+    """Where the frame of an entry is, with absolute paths; None if it comes from no file."""
+    source = entry.source
+    if source is None and entry.session is not None:
+        source = _source_of_frame(entry.session.frame)
+    if source is None:
+        return None
+    return replace(
+        source, rgb=os.path.abspath(source.rgb), depth=_absolute(source.depth), truth=_absolute(source.truth)
+    )
+
+
+def _absolute(path: str | None) -> str | None:
+    return None if path is None else os.path.abspath(path)
+
+
+def _source_of_frame(frame: RGBDFrame) -> FrameSource | None:
+    inputs = frame.inputs
+    if inputs is None:
+        return None
+    truth = inputs.truth
+    return FrameSource(
+        inputs.rgb.path,
+        inputs.depth.path,
+        inputs.depth_units,
+        inputs.intrinsics,
+        None if truth is None else truth.path,
+        None if truth is None else truth.units,
     )

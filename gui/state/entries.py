@@ -43,6 +43,7 @@ class Entry:
     _summary: FrameSummary = field(default_factory=FrameSummary)
     _stamp: tuple[int, ...] = ()
     _unsaved: bool = False
+    _unsaved_words: str = ""
 
     @classmethod
     def of(cls, source: FrameSource) -> Self:
@@ -68,9 +69,20 @@ class Entry:
         """Whether there is work on it that the project's file does not hold."""
         return self._unsaved if self.session is None else self.session.unsaved
 
+    def unsaved_words(self) -> str:
+        """What that work is, as "3 edits, 1 run"; "" for none."""
+        if self.session is not None:
+            return self.session.unsaved_words()
+        return (self._unsaved_words or "changes") if self._unsaved else ""
+
     def set_unsaved(self, unsaved: bool) -> None:
         """Whether there is such work, while it is not open."""
         self._unsaved = unsaved
+
+    @property
+    def origin(self) -> object:
+        """What it was opened from, or would be."""
+        return self.source if self.session is None else self.session.origin
 
     @property
     def note(self) -> str:
@@ -162,6 +174,7 @@ class Entries(QObject):
 
     def detach(self, entry: Entry, stored: bool) -> None:
         """Its frame is no longer open; its state is stored, or there was none to store."""
+        entry._unsaved_words = entry.unsaved_words()
         entry.set_unsaved(entry.unsaved)
         entry.set_summary(entry.summary)
         entry.session, entry.has_state = None, stored
@@ -171,6 +184,11 @@ class Entries(QObject):
         """What the user says of a frame that is not open."""
         entry.set_summary(replace(entry.summary, note=note))
         entry.set_unsaved(True)
+        self.changed.emit(entry)
+
+    def set_summary(self, entry: Entry, summary: FrameSummary) -> None:
+        """What there is to say of a frame that is not open."""
+        entry.set_summary(summary)
         self.changed.emit(entry)
 
     def note_problem(self, entry: Entry, problem: str) -> None:

@@ -99,6 +99,7 @@ class Session:
         self._others = 0
         """How much has changed that is no step of the history."""
         self._others_saved = 0
+        self._runs_saved = 1
         self._dirty: Box | None = None
         self.undo_stack.indexChanged.connect(self.note_edit)
 
@@ -162,14 +163,24 @@ class Session:
         """Whether there is work that the project's file does not hold."""
         return not self.undo_stack.isClean() or self._others != self._others_saved
 
-    @property
-    def stamp(self) -> tuple[int, int]:
-        """Where the work stands: other than before as soon as something has changed; to be given to `note_saved`."""
-        return self._edits, self._others
+    def unsaved_words(self) -> str:
+        """What the work is that the project's file does not hold, as "3 edits, 1 run"; "" for none."""
+        if not self.unsaved:
+            return ""
+        clean = self.undo_stack.cleanIndex()
+        edits = abs(self.undo_stack.index() - clean) if clean >= 0 else self.undo_stack.index()
+        runs = sum(kept.number >= self._runs_saved for kept in self.kept_runs)
+        counts = [f"{count} {what}{'s' * (count != 1)}" for count, what in ((edits, "edit"), (runs, "run")) if count]
+        return ", ".join(counts) or "other changes"
 
-    def note_saved(self, stamp: tuple[int, int]) -> None:
+    @property
+    def stamp(self) -> tuple[int, int, int]:
+        """Where the work stands: other than before as soon as something has changed; to be given to `note_saved`."""
+        return self._edits, self._others, self.next_run
+
+    def note_saved(self, stamp: tuple[int, int, int]) -> None:
         """What there was at a stamp has been saved; what came later has not."""
-        edits, self._others_saved = stamp
+        edits, self._others_saved, self._runs_saved = stamp
         if edits == self._edits:
             self.undo_stack.setClean()
         else:

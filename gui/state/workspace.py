@@ -245,7 +245,7 @@ class Workspace(QObject):
         session.undo_stack.clear()  # commands and session hold each other, and would never be freed
         self.sessions_changed.emit()
 
-    def note_saved(self, session: Session, stamp: tuple[int, int]) -> None:
+    def note_saved(self, session: Session, stamp: tuple[int, int, int]) -> None:
         """What there was at a `Session.stamp` has been saved."""
         session.note_saved(stamp)
         self.sessions_changed.emit()

@@ -475,6 +475,17 @@ class LinkedViews(QWidget):
         self._show_transform()
 
     @property
+    def place(self) -> tuple[float, float, float] | None:
+        """Image coordinates x, y [px] in the middle, and screen pixels per image pixel; None for the whole frame."""
+        transform = self._transform
+        return None if transform.fitted else (transform.x, transform.y, transform.scale)
+
+    def set_place(self, x: float, y: float, scale: float) -> None:
+        """Look at a place of the frame, as `place` gave it."""
+        self._transform.look_at(x, y, scale)
+        self._show_transform()
+
+    @property
     def layout_name(self) -> str:
         """Which of `LAYOUTS` is shown."""
         return self._sheet.layout_name

@@ -15,8 +15,11 @@ from pathlib import Path
 from typing import Self
 from zlib import crc32
 
+import numpy as np
+
 from ..errors import ExportError, InputError
 from ..version import __version__
+from .pieces import Change, Pieces
 
 SCHEMA = 1
 _APPLICATION = 0x494C464A  # "ILFJ"
@@ -33,7 +36,8 @@ _SETTINGS = """
 """
 _TABLES = f"""
     BEGIN IMMEDIATE;
-    CREATE TABLE parts (name TEXT PRIMARY KEY, checksum INTEGER NOT NULL, content BLOB NOT NULL);
+    CREATE TABLE parts (name TEXT PRIMARY KEY, checksum INTEGER NOT NULL, pieces BLOB NOT NULL);
+    CREATE TABLE pieces (id INTEGER PRIMARY KEY, content BLOB NOT NULL);
     CREATE TABLE note (content TEXT NOT NULL);
     PRAGMA application_id = {_APPLICATION};
     PRAGMA user_version = {SCHEMA};
@@ -101,7 +105,8 @@ class JournalNote:
 class Journal:
     """Parts of a project in an SQLite file of a window's own: what one commit brings is there as a whole or not at all.
 
-    It is locked as long as it is open, and a lock ends with its process. Safe from several threads.
+    Images that differ in a few strips share the others: what has not changed is not written again. It is locked as long
+    as it is open, and a lock ends with its process. Safe from several threads.
 
     Parameters
     ----------
@@ -130,6 +135,8 @@ class Journal:
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path).absolute()
         self._lock = threading.RLock()
+        self._pieces: Pieces | None = None
+        """Of what is there; read when something is to be written for the first time."""
         with self._telling(reading=self.path.exists()):
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._database = sqlite3.connect(self.path, timeout=_WAIT_S, isolation_level=None, check_same_thread=False)
@@ -194,23 +201,33 @@ class Journal:
         """The bytes of a name; raises InputError if there is no such part or it is damaged."""
         with self._lock:
             row = self._row(name)
+            content = None if row is None else self._joined(row[1])
         if row is None:
             raise InputError(f"{self.path} has no part {name}.")
-        checksum, content = row
-        if not isinstance(content, bytes) or crc32(content) != checksum:
+        if content is None or crc32(content) != row[0]:
             raise InputError(f"The part {name} of {self.path} is damaged.")
         return content
 
     def _row(self, name: str) -> tuple[int, bytes] | None:
+        """Checksum and pieces of a part."""
         damaged = None
         for found in ("name = ?", "+name = ?"):  # by the index, or by looking through all
             try:
                 row: tuple[int, bytes] | None
-                row = self._database.execute(f"SELECT checksum, content FROM parts WHERE {found}", (name,)).fetchone()
+                row = self._database.execute(f"SELECT checksum, pieces FROM parts WHERE {found}", (name,)).fetchone()
                 return row
             except sqlite3.DatabaseError as error:
                 damaged = error
         raise InputError(f"The part {name} of {self.path} is damaged.") from damaged
+
+    def _joined(self, pieces: bytes) -> bytes | None:
+        """The content of pieces, one after the other; None if one cannot be read."""
+        try:
+            numbers, read = np.frombuffer(pieces, np.int64).tolist(), self._database.execute
+            rows = (read("SELECT content FROM pieces WHERE id = ?", (number,)).fetchone() for number in numbers)
+            return b"".join(row[0] for row in rows)
+        except (sqlite3.DatabaseError, TypeError, ValueError):
+            return None
 
     def commit(self, put: Mapping[str, bytes], drop: Collection[str] = (), note: JournalNote | None = None) -> None:
         """Keep parts, take others out and say of whom all is, as one step that a power cut cannot divide.
@@ -223,13 +240,25 @@ class Journal:
         if not self.is_there:
             raise ExportError(f"{self.path} is not there any more: it was moved or deleted, or its drive was removed.")
         note = replace(self.note if note is None else note, changed=_now())
-        rows = [(name, crc32(content), content) for name, content in put.items()]
-        with self._lock, self._telling(reading=False), _transaction(self._database) as database:
-            database.executemany("DELETE FROM parts WHERE name = ?", [(name,) for name in {*drop} - put.keys()])
+        with self._lock, self._telling(reading=False):
+            if self._pieces is None:
+                rows = self._database.execute("SELECT name, pieces FROM parts")
+                self._pieces = Pieces({name: np.frombuffer(numbers, np.int64) for name, numbers in rows})
+            change = self._pieces.change(put, drop)
+            self._write(change, put, drop, note)
+            self._pieces.take(change)
+        self.note = note
+
+    def _write(self, change: Change, put: Mapping[str, bytes], drop: Collection[str], note: JournalNote) -> None:
+        with _transaction(self._database) as database:
+            gone = [(name,) for name in {*drop} - put.keys()]
+            database.executemany("DELETE FROM parts WHERE name = ?", gone)
+            database.executemany("DELETE FROM pieces WHERE id = ?", [(piece,) for piece in change.gone])
+            database.executemany("INSERT INTO pieces VALUES (?, ?)", change.made.items())
+            rows = [(name, crc32(put[name]), numbers.tobytes()) for name, numbers in change.parts.items()]
             database.executemany("INSERT OR REPLACE INTO parts VALUES (?, ?, ?)", rows)
             database.execute("DELETE FROM note")
             database.execute("INSERT INTO note VALUES (?)", (note.to_json(),))
-        self.note = note
 
     def close(self) -> None:
         """Give the file free; nothing can be read any more."""

@@ -19,6 +19,7 @@ from ..io.headers import image_header
 from ..io.images import encode_image, read_colour
 from ..io.label_files import read_labels
 from ..masks import fixed
+from .strips import png_in_strips
 
 ARRAYS = "arrays/"
 
@@ -54,7 +55,7 @@ def labels_to_bytes(labels: NDArray[np.int32]) -> tuple[bytes, str]:
     """A label map as PNG with 16 bits, or as npz if it has larger labels; and the suffix."""
     if labels.size and labels.max() > np.iinfo(np.uint16).max:
         return npz({"labels": labels}), ".npz"
-    return encode_image(".png", labels.astype(np.uint16)), ".png"
+    return png_in_strips(labels.astype(np.uint16)), ".png"
 
 
 def labels_from_bytes(name: str, content: bytes, shape: tuple[int, int]) -> NDArray[np.int32]:
@@ -69,8 +70,8 @@ def labels_from_bytes(name: str, content: bytes, shape: tuple[int, int]) -> NDAr
 
 
 def mask_to_bytes(mask: NDArray[np.bool_]) -> tuple[bytes, str]:
-    """A mask as PNG with 8 bits, 255 where it is True; and the suffix."""
-    return encode_image(".png", mask.astype(np.uint8) * np.uint8(255)), ".png"
+    """A mask as PNG with 1 bit; and the suffix."""
+    return png_in_strips(mask), ".png"
 
 
 def mask_from_bytes(name: str, content: bytes, shape: tuple[int, int]) -> NDArray[np.bool_]:

@@ -13,15 +13,18 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ilf.errors import ExportError, InputError
 from ilf.project.journal import SCHEMA, Journal, JournalInUse, JournalNote
+from ilf.project.packing import labels_from_bytes, labels_to_bytes
 
 _NAMES = st.sampled_from([f"arrays/{number}.png" for number in range(6)])
-_COMMITS = st.lists(st.tuples(st.dictionaries(_NAMES, st.binary(max_size=5000)), st.sets(_NAMES)), max_size=8)
+_CONTENTS = st.lists(st.sampled_from([b"....IDAT", b"1" * 900, b"2" * 2000, b""]), max_size=5).map(b"".join)
+_COMMITS = st.lists(st.tuples(st.dictionaries(_NAMES, _CONTENTS), st.sets(_NAMES)), max_size=8)
 _CHILD = """
 import sys
 from ilf.project.journal import Journal
@@ -45,6 +48,7 @@ def journal(path: Path) -> Iterator[Journal]:
     journal.close()
 
 
+@settings(max_examples=25)
 @given(commits=_COMMITS)
 def test_holds_what_was_put_and_not_dropped(tmp_path_factory: pytest.TempPathFactory, commits) -> None:
     path = tmp_path_factory.mktemp("journal") / "work.journal"
@@ -55,6 +59,22 @@ def test_holds_what_was_put_and_not_dropped(tmp_path_factory: pytest.TempPathFac
             expected = {name: content for name, content in expected.items() if name not in drop} | put
     with contextlib.closing(Journal(path)) as again:
         assert {name: again.read(name) for name in again.names()} == expected
+
+
+def test_what_has_not_changed_of_an_image_is_not_written_again(journal: Journal) -> None:
+    labels = np.random.default_rng(0).integers(0, 9, (320, 200)).astype(np.int32)
+    before, _ = labels_to_bytes(labels)
+    labels[40:44, 10:20] = 3
+    after, _ = labels_to_bytes(labels)
+    journal.commit({"arrays/1.png": before})
+    log = journal.path.with_name(journal.path.name + "-wal")
+    size = log.stat().st_size
+    journal.commit({"arrays/2.png": after}, drop=["arrays/1.png"])
+    assert log.stat().st_size - size < len(after) / 2
+    assert journal.read("arrays/2.png") == after
+    assert np.array_equal(labels_from_bytes("arrays/2.png", after, labels.shape), labels)
+    journal.commit({}, drop=["arrays/2.png"])
+    assert journal._database.execute("SELECT count(*) FROM pieces").fetchone() == (0,)
 
 
 def test_says_whose_work_it_is(journal: Journal, path: Path) -> None:

@@ -1,0 +1,96 @@
+"""Taking up a project in the place of the present one."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from gui.desk import Desk
+from gui.project_file.present import PresentProject
+from gui.project_file.view_state import ViewState
+from gui.state.entries import Entry
+from ilf.parameters import DEFAULT_PRESET, BlockParameters, preset
+from ilf.project import ProjectFrame
+from ilf.project.file import OpenedProject, open_project
+from ilf.project.sources import Places
+
+
+class Opening(QObject):
+    """Opens projects, and begins new ones. What becomes of the present one has been asked before.
+
+    Signals
+    -------
+    opened(object)
+        An OpenedProject is the present one now.
+    """
+
+    opened = Signal(object)
+
+    def __init__(self, desk: Desk, present: PresentProject, view: ViewState) -> None:
+        super().__init__(desk.window)
+        self._desk = desk
+        self._present = present
+        self._view = view
+
+    def open(self, path: Path, then: Callable[[Callable[[], None]], None]) -> None:
+        """Read a project file; once it is known to be one, `then` is given what takes it up."""
+        read = self._desk.loader.read
+        read(f"Open {path.name}", lambda: open_project(path), lambda opened: then(lambda: self._take(opened)))
+
+    def begin(self) -> None:
+        """A new project, without frames."""
+        workspace = self._desk.workspace
+        self._leave()
+        workspace.set_parameters(preset(DEFAULT_PRESET))
+        workspace.set_extraction_parameters(BlockParameters())
+        workspace.set_keeps_handmade(True)
+        self._present.take(None)
+        self._record("")
+
+    def _leave(self) -> None:
+        """Close all frames of the present project."""
+        desk = self._desk
+        frames = [entry.id for entry in desk.workspace.entries]
+        desk.workspace.remove_entries(list(desk.workspace.entries))
+        desk.store.revert(frames)
+        desk.store.project, desk.store.places = None, Places()
+
+    def _take(self, opened: OpenedProject) -> None:
+        desk, project = self._desk, opened.project
+        workspace = desk.workspace
+        self._leave()
+        desk.store.project, desk.store.places = opened.parts, opened.places
+        workspace.set_parameters(project.common)
+        workspace.set_extraction_parameters(project.extraction)
+        workspace.set_keeps_handmade(project.keeps_handmade)
+        workspace.add_entries([_entry(frame) for frame in project.frames])
+        self._present.take(opened.path, opened.read_only or _why_not_written(opened.path))
+        self._view.take(project.view)
+        first = workspace.entries.of(project.present) or next(iter(workspace.entries), None)
+        if first is not None:
+            desk.loader.open_entry(first)
+        self._record(str(opened.path))
+        self.opened.emit(opened)
+
+    def _record(self, path: str) -> None:
+        self._desk.recorder.project = path
+        self._desk.recorder.note_project()
+
+
+def _entry(frame: ProjectFrame) -> Entry:
+    key = frame.id if frame.source is None else frame.source.key
+    entry = Entry(frame.id, key, frame.name, frame.source, has_state=frame.has_state)
+    entry.set_summary(frame.summary)
+    return entry
+
+
+def _why_not_written(path: Path) -> str:
+    """Why a project file cannot be replaced; "" if nothing is known against it."""
+    if not os.access(path, os.W_OK):
+        return f"{path.name} is write-protected: it can be looked at and worked on, and Save asks for another place."
+    if not os.access(path.parent, os.W_OK):
+        return f"{path.parent} cannot be written: the project can be worked on, and Save asks for another place."
+    return ""
