@@ -64,8 +64,8 @@ class OpenFrames(QObject):
             self.tidy()
 
     def _tidy_behind(self, session: Session) -> None:
-        """Something has been done to a frame that nobody looks at, as where blocks are carried through a list."""
-        if not self._workspace.is_present(session) and len(self._workspace.sessions) > self.most:
+        """Work has been done on a frame that nobody has looked at, as where blocks are carried through a list."""
+        if session not in self._looked_at and len(self._workspace.sessions) > self.most:
             self.tidy()
 
     def tidy(self) -> None:
