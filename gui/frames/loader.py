@@ -259,6 +259,8 @@ class FrameLoader(QObject):
         frame, parameters = session.frame, self._workspace.extraction_parameters
 
         def wanted() -> bool:
+            if session.notes.carried_from:
+                return False
             if not passing or self._workspace.is_present(session):
                 return True
             self._put_off.add(session)
@@ -295,7 +297,9 @@ class FrameLoader(QObject):
             self._extract_first(session, passing=True)
 
     def _take_first(self, session: Session, found: Found) -> None:
-        """The blocks of a frame that has been opened without any."""
+        """The blocks of a frame that has been opened without any, unless another's have been carried to it since."""
+        if session.notes.carried_from:
+            return
         if self._workspace.is_present(session):
             self.extracted.emit(found)
         self._workspace.set_first_blocks(session, found.extraction, found.parameters)

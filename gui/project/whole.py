@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from gui.state.entries import Entry
 from gui.state.session import Session
+from gui.state.sharing import Shared
 from gui.state.workspace import Workspace
 from ilf.frame import RGBDFrame
 from ilf.io.frame_source import FrameSource
@@ -22,10 +23,18 @@ def project_of(workspace: Workspace) -> Project:
     return Project(
         frames,
         workspace.session.id if workspace.has_session else "",
-        workspace.parameters,
-        extraction=workspace.extraction_parameters,
-        keeps_handmade=workspace.keeps_handmade,
+        workspace.next_parameters,
+        workspace.shared.on,
+        workspace.extraction_parameters,
+        workspace.keeps_handmade,
     )
+
+
+def take_settings(workspace: Workspace, project: Project) -> None:
+    """Have what a project sets for all frames; before they are opened, since they begin with it."""
+    workspace.set_shared(Shared(project.for_all, project.common))
+    workspace.set_extraction_parameters(project.extraction)
+    workspace.set_keeps_handmade(project.keeps_handmade)
 
 
 def is_begun(session: Session | None) -> bool:

@@ -9,11 +9,11 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 
 from gui.desk import Desk
+from gui.project.whole import take_settings
 from gui.project_file.present import PresentProject
 from gui.project_file.view_state import ViewState
 from gui.state.entries import Entry
-from ilf.parameters import DEFAULT_PRESET, BlockParameters, preset
-from ilf.project import ProjectFrame
+from ilf.project import Project, ProjectFrame
 from ilf.project.file import OpenedProject, open_project
 from ilf.project.sources import Places
 
@@ -44,9 +44,7 @@ class Opening(QObject):
         """A new project, without frames."""
         workspace = self._desk.workspace
         self._leave()
-        workspace.set_parameters(preset(DEFAULT_PRESET))
-        workspace.set_extraction_parameters(BlockParameters())
-        workspace.set_keeps_handmade(True)
+        take_settings(workspace, Project())
         self._present.take(None)
         self._record("")
 
@@ -63,9 +61,7 @@ class Opening(QObject):
         workspace = desk.workspace
         self._leave()
         desk.store.project, desk.store.places = opened.parts, opened.places
-        workspace.set_parameters(project.common)
-        workspace.set_extraction_parameters(project.extraction)
-        workspace.set_keeps_handmade(project.keeps_handmade)
+        take_settings(workspace, project)
         workspace.add_entries([_entry(frame) for frame in project.frames])
         self._present.take(opened.path, opened.read_only or _why_not_written(opened.path))
         self._view.take(project.view)

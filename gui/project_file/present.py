@@ -11,6 +11,7 @@ from PySide6.QtCore import QObject
 
 from gui.project.whole import project_of
 from gui.state.entries import Entry
+from gui.state.sharing import Shared
 from gui.state.workspace import Workspace
 from ilf.io.frame_source import FrameSource
 from ilf.parameters import BlockParameters
@@ -23,6 +24,8 @@ class Set(NamedTuple):
     frames: tuple[tuple[str, str, FrameSource | None], ...]
     extraction: BlockParameters
     keeps_handmade: bool
+    shared: Shared | None
+    """Parameters for all frames, where they are."""
 
 
 class FileMark(NamedTuple):
@@ -78,7 +81,8 @@ class PresentProject(QObject):
         is no file."""
         now, saved = self.set_now(), self._saved
         texts = ["list of frames"] * (self.path is not None and now.frames != saved.frames)
-        texts += ["parameters of the extraction"] * (now[1:] != saved[1:])
+        texts += ["parameters of the extraction"] * (now[1:3] != saved[1:3])
+        texts += ["parameters for all frames"] * (now.shared != saved.shared)
         texts += ["places of files"] * self._found_elsewhere
         return ", ".join(texts)
 
@@ -86,7 +90,8 @@ class PresentProject(QObject):
         """What there is now beside the frames' states."""
         workspace = self._workspace
         frames = tuple((entry.id, entry.name, entry.source) for entry in workspace.entries)
-        return Set(frames, workspace.extraction_parameters, workspace.keeps_handmade)
+        shared = workspace.shared if workspace.shared.on else None
+        return Set(frames, workspace.extraction_parameters, workspace.keeps_handmade, shared)
 
     def snapshot(self, view: Mapping[str, Any]) -> Project:
         """All of it as it is now, to be saved."""
@@ -108,7 +113,8 @@ class PresentProject(QObject):
 
     def take_extraction(self) -> None:
         """What blocks are extracted with has come with a frame: that is no work."""
-        self._saved = Set(self._saved.frames, *self.set_now()[1:])
+        now = self.set_now()
+        self._saved = self._saved._replace(extraction=now.extraction, keeps_handmade=now.keeps_handmade)
 
     def changed_on_disk(self) -> bool:
         """Whether somebody else has written the file since it was opened or saved, or has taken it away."""

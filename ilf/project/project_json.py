@@ -231,6 +231,7 @@ def _summary(row: Section) -> FrameSummary:
             summary.get("completed", int),
             summary.get("to_check", int),
             summary.get("problem", str),
+            summary.get("own_parameters", bool),
         )
     except UNREADABLE:
         return FrameSummary()
