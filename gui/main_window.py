@@ -50,6 +50,7 @@ from gui.project.recorder import Recorder
 from gui.project.store import WorkStore
 from gui.project_file.part import ProjectPart
 from gui.recent.part import RecentPart
+from gui.report.part import ReportPart
 from gui.review.distrust import DistrustPresenter
 from gui.review.presenter import ReviewPresenter
 from gui.review.strip import ReviewStrip
@@ -88,6 +89,7 @@ _PARTS: tuple[type[Part], ...] = (
     LookingPart,
     RangePart,
     RecentPart,
+    ReportPart,
     LayoutsPart,
     ShortcutsPart,
     PalettePart,
@@ -227,9 +229,8 @@ class MainWindow(QMainWindow):
             self.recorder,
             self._under_way,
         )
-        self.project = ProjectPart(desk)
-        self.frame_part = FramesPart(desk, self.frames)
-        self.parts: list[Part] = [self.project, self.frame_part, *(make(desk) for make in _PARTS)]
+        self.frame_part, self.project = FramesPart(desk, self.frames), ProjectPart(desk)
+        self.parts: list[Part] = [self.frame_part, self.project, *(make(desk) for make in _PARTS)]
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.experiments)
 
     # wiring

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection, Generator
 from dataclasses import dataclass, field, replace
+from weakref import WeakSet
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
@@ -74,7 +75,7 @@ class Recorder(QObject):
         self._store = store
         self._encoder = Encoder()
         self._captures: dict[Session, SessionCapture] = {}
-        self._touched: dict[Session, None] = {}
+        self._touched = WeakSet[Session]()
         self._project_touched = True
         self._frames: frozenset[str] = frozenset()
         """Ids of all frames."""
@@ -82,6 +83,9 @@ class Recorder(QObject):
         self._under_way = _Batch()
         self._begun = JournalNote()
         self._taken = 0.0
+        self._follows = False
+        workspace.touched.connect(self._note_touched)
+        workspace.project_touched.connect(self.note_project)
         self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self._take)
         self._worker = Worker(self)
@@ -89,9 +93,8 @@ class Recorder(QObject):
         self._worker.failed.connect(lambda error: self._finish(_Outcome(error, None)))
 
     def start(self) -> None:
-        """Follow the work from now on."""
-        self._workspace.touched.connect(self._note_touched)
-        self._workspace.project_touched.connect(self.note_project)
+        """Store what changes from now on by itself, and not only when somebody asks for it."""
+        self._follows = True
 
     def settle(self, then: Then) -> None:
         """Take all that has changed, at once. When it is stored, in the journal or, while that cannot be written, in
@@ -103,7 +106,7 @@ class Recorder(QObject):
 
     def keep(self, session: Session) -> None:
         """Take a frame that is about to be put away: it can be read from now on."""
-        self._touched[session] = None
+        self._touched.add(session)
         self._end_stroke()
         self._take()
 
@@ -118,13 +121,15 @@ class Recorder(QObject):
         return self._worker.shutdown()
 
     def _note_touched(self, session: Session) -> None:
-        self._touched[session] = None
+        self._touched.add(session)
         self._soon()
 
     def _soon(self) -> None:
-        if not self._timer.isActive():
-            passed = (time.monotonic() - self._taken) * 1000
-            self._timer.start(max(round(PACE_MS - passed), 0))
+        if not self._follows:
+            return
+        wait = max(round(PACE_MS - (time.monotonic() - self._taken) * 1000), 0)
+        if not self._timer.isActive() or self._timer.remainingTime() > wait:
+            self._timer.start(wait)
 
     def _end_stroke(self) -> None:
         if self._workspace.stroke_under_way:
@@ -139,8 +144,8 @@ class Recorder(QObject):
         self._taken = time.monotonic()
         batch, there = self._waiting, self._workspace.sessions
         self._captures = {session: capture for session, capture in self._captures.items() if session in there}
-        for session in self._touched:
-            if session in there:
+        for session in there:
+            if session in self._touched:
                 if session not in self._captures:
                     self._captures[session] = SessionCapture(session)
                 batch.frames[session.id] = self._captures[session].take()
@@ -176,7 +181,7 @@ class Recorder(QObject):
                 self.kept.emit()
             return
         # what was taken may be lost with the file: all that is open is taken again
-        self._touched.update(dict.fromkeys(self._workspace.sessions))
+        self._touched.update(self._workspace.sessions)
         self._waiting.again = self._project_touched = True
         self._timer.start(_RETRY_MS)
         self.failed.emit(error)

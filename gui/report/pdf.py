@@ -9,7 +9,7 @@ from html import escape
 from PySide6.QtGui import QImage, QTextDocument
 
 from gui.report.pages import Pages, millimetres, points
-from gui.report.pictures import image_of, line_image, picture_image, plate_image, plot_image, scale_image
+from gui.report.pictures import bar_image, image_of, line_image, picture_image, plate_image, plot_image, scale_image
 from ilf.drawing.colour_tables import Colour
 from ilf.io.atomic import atomic_path
 from ilf.judgement import Step
@@ -98,12 +98,12 @@ class _Writer:
         images, self._images = self._images, {}
         return self._pages.piece(html, images)
 
-    def _image(self, image: QImage, width: float, height: float | None = None) -> str:
+    def _image(self, image: QImage, width: float) -> str:
         """The tag of an image of such a width."""
         name = f"image-{len(self._images)}"
         self._images[name] = image
-        high = width * image.height() / image.width() if height is None else height
-        return f'<img src="{name}" width="{round(width)}" height="{round(high)}">'
+        height = width * image.height() / image.width()
+        return f'<img src="{name}" width="{round(width)}" height="{round(height)}">'
 
     def _plate(self, colour: Colour) -> str:
         return self._image(plate_image(colour), points(6)) + "&nbsp;"
@@ -134,7 +134,7 @@ class _Writer:
             cells = (
                 f'<td {third}>{low}</td><td {third} align="center">{middle}</td><td {third} align="right">{high}</td>'
             )
-            bar = self._image(image_of(picture.bar.image), width, points(6))
+            bar = self._image(bar_image(picture.bar, round(width)), width)
             parts.append(
                 f'<table width="{round(width)}" cellspacing="0" cellpadding="0"><tr><td colspan="3">{bar}</td></tr>'
                 f"<tr>{cells}</tr></table>"
@@ -180,17 +180,13 @@ class _Writer:
 
     def _table(self, table: Table, rows: Sequence[Sequence[Cell]]) -> QTextDocument:
         widths = _column_widths(table)
+        sides = [f'align="{"right" if column.number else "left"}" style="{_CELL}"' for column in table.columns]
         head = "".join(
-            f'<th width="{width}%" align="{"right" if column.number else "left"}" style="{_CELL}">{escape(column.text)}</th>'
-            for column, width in zip(table.columns, widths, strict=True)
+            f'<th width="{width}%" {side}>{escape(column.text)}</th>'
+            for column, width, side in zip(table.columns, widths, sides, strict=True)
         )
         body = "".join(
-            "<tr>"
-            + "".join(
-                f'<td align="{"right" if column.number else "left"}" style="{_CELL}">{self._cell(cell)}</td>'
-                for column, cell in zip(table.columns, row, strict=True)
-            )
-            + "</tr>"
+            f"<tr>{''.join(f'<td {side}>{self._cell(cell)}</td>' for cell, side in zip(row, sides, strict=True))}</tr>"
             for row in rows
         )
         style = f"font-size:{round(points(_TABLE_PT))}px; border-collapse:collapse; border-style:none"

@@ -7,7 +7,7 @@ from PySide6.QtGui import QColor, QFont, QImage, QPainter, QPen
 from PySide6.QtSvg import QSvgRenderer
 
 from gui.report.pages import points
-from ilf.report.content import Image, Legend, Picture, Plot, ScaleBar
+from ilf.report.content import ColourBar, Image, Legend, Picture, Plot, ScaleBar
 
 _MARK_PT = 6.5
 _INK = QColor("#1c2126")
@@ -45,15 +45,26 @@ def picture_image(picture: Picture, width: int) -> QImage:
     return image
 
 
+def bar_image(bar: ColourBar, width: int) -> QImage:
+    """A colour bar under a picture that is so many dots wide."""
+    gap, height = round(points(3)), round(points(6))
+    image = QImage(width, gap + height, QImage.Format.Format_RGB32)
+    image.fill(QColor("white"))
+    painter = QPainter(image)
+    painter.drawImage(QRectF(0, gap, width, height), image_of(bar.image))
+    painter.end()
+    return image
+
+
 def scale_image(scale: ScaleBar, width: int) -> QImage:
-    """A scale bar beside a picture that is so many dots wide."""
-    height = round(points(4))
+    """A scale bar under a picture that is so many dots wide."""
+    gap, height = points(3), round(points(7))
     image = QImage(max(round(scale.share * width), 4), height, QImage.Format.Format_RGB32)
     image.fill(QColor("white"))
     painter = QPainter(image)
     painter.setPen(QPen(_INK, points(0.9)))
     right, low = image.width() - 2.0, height - 2.0
-    painter.drawPolyline([QPointF(2, 0), QPointF(2, low), QPointF(right, low), QPointF(right, 0)])
+    painter.drawPolyline([QPointF(2, gap), QPointF(2, low), QPointF(right, low), QPointF(right, gap)])
     painter.end()
     return image
 

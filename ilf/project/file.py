@@ -142,7 +142,8 @@ def save_project(
         Of frames that have changed and are in no parts yet.
     base : sequence of Parts
         Where the other states, arrays, pictures and embedded files are: the first that has a part gives it. An
-        `Archive` of the file that is saved is closed and read anew when it is replaced.
+        `Archive` of the file that is saved is closed and read anew when it is replaced; it belongs here, too, if others
+        read it for their own parts.
     frames : mapping of str to Parts, optional
         Id of a frame -> where its state is, before `base`.
     places : Places, optional
@@ -208,11 +209,11 @@ class _Saving:
         embed: bool | None,
     ) -> None:
         self.notes: list[str] = []
-        self.stores = list({id(parts): parts for parts in (*frames.values(), *base)}.values())
+        self.stores = list(dict.fromkeys((*frames.values(), *base)))
         self._path, self._project, self._base, self._frames = path, project, base, frames
         self._places, self._embed = places, embed
         self._made: dict[str, bytes] = {}
-        self._names = [(parts, set(parts.names())) for parts in self.stores]
+        self._names = {parts: set(parts.names()) for parts in self.stores}
         self._files: dict[str, FilePlace] = {}
 
     def gather(self, states: Sequence[FrameState]) -> list[str]:
@@ -234,7 +235,9 @@ class _Saving:
             if self._store_of(picture, frame.id) is not None:
                 names[picture] = None
         if not whole:  # what they refer to is not known: nothing may be left out
-            names |= dict.fromkeys(name for _, there in self._names for name in there if name.startswith("arrays/"))
+            names |= dict.fromkeys(
+                name for there in self._names.values() for name in there if name.startswith("arrays/")
+            )
         places = Places(self._path, self._files)
         embedded = self._embed if self._embed is not None else any(name.startswith(SOURCES) for name in names)
         self._made[PROJECT] = encode_project(replace(self._project, frames=tuple(listed)), places, embedded=embedded)
@@ -244,29 +247,34 @@ class _Saving:
         """A part to be written, as it is kept, damaged or not; None if it is nowhere."""
         if name in self._made:
             return Part(name, self._made[name])
-        frame_id = name.split("/")[-1].split(".")[0]
-        parts = self._store_of(name, frame_id)
-        if parts is None:
+        damaged: Part | None = None
+        for parts in self._stores_of(name, name.split("/")[-1].split(".")[0]):
+            try:
+                part = parts.as_it_is(name) if isinstance(parts, Archive) else Part(name, parts.read(name))
+            except FormatError as error:
+                self.notes.append(f"{error} It is not saved.")
+                continue
+            if part.checksum is None:
+                return part
+            damaged = damaged or part
+        if damaged is None:
             self.notes.append(f"The part {name:.40} is nowhere to be found, and not saved.")
-            return None
-        try:
-            return parts.as_it_is(name) if isinstance(parts, Archive) else Part(name, parts.read(name))
-        except FormatError as error:
-            self.notes.append(f"{error} It is not saved.")
-            return None
+        return damaged
 
     def _encode(self, encoder: Encoder, state: FrameState) -> None:
         encoded = encoder.encode(state)
         self._made |= {frame_part(state.id): encoded.frame, **encoded.arrays}
 
     def _store_of(self, name: str, frame_id: str) -> Parts | None:
+        return next(self._stores_of(name, frame_id), None)
+
+    def _stores_of(self, name: str, frame_id: str) -> Iterator[Parts]:
         """Who keeps a part: of a frame's own parts, whoever has its state; of all others, anyone."""
         first = [self._frames[frame_id]] if frame_id in self._frames else []
         own = name.startswith(("frames/", "thumbnails/"))
-        for parts in (*first, *(self._base if own else self.stores)):
-            if any(there is parts and name in names for there, names in self._names):
-                return parts
-        return None
+        for parts in dict.fromkeys((*first, *(self._base if own else self.stores))):
+            if name in self._names[parts]:
+                yield parts
 
     def _with_state(self, encoder: Encoder, frame: ProjectFrame) -> ProjectFrame:
         """The frame as the list is to have it; one without a state gets one if its files are to be embedded."""

@@ -53,6 +53,11 @@ class FrameSummary:
     problem: str = ""
     own_parameters: bool = False
 
+    @property
+    def is_worked_on(self) -> bool:
+        """Whether anybody has done more with the frame than open it."""
+        return bool(self.note) or self.stage not in (Stage.UNTOUCHED, Stage.EXTRACTED)
+
 
 @dataclass(frozen=True)
 class ProjectFrame:

@@ -44,7 +44,7 @@ def frame_chapter(id: str, figures: Figures, most: int) -> Chapter:
     subject = figures.subject
     record = make_record(subject.run, subject.completion, ExportOptions())
     sections = [
-        Section("", (_head(figures),)),
+        Section("", (_head(figures), *(Paragraph(text, warns=True) for text in subject.problems))),
         Section("Pictures", (Gallery(frame_pictures(figures, most)),)),
         Section("How far off", _accuracy(figures)),
         Section("Blocks", _blocks(figures)),

@@ -75,7 +75,7 @@ class Figures:
         if hidden is None:
             return None
         seeds = ", ".join(map(str, hidden.test.seeds))
-        name = f"On hidden depth ({hidden.test.pattern}; seeds {seeds})"
+        name = f"On hidden depth ({hidden.test.pattern}; seed{'s' * (len(hidden.test.seeds) > 1)} {seeds})"
         return ErrorFigures(
             name, hidden.whole, _p95(np.concatenate([part.error for part in hidden.errors])), hidden.coverage
         )

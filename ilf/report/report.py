@@ -7,6 +7,7 @@ import os
 from collections.abc import Generator, Iterable, Sequence
 from dataclasses import dataclass, field
 
+from ..errors import InputError
 from ..io.atomic import write_bytes
 from ..judgement import HiddenResult, HiddenTest, Step, hidden_steps
 from ..judgement.step import part_of, run_out
@@ -73,7 +74,12 @@ def report(subjects: Iterable[Subject | Unreadable], options: ReportOptions | No
 
 def html_of(content: Report, options: ReportOptions) -> str:
     """A report's page."""
-    return page(content, f"{options.made:%d %B %Y, %H:%M}")
+    return page(content, made_text(options))
+
+
+def made_text(options: ReportOptions) -> str:
+    """When a report was made, in words."""
+    return f"{options.made:%d %B %Y, %H:%M}"
 
 
 def write_report(path: str | os.PathLike[str], content: Report, options: ReportOptions) -> None:
@@ -124,6 +130,8 @@ def report_steps(
         chapters.append(frame_chapter(id, figures, most))
         if total > 1:
             entries.append(index_entry(id, figures))
+    if not chapters:
+        raise InputError("There is no frame to report on.")
     if total > 1:
         return Report(options.title, (index_chapter(options.title, entries), *chapters))
     return Report(chapters[0].title, tuple(chapters))

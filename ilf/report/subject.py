@@ -30,7 +30,9 @@ class Subject:
     kept : tuple of KeptRun
         The runs that were kept of the frame.
     again : str
-        How it can be had again, in words or as a command; worked out from the run if it is empty.
+        The command by which it can be had again; worked out from the run if it is empty.
+    problems : tuple of str
+        What of it could not be read, a sentence each.
     """
 
     run: Run
@@ -40,9 +42,10 @@ class Subject:
     note: str = ""
     kept: tuple[KeptRun, ...] = ()
     again: str = ""
+    problems: tuple[str, ...] = ()
 
     @classmethod
-    def of_state(cls, state: FrameState, again: str = "") -> Self:
+    def of_state(cls, state: FrameState, again: str = "", problems: tuple[str, ...] = ()) -> Self:
         """A frame as a project holds it, with its present results."""
         run = state.run()
         completion = compose(state.frame, state.results)
@@ -57,6 +60,7 @@ class Subject:
             state.note,
             state.runs,
             again,
+            problems,
         )
 
     def name_of(self, label: int) -> str:
