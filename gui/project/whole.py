@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-from dataclasses import replace
-
 from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.state.sharing import Shared
@@ -47,15 +44,7 @@ def source_of(entry: Entry) -> FrameSource | None:
     source = entry.source
     if source is None and entry.session is not None:
         source = _source_of_frame(entry.session.frame)
-    if source is None:
-        return None
-    return replace(
-        source, rgb=os.path.abspath(source.rgb), depth=_absolute(source.depth), truth=_absolute(source.truth)
-    )
-
-
-def _absolute(path: str | None) -> str | None:
-    return None if path is None else os.path.abspath(path)
+    return None if source is None else source.absolute()
 
 
 def _source_of_frame(frame: RGBDFrame) -> FrameSource | None:

@@ -21,7 +21,7 @@ from ilf.project import FrameSummary, Project
 class Set(NamedTuple):
     """What is work of a project beside its frames' states."""
 
-    frames: tuple[tuple[str, str, FrameSource | None], ...]
+    frames: tuple[tuple[str, FrameSource | None], ...]
     extraction: BlockParameters
     keeps_handmade: bool
     shared: Shared | None
@@ -62,6 +62,7 @@ class PresentProject(QObject):
         self.path: Path | None = None
         self.read_only = ""
         self._mark: FileMark | None = None
+        self._is_new = False
         self._saved = self.set_now()
         self._unfound: dict[str, FrameSummary] = {}
         self._found_elsewhere = False
@@ -89,7 +90,7 @@ class PresentProject(QObject):
     def set_now(self) -> Set:
         """What there is now beside the frames' states."""
         workspace = self._workspace
-        frames = tuple((entry.id, entry.name, entry.source) for entry in workspace.entries)
+        frames = tuple((entry.id, entry.source) for entry in workspace.entries)
         shared = workspace.shared if workspace.shared.on else None
         return Set(frames, workspace.extraction_parameters, workspace.keeps_handmade, shared)
 
@@ -100,11 +101,14 @@ class PresentProject(QObject):
         frames = (replace(frame, summary=unfound.get(frame.id, frame.summary)) for frame in project.frames)
         return replace(project, frames=tuple(frames), view=view)
 
-    def take(self, path: Path | None, read_only: str = "", saved: Set | None = None, changed: bool = False) -> None:
+    def take(
+        self, path: Path | None, read_only: str = "", saved: Set | None = None, changed: bool = False, new: bool = False
+    ) -> None:
         """The project has this file now, which holds what was `saved`, or else all.
 
-        With `changed`, it is not as it was written since.
+        With `changed`, it is not as it was written since; if it is `new`, there must be none when it is saved.
         """
+        self._is_new = new
         self.path, self.read_only = path, read_only
         self._mark = None if path is None or changed else FileMark.of(path)
         self._saved = saved or self.set_now()
@@ -118,6 +122,8 @@ class PresentProject(QObject):
 
     def changed_on_disk(self) -> bool:
         """Whether somebody else has written the file since it was opened or saved, or has taken it away."""
+        if self.path is not None and self._is_new:
+            return self.path.exists()
         return self.path is not None and self._mark is not None and FileMark.of(self.path) != self._mark
 
     def note_unfound(self, entry: Entry) -> None:
