@@ -86,6 +86,10 @@ class Documents(QObject):
         """Close without asking; for pictures and checks made without a user."""
         self.leave: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
         """Closes frames: calls what follows as soon as nothing of them would be lost, if the user wants it."""
+        self.remove: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
+        """Takes frames out of the list: calls what follows if the user wants it."""
+        self.close: Callable[[Entry], None] = lambda entry: workspace.remove_entries([entry])
+        """Closes a frame."""
 
     # opening
 
@@ -194,23 +198,19 @@ class Documents(QObject):
     # closing
 
     def close_frame(self) -> None:
-        """Close the present frame."""
-        self.remove_frame(self._workspace.session.key)
-
-    def remove_frame(self, key: str) -> None:
-        """Close a frame, after asking about the work on it."""
-        entry = self._workspace.entries.of_key(key)
+        """Close the present frame, after asking about the work on it; what has been saved stays in the list."""
+        entry = self._workspace.entries.of(self._workspace.session.id)
         if entry is not None:
-            self.remove_entries([entry])
+            self.leave([entry], lambda: self.close(entry))
 
     def remove_entries(self, entries: Sequence[Entry], then: Callable[[], object] = lambda: None) -> None:
-        """Take frames out of the list, after asking once about the work on them; then go on."""
+        """Take frames out of the list, after asking once about the work on them; `then` follows if that is done."""
 
         def remove() -> None:
             self._workspace.remove_entries(entries)
             then()
 
-        self.leave(entries, remove)
+        self.remove(entries, remove)
 
     # export
 

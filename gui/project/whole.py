@@ -27,13 +27,6 @@ def project_of(workspace: Workspace) -> Project:
     )
 
 
-def take_settings(workspace: Workspace, project: Project) -> None:
-    """Have what a project sets for all frames; before they are opened, since they begin with it."""
-    workspace.set_shared(Shared(project.for_all, project.common))
-    workspace.set_extraction_parameters(project.extraction)
-    workspace.set_keeps_handmade(project.keeps_handmade)
-
-
 def is_begun(session: Session | None) -> bool:
     """Whether there is anything to keep of a frame: one that has no blocks yet is just read from its files again."""
     return session is not None and (bool(session.counts()) or session.unsaved or session.undo_stack.count() > 0)
@@ -60,3 +53,10 @@ def _source_of_frame(frame: RGBDFrame) -> FrameSource | None:
         None if truth is None else truth.path,
         None if truth is None else truth.units,
     )
+
+
+def take_settings(workspace: Workspace, project: Project) -> None:
+    """Have what a project sets for all frames; before they are opened, since they begin with it."""
+    workspace.set_shared(Shared(project.for_all, project.common))
+    workspace.set_extraction_parameters(project.extraction)
+    workspace.set_keeps_handmade(project.keeps_handmade)

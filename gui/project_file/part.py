@@ -59,6 +59,8 @@ class ProjectPart(Part):
             desk.actions[name].triggered.connect(lambda _=False, do=do: do())
         desk.documents.project_wished.connect(self.open)
         desk.documents.leave = self._leave_frames
+        desk.documents.remove = self.closing.remove
+        desk.documents.close = self._close_frame
         desk.recorder.is_unsaved = lambda: self.present.unsaved
         desk.loader.replayed.connect(lambda _: self.present.take_extraction())
         desk.loader.incomplete.connect(self._tell_incomplete)
@@ -134,6 +136,24 @@ class ProjectPart(Part):
     def shutdown(self) -> bool:
         """Stop for good, when what is being saved is. True if no thread of it is left."""
         return all([self.saving.shutdown(), self.missing.shutdown()])
+
+    def _close_frame(self, entry: Entry) -> None:
+        """Close a frame; it stays in the list as the project's file has it, if it does."""
+        workspace = self.desk.workspace
+
+        def close() -> None:
+            summary = self.present.saved_summary(entry)
+            if entry.session is None or summary is None:
+                workspace.remove_entries([entry])
+                return
+            workspace.put_away(entry.session)
+            entry.set_unsaved(False)
+            workspace.entries.set_summary(entry, summary)
+
+        if self.present.saved_summary(entry) is None:
+            close()
+        else:
+            self.desk.recorder.revert([entry.id], close)
 
     def _leave_frames(self, entries: Sequence[Entry], then: Callable[[], None]) -> None:
         names = entries[0].name if len(entries) == 1 else f"{len(entries)} frames"

@@ -183,7 +183,7 @@ class Saving(QObject):
         for session, stamp in taken.stamps.items():
             if session in workspace.sessions:
                 workspace.note_saved(session, stamp)
-        self._present.take(opened.path, saved=taken.set)
+        self._present.take(opened.path, opened.project, saved=taken.set)
         self._tell(lambda: self.saved.emit(opened.path, problems), taken, True)
 
     def _fail(self, error: Exception) -> None:
