@@ -189,7 +189,7 @@ class _Encoding:
         """What a frame has beside its files: its distrusted depth, and its truth by file or by itself."""
         truth: dict[str, Any] | None = None
         file = None if frame.inputs is None else frame.inputs.truth
-        if frame.truth is not None and file is not None:
+        if file is not None:
             truth = {"path": file.path, "sha256": file.sha256, "units": file.units}
         elif frame.truth is not None:
             truth = {"array": self._array(frame.truth, _depth)}
