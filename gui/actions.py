@@ -98,6 +98,34 @@ COMMANDS = (
         "",
         "Give the other chosen blocks the own values of the first",
     ),
+    Command(
+        "share_values",
+        "Use values for all &frames",
+        "ph.share-network",
+        "",
+        "Give this frame's values of the filter to all frames of the list, now and whenever they change",
+    ),
+    Command(
+        "keep_values",
+        "Values for this frame al&one",
+        "ph.push-pin",
+        "",
+        "Let this frame's values of the filter be its own: what is set for all frames does not change them",
+    ),
+    Command(
+        "reset_values",
+        "Reset to the &values of all frames",
+        "ph.arrow-u-up-left",
+        "",
+        "Let this frame have the values of all frames again",
+    ),
+    Command(
+        "part_values",
+        "&Each frame its own values",
+        "",
+        "",
+        "Set values of the filter for one frame at a time; all keep those that they have now",
+    ),
     Command("clear_results", "C&lear results", "ph.backspace", "", "Forget the completed depth of this frame"),
     Command(
         "look_before",
@@ -201,6 +229,13 @@ COMMANDS = (
     ),
     Command("previous_suspect", "Pre&vious suspicious place", "ph.caret-left", "Shift+F8", "Go back to the one before"),
     Command("leave_suspect", "&Leave it", "ph.check", "Ctrl+F8", "This place is right as it is: do not show it again"),
+    Command(
+        "looked_at",
+        "Looked at, &right as it is",
+        "ph.check",
+        "Ctrl+Shift+F8",
+        "The chosen blocks, which came from another frame, need no look any more",
+    ),
     Command(
         "suggest_distrust",
         "Su&ggest distrusted depth",

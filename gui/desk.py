@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QMainWindow
 
 from gui.actions import Actions
+from gui.centre import Centre
 from gui.dialogs.documents import Documents
 from gui.docks import Docks
 from gui.filtering.filter_panel import FilterPanel
@@ -62,6 +63,7 @@ class Desk:
     filter_presenter: FilterPresenter
     errors: ErrorPresenter
     documents: Documents
+    centre: Centre
     store: WorkStore
     recorder: Recorder
     under_way: Callable[[], Sequence[UnderWay]]

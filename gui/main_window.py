@@ -15,6 +15,7 @@ from gui.actions import Actions
 from gui.autosave.part import AutosavePart
 from gui.blocks.block_table import BlockTable
 from gui.blocks.presenter import BlocksPresenter
+from gui.carrying.part import CarryingPart
 from gui.centre import Centre
 from gui.cloud.canvas import HINT, MOVES
 from gui.cloud.cloud_view import CloudView
@@ -33,6 +34,7 @@ from gui.extraction.extraction_panel import ExtractionPanel
 from gui.extraction.presenter import StagePresenter
 from gui.filtering.filter_panel import FilterPanel
 from gui.filtering.presenter import FilterPresenter
+from gui.filtering.sharing import SharingPresenter
 from gui.frame_list.frames_panel import FramesPanel
 from gui.frame_list.part import FramesPart
 from gui.frames.loader import FrameLoader
@@ -82,6 +84,7 @@ from ilf.project.journals import journal_folder
 
 _PARTS: tuple[type[Part], ...] = (
     KeptRunsPart,
+    CarryingPart,
     PresetsPart,
     SweepPart,
     AccuracyPart,
@@ -127,7 +130,6 @@ class MainWindow(QMainWindow):
         self.store = WorkStore(journal_folder() if remembers else None)
         self.recorder = Recorder(self.workspace, self.store, self)
         self.loader = FrameLoader(self.workspace, self)
-        self.loader.stored = self.store
         self.runs = RunController(self.workspace, self)
         self.refresh = Refresh(self)
         self.actions_ = Actions(self, self.workspace.undo_group)
@@ -151,6 +153,7 @@ class MainWindow(QMainWindow):
         self.filter_panel = FilterPanel(
             [actions[name] for name in ["run", "run_selected", "pause", "step", "cancel", "live"]],
             [actions[name] for name in ["copy_own", "reset_own"]],
+            [actions[name] for name in ["share_values", "reset_values"]],
         )
         self.extraction_panel = ExtractionPanel(actions["extract"])
         self.tool_bar = ToolBar(actions, self)
@@ -169,6 +172,7 @@ class MainWindow(QMainWindow):
         self.stages = StagePresenter(workspace, self.views, self.extraction_panel, self.notes)
         self.block_presenter = BlocksPresenter(workspace, runs, self.blocks, entries(actions, BLOCK_MENU))
         self.filter_presenter = FilterPresenter(workspace, runs, self.filter_panel, actions["live"])
+        self.sharing = SharingPresenter(workspace, self.filter_panel.frames, actions)
         self.live = LiveSolver(workspace, runs, actions["live"])
         self.effect = EffectPresenter(workspace, runs, self.view_presenter, self.effect_line, actions["live"])
         self.review = ReviewPresenter(workspace, self.views, self.review_strip, actions["leave_suspect"])
@@ -225,6 +229,7 @@ class MainWindow(QMainWindow):
             self.filter_presenter,
             self.errors,
             self.documents,
+            self.centre,
             self.store,
             self.recorder,
             self._under_way,
@@ -270,6 +275,7 @@ class MainWindow(QMainWindow):
             (coming, workspace.records_added),
         )
         add("filter", self.filter_presenter.show, (turned, infos, selected, values, self.filter_panel.scope_changed))
+        add("sharing", self.sharing.show, (turned, values))
         shown_records = turned, blocks, infos, selected, values, results
         shown_also = workspace.compared_changed, self.curves.shown
         going_on = coming, workspace.records_added  # who draws at each batch takes time from what makes them
@@ -311,6 +317,7 @@ class MainWindow(QMainWindow):
             "merge_blocks": blocks.merge,
             "lock_blocks": blocks.toggle_locks,
             "hide_blocks": blocks.toggle_visibility,
+            "looked_at": blocks.look_at,
             "grow_blocks": blocks.grow,
             "shrink_blocks": blocks.shrink,
             "smooth_blocks": blocks.smooth,
@@ -326,6 +333,10 @@ class MainWindow(QMainWindow):
             "guess": runs.guess,
             "reset_own": self.filter_presenter.reset_own,
             "copy_own": self.filter_presenter.copy_own,
+            "share_values": self.sharing.share,
+            "keep_values": self.sharing.keep,
+            "reset_values": self.sharing.reset,
+            "part_values": self.sharing.part,
             "clear_results": runs.clear_results,
             "undo": editor.undo,
             "give_up": editor.escape,
@@ -398,6 +409,7 @@ class MainWindow(QMainWindow):
         self.loader.message.connect(notes.tell)
         self.editor.message.connect(notes.tell)
         self.filter_presenter.message.connect(notes.tell)
+        self.sharing.message.connect(notes.tell)
         self.editor.slivers_left.connect(
             lambda left: notes.offer(f"{left} sliver{'s' * (left != 1)} left.", self.actions_["clean_up"])
         )

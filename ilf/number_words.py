@@ -32,6 +32,17 @@ def grouped(count: int) -> str:
     return f"{count:,}".replace(",", "\u202f")
 
 
+def counted(count: int, what: str) -> str:
+    """A count of things.
+
+    Examples
+    --------
+    >>> counted(1, "frame"), counted(1200, "frame")
+    ('1 frame', '1\u202f200 frames')
+    """
+    return f"{grouped(count)} {what}{'s' * (count != 1)}"
+
+
 def length_text(metres: float) -> str:
     """A length with the unit that reads best, to three significant digits: 10 m, 100 mm, 0.1 mm, 1 µm."""
     if not math.isfinite(metres):

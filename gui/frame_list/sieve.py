@@ -15,6 +15,7 @@ STATES: dict[str, str] = {
     "all": "All",
     Stage.UNTOUCHED: "Untouched",
     Stage.EXTRACTED: "Extracted",
+    Stage.CARRIED: "Carried",
     Stage.EDITED: "Edited",
     Stage.RUN: "Run",
     Stage.FAILED: "Failed",

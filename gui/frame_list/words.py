@@ -8,6 +8,7 @@ from ilf.project import FrameSummary, Stage
 STAGE_WORDS = {
     Stage.UNTOUCHED: "Untouched",
     Stage.EXTRACTED: "Extracted",
+    Stage.CARRIED: "Carried",
     Stage.EDITED: "Edited",
     Stage.RUN: "Run",
     Stage.FAILED: "Failed",
@@ -23,6 +24,7 @@ def state_line(entry: Entry) -> str:
     elif summary.blocks:
         parts.append(_blocks(summary.blocks))
     parts += [f"{summary.to_check} to check"] * bool(summary.to_check)
+    parts += ["own values"] * summary.own_parameters
     return ", ".join(parts)
 
 

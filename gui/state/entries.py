@@ -13,6 +13,7 @@ from gui.state.session import Session
 from ilf.io.frame_source import FrameSource
 from ilf.outcomes import Status
 from ilf.project import FrameSummary, Stage
+from ilf.project.frame_state import is_carried
 
 
 @dataclass(eq=False)
@@ -206,6 +207,8 @@ def summary_of(session: Session) -> FrameSummary:
         stage = Stage.FAILED
     elif results:
         stage = Stage.RUN
+    elif blocks and is_carried(session.notes, session.labels):
+        stage = Stage.CARRIED
     elif session.edited and blocks:
         stage = Stage.EDITED
     else:
@@ -219,4 +222,5 @@ def summary_of(session: Session) -> FrameSummary:
         len(results),
         len(session.to_check & blocks.keys()),
         hopeless[0].message if failed else "",
+        session.own_parameters,
     )

@@ -13,6 +13,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoGroup, QUndoStack
 
 from gui.state.block_errors import BlockErrors
+from gui.state.carry_commands import CarryBlocks, LookAtBlocks
 from gui.state.commands import Change, ClearResults, Distrust, EditInfo, EditLabels, EditParameters, OwnChange
 from gui.state.entries import Entries, Entry
 from gui.state.kept_commands import AcceptRun, DeleteRuns
@@ -20,6 +21,7 @@ from gui.state.kept_runs import COLOURS, MOST_COMPARED
 from gui.state.past import Past
 from gui.state.results import Preview, same_mask
 from gui.state.session import Session
+from gui.state.sharing import Shared, ShareParameters
 from gui.state.stroke import StrokeUnderWay
 from ilf.blocks import Box
 from ilf.completion import Watch
@@ -31,6 +33,7 @@ from ilf.filter.convergence import IterationRecord
 from ilf.frame import RGBDFrame, TruthFile
 from ilf.outcomes import BlockResult, Completion
 from ilf.parameters import DEFAULT_PRESET, BlockParameters, Parameters, preset
+from ilf.project import FrameState
 from ilf.project.block_notes import BlockInfo, BlockNotes
 from ilf.project.kept_run import KeptRun
 from ilf.project.own_values import OwnValues, differing, own_values, parameter_labels
@@ -110,8 +113,8 @@ class Workspace(QObject):
         self.entries = Entries(self)
         """All frames, open or not."""
         self.undo_group = QUndoGroup(self)
-        self._parameters = preset(DEFAULT_PRESET)
-        """What the next frame begins with while none is open."""
+        self.shared = Shared(False, preset(DEFAULT_PRESET))
+        """Whether parameters are for all frames; while they are not, and a frame is open, the next begins with its."""
         self.extraction_parameters = BlockParameters()
         self.keeps_handmade = True
         """Whether blocks that were made by hand stay when blocks are extracted again, as locked ones do."""
@@ -139,9 +142,13 @@ class Workspace(QObject):
 
     @property
     def parameters(self) -> Parameters:
-        """Parameters of all blocks of the present frame that have no values of their own; the next frame begins with
-        them."""
-        return self._parameters if self._session is None else self._session.common
+        """Parameters of all blocks of the present frame that have no values of their own."""
+        return self.shared.values if self._session is None else self._session.common
+
+    @property
+    def next_parameters(self) -> Parameters:
+        """What the next frame begins with."""
+        return self.shared.values if self.shared.on else self.parameters
 
     def is_present(self, session: Session) -> bool:
         """Whether this is the present frame's session."""
@@ -156,15 +163,19 @@ class Workspace(QObject):
         """The open session of a file or folder, if there is one."""
         return next((session for session in self.sessions if session.key == key), None)
 
-    def add_session(self, session: Session, recorded: Run | None = None, restored: bool = False) -> None:
-        """Open a frame and make it the present one.
+    def add_session(
+        self, session: Session, recorded: Run | None = None, restored: bool = False, show: bool = True
+    ) -> None:
+        """Open a frame and, with `show`, make it the present one.
 
-        It begins with the parameters of the present one, unless it is `restored`. With `recorded`, it comes from that
-        run, and has the parameters of that; what it was extracted with goes for the next extraction, and the blocks
-        that were run are chosen if they are not all.
+        It begins with the parameters of the present one, or of all, unless it is `restored`. With `recorded`, it comes
+        from that run, and has the parameters of that; what it was extracted with goes for the next extraction, and the
+        blocks that were run are chosen if they are not all.
         """
-        if not restored:
-            session.take_common(self.parameters)
+        if restored:
+            self.shared.begin(session)
+        else:
+            session.take_common(self.next_parameters)
         if recorded is not None:
             self._take_recorded(session, recorded)
         self.sessions.append(session)
@@ -174,12 +185,14 @@ class Workspace(QObject):
         opened = ref(session)  # the history would hold the session, and never be freed
         session.undo_stack.indexChanged.connect(lambda _: self._note_step(opened()))
         self.sessions_changed.emit()
-        self.show_session(session)
+        if show:
+            self.show_session(session)
         if len(self.entries) > listed:
             self.project_touched.emit()
 
     def _take_recorded(self, session: Session, recorded: Run) -> None:
         session.take_common(recorded.parameters)
+        session.own_parameters = self.shared.on and recorded.parameters != self.shared.values
         if recorded.extraction is not None:
             self.set_extraction_parameters(recorded.extraction)
         labels = set(session.counts()) if recorded.only is None else set(recorded.only)
@@ -193,7 +206,7 @@ class Workspace(QObject):
         if session is self._session:
             return
         self._end_strokes()
-        self._parameters = self.parameters
+        self.shared = Shared(self.shared.on, self.next_parameters)
         self._session = session
         self.undo_group.setActiveStack(session.undo_stack if session else self._nothing)
         self.session_changed.emit()
@@ -275,13 +288,18 @@ class Workspace(QObject):
         self.sessions_changed.emit()
         self.project_touched.emit()
 
-    def set_to_check(self, session: Session, blocks: Collection[int]) -> None:
-        """Which blocks of a frame should be looked at."""
-        if set(blocks) != session.to_check:
-            session.to_check = set(blocks)
-            self.touch(session)
-            if session is self._session:
-                self.infos_changed.emit()
+    def take_carried(self, session: Session, carried: FrameState, text: str) -> None:
+        """Take the blocks that were carried to a frame, with all that came with them, as one undoable step."""
+        self.prepare_change(session)
+        session.undo_stack.push(CarryBlocks(self, session, carried, text))
+        if not session.selected:
+            self._select(session, list(carried.selected))
+
+    def look_at(self, blocks: Collection[int]) -> None:
+        """Blocks of the present frame that needed a look have had it, as one undoable step."""
+        unseen = self.session.to_check.intersection(blocks)
+        if unseen:
+            self.session.undo_stack.push(LookAtBlocks(self, self.session, unseen))
 
     # blocks
 
@@ -439,9 +457,14 @@ class Workspace(QObject):
 
     def select(self, labels: list[int]) -> None:
         """Choose blocks; the first is the one that edits and curves are about."""
-        if self.has_session and labels != self.session.selected:
-            self.session.selected = labels
-            self.selection_changed.emit()
+        if self.has_session:
+            self._select(self.session, labels)
+
+    def _select(self, session: Session, labels: list[int]) -> None:
+        if labels != session.selected:
+            session.selected = labels
+            if session is self._session:
+                self.selection_changed.emit()
 
     def set_region(self, box: Box | None) -> None:
         """Choose a rectangle (rows, columns) of the present frame, or none."""
@@ -548,7 +571,7 @@ class Workspace(QObject):
         if not names:
             return False
         common = session.common, run.parameters
-        text = f"Restore parameters of {kept.name}"
+        text = f"Restore parameters of {kept.name}{self._for_all(session)}"
         session.undo_stack.push(EditParameters(self, session, common, changes, names, text))
         return True
 
@@ -677,8 +700,7 @@ class Workspace(QObject):
             return
         if self._session is None:
             if common is not None:
-                self._parameters = common[1]
-                self.parameters_changed.emit()
+                self.set_shared(Shared(self.shared.on, common[1]))
             return
         stack = self._session.undo_stack
         last = stack.command(stack.index() - 1) if not stack.isClean() else None
@@ -688,7 +710,12 @@ class Workspace(QObject):
             return
         what = parameter_labels(names)[0] if len(names) == 1 else f"{len(names)} values of the filter"
         blocks = f" of {self._session.info(min(own)).name}" if len(own) == 1 else f" of {len(own)} blocks"
-        stack.push(EditParameters(self, self._session, common, own, names, f"Set {what}{blocks if own else ''}"))
+        where = blocks if own else self._for_all(self._session)
+        stack.push(EditParameters(self, self._session, common, own, names, f"Set {what}{where}"))
+
+    def _for_all(self, session: Session) -> str:
+        """What the text of a step on a frame's common parameters ends with."""
+        return " for all frames" if self.shared.reach(session) else ""
 
     def take_parameters(
         self, session: Session, common: OwnValues, own: Mapping[int, OwnValues | None], passing: bool = False
@@ -704,9 +731,63 @@ class Workspace(QObject):
             else:
                 session.notes.own.pop(label, None)
         session.take_common(session.common.replace(**common))
+        if common and self.shared.reach(session):
+            self.shared = Shared(True, session.common)
+            self.shared.spread(self.sessions, passing)
+            self.project_touched.emit()
         if session is self._session:
             self.parameters_changed.emit()
         if session.valid_results() != before:  # those of the values that have come back
+            self.note_results_changed(session)
+
+    def take_common(self, session: Session, common: Parameters, own: bool) -> None:
+        """Called by commands: other common parameters of a frame, unless it has those of all; `own`: its own where
+        parameters are for all frames."""
+        session.own_parameters = own
+        session.take_common(common)
+        self.shared.begin(session)
+        if session is self._session:
+            self.parameters_changed.emit()
+
+    def set_shared(self, shared: Shared) -> None:
+        """Whether parameters are for all frames, and which: as a project has it, before its frames are opened."""
+        self.shared = shared
+        shared.spread(self.sessions)
+        self.parameters_changed.emit()
+        self.project_touched.emit()
+
+    def share_parameters(self) -> list[Session]:
+        """Have the present frame's parameters in all frames without their own, now and from now on, as one undoable
+        step; the open ones that had others."""
+        shared = Shared(True, self.parameters)
+        others = [one for one in self.sessions if not one.own_parameters and one.common != self.parameters]
+        self._push_sharing(shared, own=False, text="Use parameters for all frames")
+        return [one for one in others if one is not self._session]
+
+    def keep_own_parameters(self) -> None:
+        """Let the present frame's parameters be its own where they are for all frames, as one undoable step."""
+        self._push_sharing(self.shared, own=True, text="Parameters for this frame alone")
+
+    def reset_to_shared(self) -> None:
+        """Let the present frame have the parameters of all frames again, as one undoable step."""
+        self._push_sharing(self.shared, own=False, text="Reset to the parameters of all frames")
+
+    def part_parameters(self) -> None:
+        """Let every frame have its own parameters again, which are what they are, as one undoable step."""
+        self._push_sharing(Shared(False, self.parameters), own=False, text="Parameters of each frame by itself")
+
+    def _push_sharing(self, shared: Shared, own: bool, text: str) -> None:
+        self.session.undo_stack.push(ShareParameters(self, self.session, shared, own, text))
+
+    def take_shared(self, shared: Shared, session: Session, common: Parameters, own: bool) -> None:
+        """Called by commands: whether parameters are for all frames, which those are, and those of one frame."""
+        before = session.valid_results()
+        session.settle_parameters()
+        session.own_parameters = own
+        session.take_common(common)
+        self.set_shared(shared)
+        self.sessions_changed.emit()
+        if session.valid_results() != before:
             self.note_results_changed(session)
 
     def set_extraction_parameters(self, parameters: BlockParameters) -> None:
@@ -728,21 +809,22 @@ class Workspace(QObject):
         if session is self._session:
             self._end_strokes()
 
-    def note_labels_changed(self, session: Session, patch: LabelPatch, change: Change | None = None) -> None:
-        """Called by commands after the label map has changed; with `change`, by an edit."""
+    def note_labels_changed(self, session: Session, patch: LabelPatch | None, change: Change | None = None) -> None:
+        """Called by commands after the label map, or what is known of it, has changed; with `change`, by an edit."""
         if session is not self._session:
             self.sessions_changed.emit()
             return
-        left = session.counts()
-        # a block that is yet to be painted has never been there
-        gone = [
-            label
-            for label in session.selected
-            if label not in left and ((patch.before == label).any() or (patch.after == label).any())
-        ]
-        self.labels_changed.emit(patch.box)
-        if gone:
-            self.select([label for label in session.selected if label not in gone])
+        if patch is not None:
+            left = session.counts()
+            # a block that is yet to be painted has never been there
+            gone = [
+                label
+                for label in session.selected
+                if label not in left and ((patch.before == label).any() or (patch.after == label).any())
+            ]
+            self.labels_changed.emit(patch.box)
+            if gone:
+                self.select([label for label in session.selected if label not in gone])
         if change is None:
             self.replaced.emit()
         else:
@@ -758,6 +840,11 @@ class Workspace(QObject):
         if session is self._session:
             self.distrusted_changed.emit()
         self.note_results_changed(session)
+
+    def note_checked(self, session: Session) -> None:
+        """Called by commands after other blocks should be looked at."""
+        self.note_infos_changed(session)
+        self.sessions_changed.emit()
 
     def note_infos_changed(self, session: Session) -> None:
         """Called by commands after a name, colour or lock has changed."""

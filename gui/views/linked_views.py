@@ -167,6 +167,7 @@ class LinkedViews(QWidget):
         self._overlay.clear()
         self._layers.set_blocks(None)
         self.set_selected(())
+        self.set_doubtful(())
         self._layers.set_distrusted(None)
         self._write_names()
         self.set_preview(None)
@@ -420,6 +421,10 @@ class LinkedViews(QWidget):
     def set_selected(self, labels: Iterable[int]) -> None:
         """Draw a wider line around these blocks in all views."""
         self._layers.set_selected(labels)
+
+    def set_doubtful(self, labels: Iterable[int]) -> None:
+        """Draw a line in a colour of its own around these blocks in all views, since they need a look."""
+        self._layers.set_doubtful(labels)
 
     def set_preview(self, preview: Preview | None) -> None:
         """Draw what a tool is about to do in all views; None removes it."""

@@ -33,9 +33,9 @@ class Carried:
 def carry(before: FrameState, after: FrameState, how: str = "auto") -> Carried:
     """Give a frame the blocks of another, as `ilf.ebs.following.follow` carries them.
 
-    Names, colours, locks, visibility, own values and drawn borders go along, and so do the common parameters and whether
-    the rest is guessed. Blocks that are locked in the frame after stay there as they are, unless they had been carried
-    there and nobody has edited them since; a carried block that has the number of one that stays gets another.
+    Names, colours, locks, visibility, own values and drawn borders go along, and so do the common parameters and
+    whether the rest is guessed. Blocks that are locked in the frame after stay there as they are, unless they had been
+    carried there and nobody has edited them since; a carried block that has the number of one that stays gets another.
 
     Parameters
     ----------
@@ -74,6 +74,8 @@ def carry(before: FrameState, after: FrameState, how: str = "auto") -> Carried:
     carried = there - stays
     handmade = notes.handmade | made_by_hand(before.labels, notes.extracted)
     reasons = {now(label): reason for label, reason in followed.reasons.items() if now(label) in carried}
+    came = labels.copy()
+    came.setflags(write=False)
     known = BlockNotes(
         {now(label): info for label, info in notes.infos.items()}
         | {label: info for label, info in after.notes.infos.items() if label in stays},
@@ -82,7 +84,7 @@ def carry(before: FrameState, after: FrameState, how: str = "auto") -> Carried:
         _drawn(followed, after, here),
         notes.extraction,
         notes.network,
-        labels.copy(),
+        came,
         there,
         stays | {now(label) for label in handmade if now(label) in carried},
         before.frame.name,

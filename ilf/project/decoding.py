@@ -22,7 +22,7 @@ from ..sections import Section
 from .block_notes import BlockNotes
 from .encoding import SCHEMA, Origin, measured_sha256
 from .frame_state import FrameState
-from .json_fields import block_infos, chosen_labels, colour_of, looked_at, number_or_none, result_rows
+from .json_fields import block_infos, chosen_labels, colour_of, looked_at, number_or_none, reasons_of, result_rows
 from .kept_run import Guess, KeptRun
 from .own_values import OwnValues
 from .packing import (
@@ -276,7 +276,7 @@ class _Decoding:
             "kept": lambda: frozenset(data.items("kept", int)),
             "handmade": lambda: frozenset(data.items("handmade", int)),
             "carried_from": lambda: data.get("carried_from", str),
-            "reasons": lambda: {int(label): reason for label, reason in data.texts("reasons").items()},
+            "reasons": lambda: reasons_of(data.section("reasons")),
         }
         return BlockNotes(**self._each(data, readers))
 

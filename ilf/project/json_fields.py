@@ -33,6 +33,11 @@ def block_infos(data: Section) -> dict[int, BlockInfo]:
     return infos
 
 
+def reasons_of(data: Section) -> dict[int, str]:
+    """Why blocks need a look, by label."""
+    return {int(label): data.get(label, str) for label in data.values}
+
+
 def colour_of(data: Section) -> Colour:
     """Red, green, blue."""
     red, green, blue = data.items("colour", int)

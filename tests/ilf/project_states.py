@@ -80,7 +80,7 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
             frozenset({1}),
             frozenset({1, 99}),
             "the frame before",
-            {2: "It is twice as large as it was."},
+            {2: "It was not in the picture before."},
         ),
         common=quick,
         results=results,
