@@ -54,18 +54,21 @@ class OpenFrames(QObject):
         """The one that is looked at now comes last."""
         workspace.session_changed.connect(self._look)
         workspace.touched.connect(self._tidy_behind)
+        workspace.sessions_changed.connect(self._forget_closed)
+
+    def _forget_closed(self) -> None:
+        self._looked_at = [session for session in self._looked_at if session in self._workspace.sessions]
 
     def _look(self) -> None:
         workspace = self._workspace
         if workspace.has_session:
             present = workspace.session
-            there = [one for one in self._looked_at if one in workspace.sessions and one is not present]
-            self._looked_at = [*there, present]
+            self._looked_at = [*(one for one in self._looked_at if one is not present), present]
             self.tidy()
 
     def _tidy_behind(self, session: Session) -> None:
-        """Something has been done to a frame that nobody looks at, as where blocks are carried through a list."""
-        if not self._workspace.is_present(session) and len(self._workspace.sessions) > self.most:
+        """Work has been done on a frame that nobody has looked at, as where blocks are carried through a list."""
+        if session not in self._looked_at and len(self._workspace.sessions) > self.most:
             self.tidy()
 
     def tidy(self) -> None:

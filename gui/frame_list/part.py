@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QPoint, QTimer, QUrl
+from PySide6.QtCore import QPoint, QSettings, QTimer, QUrl
 from PySide6.QtGui import QAction, QDesktopServices, QGuiApplication
 from PySide6.QtWidgets import QFileDialog, QMenu
 
@@ -21,6 +21,7 @@ from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.widgets.messages import last_folder
 from ilf.io import Listing
+from ilf.io.frame_source import FrameSource
 from ilf.project import Stage
 from ilf.project.thumbnail import thumbnail_part
 
@@ -193,7 +194,8 @@ class FramesPart(Part):
         """Open a folder of frames that the user chooses."""
         chosen = QFileDialog.getExistingDirectory(self.desk.window, "Open folder of frames", last_folder(_FOLDER_KEY))
         if chosen:
-            self.desk.documents.open_folder(Path(chosen))
+            QSettings().setValue(_FOLDER_KEY, str(Path(chosen).parent))
+            self.desk.documents.open_source(FrameSource(chosen))
 
     def write_note(self) -> None:
         """Let the user write the note on the chosen frame."""

@@ -15,6 +15,7 @@ from gui.menus import insert_menu
 from gui.project.whole import source_of
 from gui.project_file.closing import Closing
 from gui.project_file.commands import COMMANDS
+from gui.project_file.folders import FolderProjects
 from gui.project_file.missing import Missing
 from gui.project_file.opening import Opening
 from gui.project_file.present import PresentProject
@@ -44,6 +45,7 @@ class ProjectPart(Part):
         self.saving = Saving(desk, self.present, self.view)
         self.opening = Opening(desk, self.present, self.view)
         self.missing = Missing(desk, self.present)
+        self.folders = FolderProjects(desk, self.present, self.open)
         self.closing = Closing(desk, self)
         self._leaves = False
         self.recent = RecentMenu(
@@ -65,6 +67,8 @@ class ProjectPart(Part):
         desk.loader.incomplete.connect(self._tell_incomplete)
         self.opening.opened.connect(self._tell_opened)
         self.opening.opened.connect(self.missing.check)
+        self.opening.opened.connect(self.folders.note_opened)
+        self.saving.saved.connect(lambda path, _: self.folders.note_saved(path))
         self.saving.saved.connect(self._tell_saved)
         self.saving.failed.connect(lambda error: desk.notes.report("The project is not saved", error))
         changed = workspace.session_changed, workspace.sessions_changed, workspace.project_touched
@@ -164,6 +168,7 @@ class ProjectPart(Part):
 
     def _begin(self) -> None:
         self.missing.forget()
+        self.folders.forget()
         self.opening.begin()
 
     # saving
@@ -178,9 +183,9 @@ class ProjectPart(Part):
             self.saving.save(Wish(present.path, None, only, then))
 
     def _save_as(self, why: str, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
-        desk, present = self.desk, self.present
+        desk = self.desk
         first = next(iter(desk.workspace.entries), None)
-        proposed = present.path or proposed_path("project" if first is None else first.name)
+        proposed = self.folders.proposed() or proposed_path("project" if first is None else first.name)
         sources = [source for source in map(source_of, desk.workspace.entries) if source is not None]
         embedded = any(name.startswith("sources/") for name in desk.store.all_names())
         dialog = SaveAsDialog(proposed, embedded, sources, why, desk.window)

@@ -61,6 +61,7 @@ class PresentProject(QObject):
         self.path: Path | None = None
         self.read_only = ""
         self._mark: FileMark | None = None
+        self._is_new = False
         self._saved = self.set_now()
         self._unfound: dict[str, FrameSummary] = {}
         self._found_elsewhere = False
@@ -101,9 +102,16 @@ class PresentProject(QObject):
         return replace(project, frames=tuple(frames), view=view)
 
     def take(
-        self, path: Path | None, project: Project | None = None, read_only: str = "", saved: Set | None = None
+        self,
+        path: Path | None,
+        project: Project | None = None,
+        read_only: str = "",
+        saved: Set | None = None,
+        new: bool = False,
     ) -> None:
-        """The project has this file now, in which `project` stands; it holds what was `saved`, or else all."""
+        """The project has this file now, in which `project` stands; it holds what was `saved`, or else all. If it is
+        `new`, there must be none when it is saved."""
+        self._is_new = new
         self.path, self.read_only = path, read_only
         self._mark = None if path is None else FileMark.of(path)
         self._summaries = {frame.id: frame.summary for frame in project.frames} if project is not None else {}
@@ -121,6 +129,8 @@ class PresentProject(QObject):
 
     def changed_on_disk(self) -> bool:
         """Whether somebody else has written the file since it was opened or saved, or has taken it away."""
+        if self.path is not None and self._is_new:
+            return self.path.exists()
         return self.path is not None and self._mark is not None and FileMark.of(self.path) != self._mark
 
     def note_unfound(self, entry: Entry) -> None:

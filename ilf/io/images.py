@@ -101,12 +101,9 @@ def check_pixel_count(path: object, width: int, height: int) -> None:
         )
 
 
-def encode_image(suffix: str, image: NDArray[Any], *, flat: bool = False) -> bytes:
-    """Image file content in the format of `suffix` (".png", ".tif"); the same bytes for the same pixels. A PNG of large
-    areas of one value is a quarter smaller if it is said to be `flat`."""
-    runs = [cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_RLE]
-    how = runs if flat else []  # which also leaves out what serves pictures of ever other values
-    return cv2.imencode(suffix, image, how)[1].tobytes()
+def encode_image(suffix: str, image: NDArray[Any]) -> bytes:
+    """Image file content in the format of `suffix` (".png", ".tif"); the same bytes for the same pixels."""
+    return cv2.imencode(suffix, image)[1].tobytes()
 
 
 def quietly(decode: Callable[[], NDArray[Any] | None]) -> NDArray[Any] | None:

@@ -77,7 +77,7 @@ def look(window: MainWindow, folder: Path) -> None:
             bar.setValue(round(bar.maximum() * step / 59))
             pause(16)
 
-    say("fill, open the first", lambda: window.documents.open_folder(folder), lambda: window.workspace.has_session)
+    say("fill, open the first", lambda: window.documents.open_paths([folder]), lambda: window.workspace.has_session)
     say("scroll to the end", scroll, lambda: not panel.thumbnails.busy)
     for text in ("frame-77", "77", ""):
         say(f"filter by {text!r}", lambda text=text: panel.text.setText(text))

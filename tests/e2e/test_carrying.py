@@ -123,6 +123,28 @@ def test_through_frames_that_keep_what_was_done_by_hand(
     assert not part.strip.isVisible()
 
 
+def test_frames_on_the_way_are_put_away_and_come_back(listed: MainWindow, part: CarryingPart, qtbot: QtBot) -> None:
+    window, workspace, entries = listed, listed.workspace, listed.workspace.entries
+    window.frame_part.open_frames.most = 1
+    with qtbot.waitSignal(part.carrier.ended, timeout=WAIT_MS):
+        part.carry_through(4)
+    window.frame_part.open_frames.tidy()
+    qtbot.waitUntil(lambda: len(workspace.sessions) == 1, timeout=WAIT_MS)
+    summaries = [entry.summary for entry in entries]
+    assert [summary.stage for summary in summaries[1:]] == [Stage.CARRIED] * 4
+    # what is put away is gone through again: from the frame before, and on to frames that nobody has edited
+    window.loader.open_entry(entries[3])
+    qtbot.waitUntil(lambda: entries[3].session is not None, timeout=WAIT_MS)
+    session = carry(window, part, qtbot, "carry_previous")
+    assert session.info(1).name == "Wall"
+    assert session.notes.carried_from == "frame-2"
+    last = carry(window, part, qtbot, "carry_next")
+    assert abs(border(last) - (30 + SHIFTS[4])) <= 1
+    window.actions_["undo"].trigger()
+    assert abs(border(last) - (30 + SHIFTS[4])) <= 1  # as it was stored
+    assert last.counts()
+
+
 def test_it_can_be_stopped_and_says_how_far_it_is(listed: MainWindow, part: CarryingPart, qtbot: QtBot) -> None:
     window = listed
     shown: list[str] = []
