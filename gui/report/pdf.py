@@ -205,7 +205,7 @@ def _column_widths(table: Table) -> list[int]:
     for number, column in enumerate(table.columns):
         longest = max([len(row[number].text) for row in table.rows], default=0)
         pictures = any(row[number].image is not None for row in table.rows)
-        word = max(map(len, column.text.split()), default=0)
+        word = round(1.3 * max(map(len, column.text.split()), default=0))  # headings are bold
         letters.append(min(max(longest, word, least, 16 if pictures else 0), most) + 3)
     return [round(100 * count / sum(letters)) for count in letters]
 

@@ -85,6 +85,17 @@ def add_truth(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_look_in(parser: argparse.ArgumentParser) -> None:
+    """Add the argument that says where else the files of a project's frames may be."""
+    parser.add_argument(
+        "--look-in",
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="folder where files of frames may be that are not where they were; can be given several times",
+    )
+
+
 def add_preset(parser: argparse.ArgumentParser, **how: Any) -> None:
     """Add the argument that names a preset."""
     parser.add_argument(

@@ -21,7 +21,7 @@ from ..project.file import SUFFIX, OpenedProject, open_project, save_project
 from ..project.stored import differences, stored_completion, stored_run
 from ..run import ExportOptions, Run, write
 from ..run.options import as_file_name
-from .parsing import Commands, UsageError
+from .parsing import Commands, UsageError, add_look_in
 from .progress import RunProgress
 from .project_facts import counted, facts_as_json, print_facts
 from .report import warn
@@ -79,13 +79,7 @@ def _action(actions: Commands, name: str, command: object, text: str) -> argpars
     )
     parser.set_defaults(command=command)
     parser.add_argument("file", metavar="FILE.ilf")
-    parser.add_argument(
-        "--look-in",
-        action="append",
-        default=[],
-        metavar="DIR",
-        help="folder where files of frames may be that are not where they were; can be given several times",
-    )
+    add_look_in(parser)
     return parser
 
 

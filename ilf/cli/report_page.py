@@ -18,6 +18,7 @@ from .parsing import (
     add_block_parameters,
     add_distrusted,
     add_frame,
+    add_look_in,
     add_parameters,
     add_preset,
     add_truth,
@@ -48,6 +49,7 @@ def add_command(commands: Commands) -> None:
     add_frame(parser)
     add_distrusted(parser)
     add_truth(parser)
+    add_look_in(parser)
     add_preset(parser)
     parser.add_argument(
         "--hidden",

@@ -6,7 +6,7 @@ import argparse
 import shlex
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -48,7 +48,7 @@ def report_sources(arguments: argparse.Namespace, opened: ExitStack) -> list[Rep
         record = path / RECORD_FILE if path.is_dir() else path
         if path.suffix.lower() == SUFFIX and not path.is_dir():
             _refuse_flags(arguments, path)
-            sources += _of_project(opened.enter_context(open_project(path)))
+            sources += _of_project(opened.enter_context(open_project(path)), arguments.look_in)
         elif record.is_file() or not path.is_dir():  # what a run wrote can be read as a frame, too, but is a run
             _refuse_flags(arguments, record)
             sources.append(ReportSource(str(path), partial(_replayed, record)))
@@ -103,16 +103,17 @@ def _replayed(record: Path, notes: list[str], tell: Tell) -> Subject:
     return Subject(again.run, completion, again=shlex.join(["ilf", "complete", "--replay", str(record.absolute())]))
 
 
-def _of_project(project: OpenedProject) -> list[ReportSource]:
-    """Its frames that have been worked on."""
+def _of_project(project: OpenedProject, folders: Sequence[str]) -> list[ReportSource]:
+    """Its frames that have been worked on; their files may also be in these folders."""
+    places = replace(project.places, folders=tuple(map(Path, folders)))
     frames = [frame for frame in project.project.frames if frame.has_state and frame.summary.is_worked_on]
     if not frames:
         raise InputError(f"{project.path} has no frame that has been worked on, so there is nothing to report on.")
 
     def stored(frame_id: str, notes: list[str], tell: Tell) -> Subject:
-        decoded = project.state(frame_id)
+        decoded = project.state(frame_id, places)
         notes += decoded.problems
-        again = shlex.join(["ilf", "project", "replay", str(project.path)])
+        again = shlex.join(["ilf", "project", "replay", str(project.path), "--frame", frame_id])
         return Subject.of_state(decoded.state, again, decoded.problems)
 
     return [ReportSource(frame.name, partial(stored, frame.id)) for frame in frames]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mmap
 import os
 import re
 import stat
@@ -248,10 +249,13 @@ def _listed(stream: BinaryIO) -> dict[str, _Member]:
 def _scanned(stream: BinaryIO) -> dict[str, _Member]:
     """Members by their local headers, for a file whose directory cannot be read."""
     try:
-        stream.seek(0)
-        data = stream.read()
-    except OSError:
+        with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+            return _members_in(data)
+    except (OSError, ValueError):  # which an empty file is
         return {}
+
+
+def _members_in(data: mmap.mmap) -> dict[str, _Member]:
     found: dict[str, _Member] = {}
     place = data.find(b"PK\3\4")
     while place >= 0:

@@ -19,9 +19,9 @@ from ..outcomes import BlockResult
 from ..parameters import BlockParameters, Parameters, preset
 from ..run import Run
 from ..sections import Section
-from .block_notes import BlockInfo, BlockNotes
+from .block_notes import BlockNotes
 from .encoding import SCHEMA, Origin, measured_sha256
-from .frame_state import FrameState, Looked
+from .frame_state import FrameState
 from .json_fields import block_infos, chosen_labels, colour_of, looked_at, number_or_none, reasons_of, result_rows
 from .kept_run import Guess, KeptRun
 from .own_values import OwnValues
@@ -51,7 +51,7 @@ class Decoded:
     origins : tuple
         Arrays and results with the part that each comes from, for `Encoder.learn`.
     names : frozenset of str
-        All parts that the state refers to.
+        All parts with arrays that were read.
     """
 
     state: FrameState
@@ -170,22 +170,31 @@ class _Decoding:
         return state
 
     def _small(self, data: Section) -> dict[str, Any]:
-        """What needs no arrays, each by itself."""
-        readers: dict[str, tuple[Callable[[], Any], Any]] = {
-            "compared": (lambda: tuple(data.items("compared", int)), ()),
-            "next_number": (lambda: data.get("next_number", int), 1),
-            "dense": (lambda: data.get("dense", bool), False),
-            "own_parameters": (lambda: data.get("own_parameters", bool), False),
-            "note": (lambda: data.get("note", str), ""),
-            "to_check": (lambda: frozenset(data.items("to_check", int)), frozenset()),
-            "selected": (lambda: tuple(data.items("selected", int)), ()),
-            "looked": (lambda: looked_at(data.section("looked")), Looked()),
-            "view": (lambda: data.get("view", dict), {}),
+        """What needs no arrays."""
+        readers: dict[str, Callable[[], Any]] = {
+            "compared": lambda: tuple(data.items("compared", int)),
+            "next_number": lambda: data.get("next_number", int),
+            "dense": lambda: data.get("dense", bool),
+            "own_parameters": lambda: data.get("own_parameters", bool),
+            "note": lambda: data.get("note", str),
+            "to_check": lambda: frozenset(data.items("to_check", int)),
+            "selected": lambda: tuple(data.items("selected", int)),
+            "looked": lambda: looked_at(data.section("looked")),
+            "view": lambda: data.get("view", dict),
         }
-        return {
-            name: self._tell(f"The frame's {name.replace('_', ' ')!r} is", read, default)
-            for name, (read, default) in readers.items()
-        }
+        return self._each(data, readers)
+
+    def _each(self, data: Section, readers: dict[str, Callable[[], Any]]) -> dict[str, Any]:
+        """What readers give by the names of their fields. What an older version did not write, or cannot be read, is
+        left out."""
+        found = {}
+        for name, read in readers.items():
+            if name in data.values:
+                try:
+                    found[name] = read()
+                except UNREADABLE as error:
+                    self.problems.append(f"The frame's {name.replace('_', ' ')!r} is lost: {error}")
+        return found
 
     def _tell(self, what: str, read: Callable[[], T], default: T) -> T:
         """What `read` gives; the default, and a sentence about it, if it cannot."""
@@ -196,8 +205,9 @@ class _Decoding:
             return default
 
     def _content(self, name: str) -> bytes:
+        content = array_content(self.parts, name)
         self.names.add(name)
-        return array_content(self.parts, name)
+        return content
 
     def _array(self, data: Section, key: str, read: Callable[[str, bytes, tuple[int, int]], Any]) -> Any:
         """An array, the very one for all who refer to the same part."""
@@ -252,23 +262,19 @@ class _Decoding:
         return with_truth(self.frame, file, self.parts, self.places)
 
     def _notes(self, data: Section) -> BlockNotes:
-        extraction = data.get("extraction", dict, type(None))
-        infos: dict[int, BlockInfo] = {}
-        own: dict[int, OwnValues] = {}
-        reasons: dict[int, str] = {}
-        infos = self._tell("Names and colours of blocks are", lambda: block_infos(data.section("infos")), infos)
-        return BlockNotes(
-            infos=infos,
-            own=self._tell("Own values of blocks are", lambda: self._own(data.section("own")), own),
-            drawn=self._tell("The drawn borders are", lambda: self._mask(data, "drawn"), None),
-            extraction=None if extraction is None else self._extraction(extraction),
-            network=data.get("network", str, type(None)),
-            extracted=self._tell("What the extraction gave is", lambda: self._labels(data, "extracted"), None),
-            kept=frozenset(data.items("kept", int)),
-            handmade=frozenset(data.items("handmade", int)),
-            carried_from=data.get("carried_from", str),
-            reasons=self._tell("Why blocks need a look is", lambda: reasons_of(data.section("reasons")), reasons),
-        )
+        readers: dict[str, Callable[[], Any]] = {
+            "infos": lambda: block_infos(data.section("infos")),
+            "own": lambda: self._own(data.section("own")),
+            "drawn": lambda: self._mask(data, "drawn"),
+            "extraction": lambda: self._extraction(data),
+            "network": lambda: data.get("network", str, type(None)),
+            "extracted": lambda: self._labels(data, "extracted"),
+            "kept": lambda: frozenset(data.items("kept", int)),
+            "handmade": lambda: frozenset(data.items("handmade", int)),
+            "carried_from": lambda: data.get("carried_from", str),
+            "reasons": lambda: reasons_of(data.section("reasons")),
+        }
+        return BlockNotes(**self._each(data, readers))
 
     def _own(self, data: Section) -> dict[int, OwnValues]:
         return {
@@ -279,7 +285,10 @@ class _Decoding:
     def _parameters(self, data: Section, what: str) -> Parameters:
         return parameters_from(Parameters, data.get("parameters", dict), what, self.problems)
 
-    def _extraction(self, values: dict[str, Any]) -> BlockParameters:
+    def _extraction(self, data: Section) -> BlockParameters | None:
+        values = data.get("extraction", dict, type(None))
+        if values is None:
+            return None
         return parameters_from(BlockParameters, values, "What the blocks were extracted with", self.problems)
 
     def _results(self, data: Section, frame_part: Section) -> dict[int, BlockResult]:
@@ -360,7 +369,7 @@ class _Decoding:
         )
 
     def _run(self, data: Section) -> Run:
-        only, extraction = data.get("only", list, type(None)), data.get("extraction", dict, type(None))
+        only = data.get("only", list, type(None))
         labels = self._labels(data, "blocks")
         if labels is None:
             raise FormatError("It has no blocks.")
@@ -373,7 +382,7 @@ class _Decoding:
             {label: parameters.replace(**values) for label, values in own.items()},
             only=None if only is None else chosen_labels(data),
             dense=data.get("dense", bool),
-            extraction=None if extraction is None else self._extraction(extraction),
+            extraction=self._extraction(data),
             edited=data.get("edited", bool),
             network=data.get("network", str, type(None)),
             notes=tuple(data.items("notes", str)),

@@ -126,7 +126,7 @@ class Origins:
 
     def forget(self, names: Collection[str]) -> None:
         """Nothing is kept in these parts."""
-        for number, (_, origin) in list(self._of.items()):
+        for number, (_, origin) in self._of.copy().items():  # meanwhile, some may go
             if (origin if isinstance(origin, str) else origin[0]) in names:
                 self._of.pop(number, None)
 

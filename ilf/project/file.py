@@ -12,11 +12,11 @@ from ..errors import ExportError, FormatError, IlfError, InputError
 from ..frame import InputFile
 from .archive import Archive, Part, write_archive
 from .decoding import Decoded, load_state
-from .encoding import SCHEMA, Encoder, frame_part
+from .encoding import Encoder, frame_part
 from .frame_state import FrameState
 from .parts import Parts
 from .project import Project, ProjectFrame
-from .project_json import PROJECT, ReadProject, decode_project, encode_project
+from .project_json import PROJECT, ReadProject, decode_project, encode_project, read_only_reason
 from .recorded import UNREADABLE, arrays_of, bare_state, files_of
 from .sources import SOURCES, FilePlace, Places, find_source, source_part
 
@@ -188,12 +188,12 @@ def _check_replaceable(path: str | os.PathLike[str]) -> None:
     if not os.access(path, os.W_OK):
         raise ExportError(f"{path} is write-protected. Save under another name.")
     try:
-        with open_project(path) as there:
-            newer = there.read_only
+        with Archive(path) as there:
+            reason = read_only_reason(there)
     except IlfError:
         return
-    if newer:
-        raise ExportError(f"{path} is not replaced: it is of schema above {SCHEMA}. Save under another name.")
+    if reason:
+        raise ExportError(f"{path} is not replaced. {reason}")
 
 
 class _Saving:

@@ -23,8 +23,8 @@ from .strips import png_in_strips
 
 ARRAYS = "arrays/"
 
-MAX_UNPACKED = 2**28
-"""Bytes that one part may unpack to."""
+MAX_UNPACKED = 2**29
+"""Bytes that an array may have: the depth of the largest frame that is read."""
 
 _LONGEST_HEADER = 1024
 _NPY_ERRORS = (zipfile.BadZipFile, zlib.error, EOFError, OSError, LookupError, RuntimeError, ValueError, SyntaxError)

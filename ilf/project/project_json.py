@@ -78,7 +78,7 @@ def encode_project(project: Project, places: Places | None = None, *, embedded: 
                 "id": frame.id,
                 "name": frame.name,
                 "source": None if frame.source is None else _source(frame.source),
-                "summary": dataclasses.asdict(frame.summary),
+                "summary": vars(frame.summary),
                 "has_state": frame.has_state,
             }
             for frame in project.frames
@@ -90,7 +90,7 @@ def encode_project(project: Project, places: Places | None = None, *, embedded: 
         "keeps_handmade": project.keeps_handmade,
         "view": plain(project.view),
         "embedded": embedded,
-        "files": {path: dataclasses.asdict(place) for path, place in known.files.items()},
+        "files": {path: vars(place) for path, place in known.files.items()},
     }
     return strict_json(data)
 
@@ -120,6 +120,25 @@ def decode_project(parts: Parts, path: Path | None = None) -> ReadProject:
         lost = f"The list of frames is lost, with what is set for all of them: {error} {len(frames)} were found."
         return ReadProject(Project(frames), Places(path), problems=(lost,))
     return _Reader(Section("project", data), path).project()
+
+
+def read_only_reason(parts: Parts) -> str:
+    """Why a project cannot be saved in place of what is kept in these parts; "" if it can, or there is none."""
+    try:
+        return _newer(json.loads(parts.read(PROJECT)))
+    except UNREADABLE:
+        return ""
+
+
+def _newer(data: dict[str, Any]) -> str:
+    schema = data.get("schema")
+    if type(schema) is not int or schema <= SCHEMA:
+        return ""
+    version = str(data.get("version", "?"))
+    return (
+        f"A newer version of the program ({version:.20}) has written this project: some of it may be missing here. It "
+        "can be looked at and saved under another name, but not in its place."
+    )
 
 
 class _Reader:
@@ -154,15 +173,7 @@ class _Reader:
             self._value("keeps_handmade", True, bool),
             self._value("view", {}, dict),
         )
-        schema = self._value("schema", SCHEMA, int)
-        read_only = ""
-        if schema > SCHEMA:
-            version = str(data.values.get("version", "?"))
-            read_only = (
-                f"A newer version of the program ({version:.20}) has written this project: some of it may be missing "
-                "here. It can be looked at and saved under another name, but not in its place."
-            )
-        return ReadProject(project, places, self._value("embedded", False, bool), tuple(problems), read_only)
+        return ReadProject(project, places, self._value("embedded", False, bool), tuple(problems), _newer(data.values))
 
     def _value(self, key: str, default: Any, *kinds: type) -> Any:
         try:

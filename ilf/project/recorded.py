@@ -17,7 +17,7 @@ from .packing import Npz, check_content, colour_from_bytes
 from .parts import Parts
 from .sources import Places, load_inputs
 
-UNREADABLE = (IlfError, ArithmeticError, LookupError, RecursionError, TypeError, ValueError)
+UNREADABLE = (IlfError, ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 """What reading somebody's bytes may raise, whatever is wrong with them."""
 
 

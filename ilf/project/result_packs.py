@@ -96,7 +96,7 @@ def unpack_results(name: str, content: bytes, measured: NDArray[np.float32]) -> 
     """
     packed = Npz(name, content)
     try:
-        head = Section("results", json.loads(packed.text(_RESULTS, MAX_UNPACKED // 4)))
+        head = Section("results", json.loads(packed.text(_RESULTS, MAX_UNPACKED // 8)))
         return list(_unpacked(packed, head, measured))
     except FormatError:
         raise

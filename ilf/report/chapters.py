@@ -54,7 +54,8 @@ def frame_chapter(id: str, figures: Figures, most: int) -> Chapter:
     if subject.kept:
         sections.append(Section("Kept runs", (runs_table(subject),)))
     sections.append(Section("Files and versions", (_provenance(record),)))
-    sections.append(Section("How to have it again", _again(subject)))
+    if subject.completion.results:
+        sections.append(Section("How to have it again", _again(subject)))
     return Chapter(id, subject.run.frame.name, subject.note, tuple(sections))
 
 
@@ -83,7 +84,7 @@ def index_entry(id: str, figures: Figures) -> Entry:
 
 
 def index_chapter(title: str, entries: Sequence[Entry]) -> Chapter:
-    """A row for each frame."""
+    """A row for each frame; what there is nothing to say of has no column."""
     columns = (
         Column("", number=False),
         Column("frame", number=False),
@@ -107,8 +108,10 @@ def index_chapter(title: str, entries: Sequence[Entry]) -> Chapter:
         )
         for entry in entries
     )
+    told = [number for number in range(len(columns)) if any(row[number].text or row[number].image for row in rows)]
+    table = Table(tuple(columns[n] for n in told), tuple(tuple(row[n] for n in told) for row in rows))
     count = f"{len(entries)} frame{'s' * (len(entries) != 1)}"
-    return Chapter(INDEX, title, "", (Section("", (Paragraph(f"{count}."), Table(columns, rows))),))
+    return Chapter(INDEX, title, "", (Section("", (Paragraph(f"{count}."), table)),))
 
 
 def _rmse(errors: ErrorFigures | None) -> str:
@@ -138,7 +141,7 @@ def _head(figures: Figures) -> Facts:
         if math.isfinite(figures.whole_expected):
             facts.append(Fact("Expected error", f"{millimetres(figures.whole_expected)} mm (root mean square)"))
     blocks = int(np.count_nonzero(np.bincount(subject.run.blocks.ravel())[1:]))
-    facts.append(Fact("Blocks", f"{blocks}, over {inside:.1%} of the frame"))
+    facts.append(Fact("Blocks", f"{blocks}, over {inside:.1%} of the frame" if blocks else "none"))
     return Facts(tuple(facts))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..confidence import expected_error
 from ..judgement import HiddenResult, Judgement, judge_blocks, judge_completion
-from ..outcomes import BlockResult
+from ..outcomes import BlockResult, Completion
 from .subject import Subject
 
 
@@ -56,16 +56,24 @@ class Figures:
         object.__setattr__(self, "expected", expected_error(self.subject.run.frame, self.subject.completion))
 
     @cached_property
+    def by_blocks(self) -> Completion:
+        """The completion as if nothing but what blocks vouch for had been filled."""
+        completion = self.subject.completion
+        return replace(completion, filled=completion.filled & ~completion.guessed)
+
+    @cached_property
     def against_truth(self) -> ErrorFigures | None:
-        """Of all that was filled, by the frame's truth; None if there is none, or no block was run."""
-        frame, completion = self.subject.run.frame, self.subject.completion
+        """Of what blocks have filled, by the frame's truth; None if there is none, or no block was run."""
+        return self._against_truth(self.by_blocks, "Against the truth")
+
+    def _against_truth(self, completion: Completion, name: str) -> ErrorFigures | None:
+        frame = self.subject.run.frame
         if frame.truth is None or not completion.results:
             return None
         judgement = judge_completion(frame, completion, expected=self.expected)
         wanted = ~frame.known & np.isfinite(frame.truth)
         filled = completion.filled & wanted
         coverage = int(np.count_nonzero(filled)) / max(int(np.count_nonzero(wanted)), 1)
-        name = "Against the truth" + (", guesses included" if completion.guessed.any() else "")
         return ErrorFigures(name, judgement, _p95(completion.depth[filled] - frame.truth[filled]), coverage)
 
     @cached_property
@@ -83,7 +91,10 @@ class Figures:
     @property
     def errors(self) -> tuple[ErrorFigures, ...]:
         """Every judgement of the frame: against its truth, on hidden depth all together, and for each seed."""
-        return tuple(one for one in (self.against_truth, self.on_hidden_depth, *self._by_seed()) if one is not None)
+        all_filled = self.subject.completion
+        guesses = self._against_truth(all_filled, "Against the truth, guesses included")
+        found = self.against_truth, guesses if all_filled.guessed.any() else None, self.on_hidden_depth
+        return tuple(one for one in (*found, *self._by_seed()) if one is not None)
 
     def _by_seed(self) -> Iterator[ErrorFigures]:
         if self.hidden is not None and len(self.hidden.errors) > 1:
@@ -104,18 +115,18 @@ class Figures:
         """Block label -> its judgement, by what `judged_by` says."""
         subject = self.subject
         if self.judged_by == "truth":
-            return judge_blocks(subject.run.frame, subject.completion, subject.run.blocks, expected=self.expected)
+            return judge_blocks(subject.run.frame, self.by_blocks, subject.run.blocks, expected=self.expected)
         return {} if self.hidden is None else self.hidden.blocks
 
     def expected_of(self, result: BlockResult) -> float:
         """Root mean square of the expected error [m] over what a block has filled; NaN if that is nothing."""
         box, mask = result.block.box, result.block.mask
-        return rms(self.expected[box][mask])
+        return rms(self.expected[box][mask & self.by_blocks.filled[box]])
 
     @cached_property
     def whole_expected(self) -> float:
-        """Root mean square of the expected error [m] over all that was filled."""
-        return rms(self.expected)
+        """Root mean square of the expected error [m] over all that blocks have filled."""
+        return rms(self.expected[self.by_blocks.filled])
 
 
 def rms(values: NDArray[np.floating]) -> float:

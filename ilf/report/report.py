@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import os
 from collections.abc import Generator, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ..errors import InputError
 from ..io.atomic import write_bytes
@@ -138,8 +138,10 @@ def report_steps(
 
 
 def _tested(subject: Subject, options: ReportOptions) -> Generator[Step, None, HiddenResult | None]:
-    """The test on hidden depth of the blocks that have results; None if it is not wished for, or there are none."""
+    """The test on hidden depth of the blocks that have results, with the values that these are of; None if it is not
+    wished for, or there are none."""
     results = subject.completion.results
     if options.hidden is None or not results:
         return None
-    return (yield from hidden_steps(subject.run, options.hidden, list(results), threads=options.threads))
+    run = replace(subject.run, own={label: result.parameters for label, result in results.items()})
+    return (yield from hidden_steps(run, options.hidden, list(results), threads=options.threads))

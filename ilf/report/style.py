@@ -67,7 +67,7 @@ footer { margin-top: 3rem; padding-top: 1rem; padding-bottom: 2rem; font-size: .
   .plate, .scale i, .bar img { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
   article { padding-top: 0; }
   article + article { break-before: page; border-top: 0; margin-top: 0; }
-  h1, h2, h3, p:has(+ .plots) { break-after: avoid; }
+  h1, h2, h3, p:has(+ .plots), p:has(+ .wide) { break-after: avoid; }
   h2 { margin-top: 1.4rem; }
   figure, tr, dl > *, pre { break-inside: avoid; }
   .pictures, .plots { grid-template-columns: repeat(2, 1fr); gap: 1rem; }

@@ -8,8 +8,9 @@ from typing import Self
 
 from ..drawing.block_pictures import block_colour
 from ..drawing.colour_tables import Colour
-from ..outcomes import Completion, compose
+from ..outcomes import Completion
 from ..project import FrameState, KeptRun
+from ..project.stored import stored_completion
 from ..run import Run
 
 
@@ -47,14 +48,10 @@ class Subject:
     @classmethod
     def of_state(cls, state: FrameState, again: str = "", problems: tuple[str, ...] = ()) -> Self:
         """A frame as a project holds it, with its present results."""
-        run = state.run()
-        completion = compose(state.frame, state.results)
-        if state.guess is not None:
-            completion = state.guess.added_to(completion)
         infos = state.notes.infos
         return cls(
-            run,
-            completion,
+            state.run(),
+            stored_completion(state),
             {label: info.name for label, info in infos.items()},
             {label: info.colour for label, info in infos.items()},
             state.note,

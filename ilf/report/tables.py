@@ -71,11 +71,11 @@ def block_table(figures: Figures) -> Table:
 
 def block_remarks(subject: Subject) -> list[str]:
     """What went wrong with single blocks, and what the table's words mean."""
-    remarks = [
-        f"{label} {subject.name_of(label)}: {outcome.message}"
-        for label, outcome in subject.completion.outcomes.items()
-        if outcome.message and outcome.status in (Status.NOT_RECOVERABLE, Status.ITERATION_LIMIT)
-    ]
+    blocks_of: dict[str, list[int]] = {}
+    for label, outcome in subject.completion.outcomes.items():
+        if outcome.message and outcome.status in (Status.NOT_RECOVERABLE, Status.ITERATION_LIMIT):
+            blocks_of.setdefault(outcome.message, []).append(label)
+    remarks = [f"No. {', '.join(map(str, labels))}: {message}" for message, labels in blocks_of.items()]
     run = subject.run
     if any(
         not result.parameters.same_effect(run.parameters_of(label))

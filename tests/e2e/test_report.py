@@ -4,15 +4,45 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import cast
 
+import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
 from gui.main_window import MainWindow
+from gui.project.store import WorkStore
 from gui.report.dialog import ALL_FRAMES
 from gui.report.part import ReportPart
+from gui.report.subjects import subjects_of
+from gui.state.entries import Entry
+from ilf.errors import InputError
+from ilf.frame import RGBDFrame
+from ilf.io.frame_source import FrameSource
+from ilf.project import FrameState
+from ilf.project.decoding import Decoded
+from ilf.report import Subject, Unreadable
 
 from .conftest import WAIT_MS
+
+
+class Store:
+    """A store that has one frame, and one that cannot be read."""
+
+    def read(self, id: str, source: FrameSource | None) -> Decoded:
+        if id == "lost":
+            raise InputError("depth.png is not there any more.")
+        frame = RGBDFrame(np.zeros((20, 30, 3), np.uint8), np.full((20, 30), 2.0), name="put away")
+        return Decoded(FrameState(id, frame, np.ones((20, 30), np.int32), note="for later"), ("Its names are lost.",))
+
+
+def test_frames_that_are_not_open_are_read_when_it_is_their_turn() -> None:
+    entries = [Entry("stored", "/a/depth.png", "put away", has_state=True), Entry("lost", "/b/depth.png", "gone")]
+    first, second = subjects_of(entries, cast(WorkStore, Store()))
+    assert isinstance(first, Subject)
+    assert (first.note, first.problems) == ("for later", ("Its names are lost.",))
+    assert not first.completion.results
+    assert second == Unreadable("gone", "depth.png is not there any more.")
 
 
 def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(

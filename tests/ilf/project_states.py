@@ -52,9 +52,14 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
         extraction=ilf.BlockParameters(granularity=0.4), network="0" * 64,
     )  # fmt: skip
     early_result, late_result = early.complete(), late.complete()
+    told = dataclasses.replace(late_result.results[1], notes=("Canny stood in.",), network="a" * 64)
+    late_result = dataclasses.replace(late_result, results=late_result.results | {1: told})
     results = {label: late_result.results[label] for label in (2, 1)}
     runs = (
-        KeptRun(1, "first", early, early_result.results, 1.25, (1, 2, 3), "as the paper", done=frozenset({1})),
+        KeptRun(
+            1, "first", early, early_result.results, 1.25, (1, 2, 3), "as the paper",
+            done=frozenset({1}), expected_error=0.5,
+        ),
         KeptRun(
             4, "é / \n", late, late_result.results, 0.1, (250, 0, 9), "",
             datetime.datetime(2024, 2, 29, 12, 0, 1, 5), frozenset({1, 2, 70_000}), "cancelled", Guess.of(late_result),

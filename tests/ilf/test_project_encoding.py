@@ -1,5 +1,7 @@
 """Frames' states as parts and back."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -67,3 +69,26 @@ def test_results_are_kept_where_they_differ_from_what_was_measured(state):
     assert not found.state.results
     assert "depth is not what it was" in " ".join(found.problems)
     assert found.state.notes.infos == state.notes.infos
+
+
+def test_the_state_that_is_tried_has_something_in_every_place(state):
+    """Who adds a field to what a project holds has to think of how it is kept."""
+    kept = state.runs
+    tried = [
+        (state,),
+        (state.notes,),
+        (state.looked,),
+        tuple(state.notes.infos.values()),
+        kept,
+        tuple(run.run for run in kept),
+        tuple(state.results.values()),
+    ]
+    for things in tried:
+        for field in dataclasses.fields(things[0]):
+            default = field.default
+            if field.default_factory is not dataclasses.MISSING:
+                default = field.default_factory()
+            if field.name in {"_composed", "_held"} or default is dataclasses.MISSING:
+                continue
+            values = [getattr(thing, field.name) for thing in things]
+            assert any(value is not default and not np.array_equal(value, default) for value in values), field.name

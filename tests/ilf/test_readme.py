@@ -35,6 +35,8 @@ WRITTEN = {
     "blocks room --out": {".": {"room-blocks.png"}, "room-stages": STAGES},
     "blocks room --from": {".": {"room-blocks.json"}},
     "complete room --blocks": {"room-given": RESULTS - {"cloud.ply"}},
+    "project new": {".": {"room.ilf"}},
+    "project info": {},
     "experiments run": {"experiments": {"convergence.json", "cylinder.json", "cylinder-curves.png"}},
     "experiments report": {"experiments": {"report.html"}},
     "models list": {},
@@ -53,6 +55,8 @@ NEEDS = {
     "blocks room --out": "sample room",
     "blocks room --from": "blocks room --out",
     "complete room --blocks": "blocks room --from",
+    "project new": "sample room",
+    "project info": "project new",
     "experiments report": "experiments run",
 }
 """Which command must have been run before."""

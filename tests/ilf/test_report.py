@@ -181,6 +181,7 @@ def test_what_is_not_there_is_said(tmp_path: Path) -> None:
     index = page.table("", "frame")
     assert [row[1] for row in index] == ["bare", "bare", "gone"]
     assert index[0][3:5] == ["8.3%", "8.3%"]
+    assert "truth [mm]" not in page.text  # none of them has one
     assert page.links == ["#frame-1", "#frame-2", "#frame-3", *["#frames"] * 3]
     with pytest.raises(InputError, match="no frame"):
         report([])
