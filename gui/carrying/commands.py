@@ -35,7 +35,7 @@ COMMANDS = (
         "&Automatic",
         "",
         "",
-        "Copy what has not changed between the frames, and follow what has moved",
+        "By the camera's poses where files tell them; else copy what has not changed, and follow what has moved",
         group="carry_how",
     ),
     Command(
