@@ -130,7 +130,6 @@ class MainWindow(QMainWindow):
         self.store = WorkStore(journal_folder() if remembers else None)
         self.recorder = Recorder(self.workspace, self.store, self)
         self.loader = FrameLoader(self.workspace, self)
-        self.loader.stored = self.store
         self.runs = RunController(self.workspace, self)
         self.refresh = Refresh(self)
         self.actions_ = Actions(self, self.workspace.undo_group)

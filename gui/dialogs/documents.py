@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Generator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QSettings, Qt, Signal
@@ -45,6 +47,8 @@ class Documents(QObject):
 
     Signals
     -------
+    folder_wished(object)
+        The FrameSource of a folder of frames, which has been dropped or named: how they are to be read.
     project_wished(object)
         A project file, by its Path, has been dropped or named.
     exported(object)
@@ -53,6 +57,7 @@ class Documents(QObject):
         An export has begun or ended.
     """
 
+    folder_wished = Signal(object)
     project_wished = Signal(object)
     exported = Signal(object)
     exporting_changed = Signal()
@@ -81,6 +86,10 @@ class Documents(QObject):
         """Close without asking; for pictures and checks made without a user."""
         self.leave: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
         """Closes frames: calls what follows as soon as nothing of them would be lost, if the user wants it."""
+        self.remove: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
+        """Takes frames out of the list: calls what follows if the user wants it."""
+        self.close: Callable[[Entry], None] = lambda entry: workspace.remove_entries([entry])
+        """Closes a frame."""
 
     # opening
 
@@ -102,22 +111,18 @@ class Documents(QObject):
         if projects:
             self.project_wished.emit(projects[-1])
         for folder in folders:
-            if (folder / META_NAME).is_file():
-                self.open_source(FrameSource(str(folder)))
-            else:
-                self._loader.open_folder(folder)
+            self.open_source(FrameSource(str(folder)))
         for record in records:
             self._loader.open_run(record)
         if files:
             self._open_dialog(str(files[0]), str(files[1]) if len(files) > 1 else None)
 
-    def open_folder(self, folder: Path) -> None:
-        """List the frames of a folder, and open the first."""
-        QSettings().setValue("open/frames", str(folder.parent))
-        self._loader.open_folder(folder)
-
     def open_source(self, source: FrameSource) -> None:
-        """Open a frame; ask first if it would replace the same frame, read in another way, and the work done there."""
+        """Open a frame, or the frames of a folder; ask first if it would replace the same frame, read in another way,
+        and the work done there."""
+        if source.depth is None and Path(source.rgb).is_dir() and not (Path(source.rgb) / META_NAME).is_file():
+            self.folder_wished.emit(replace(source, rgb=os.path.abspath(source.rgb)))
+            return
         entry = self._workspace.entries.of_key(source.key)
         if entry is None or entry.origin == source:
             self._loader.open(source)
@@ -193,18 +198,19 @@ class Documents(QObject):
     # closing
 
     def close_frame(self) -> None:
-        """Close the present frame."""
-        self.remove_frame(self._workspace.session.key)
-
-    def remove_frame(self, key: str) -> None:
-        """Close a frame, after asking about the work on it."""
-        entry = self._workspace.entries.of_key(key)
+        """Close the present frame, after asking about the work on it; what has been saved stays in the list."""
+        entry = self._workspace.entries.of(self._workspace.session.id)
         if entry is not None:
-            self.remove_entries([entry])
+            self.leave([entry], lambda: self.close(entry))
 
-    def remove_entries(self, entries: Sequence[Entry]) -> None:
-        """Take frames out of the list, after asking once about the work on them."""
-        self.leave(entries, lambda: self._workspace.remove_entries(entries))
+    def remove_entries(self, entries: Sequence[Entry], then: Callable[[], object] = lambda: None) -> None:
+        """Take frames out of the list, after asking once about the work on them; `then` follows if that is done."""
+
+        def remove() -> None:
+            self._workspace.remove_entries(entries)
+            then()
+
+        self.remove(entries, remove)
 
     # export
 

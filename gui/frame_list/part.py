@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QPoint, QTimer, QUrl
+from PySide6.QtCore import QPoint, QSettings, QTimer, QUrl
 from PySide6.QtGui import QAction, QDesktopServices, QGuiApplication
 from PySide6.QtWidgets import QFileDialog, QMenu
 
@@ -21,6 +21,7 @@ from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.widgets.messages import last_folder
 from ilf.io import Listing
+from ilf.io.frame_source import FrameSource
 from ilf.project import Stage
 from ilf.project.thumbnail import thumbnail_part
 
@@ -40,7 +41,7 @@ class FramesPart(Part):
         panel.thumbnails.stored = partial(_stored_picture, store)
         self.open_frames = OpenFrames(
             desk.workspace,
-            lambda session: session in desk.runs.running or loader.is_at(session),
+            self._is_busy,
             loader.is_waiting,
             store.has,
             desk.recorder.settle,
@@ -97,6 +98,15 @@ class FramesPart(Part):
                 workspace.results_changed,
             ),
             (workspace.results_added,),
+        )
+
+    def _is_busy(self, session: Session) -> bool:
+        """Whether anything is under way on a frame."""
+        desk = self.desk
+        return (
+            session in desk.runs.running
+            or desk.loader.is_at(session)
+            or any(way.session is session for way in desk.under_way())
         )
 
     # what is shown
@@ -184,7 +194,8 @@ class FramesPart(Part):
         """Open a folder of frames that the user chooses."""
         chosen = QFileDialog.getExistingDirectory(self.desk.window, "Open folder of frames", last_folder(_FOLDER_KEY))
         if chosen:
-            self.desk.documents.open_folder(Path(chosen))
+            QSettings().setValue(_FOLDER_KEY, str(Path(chosen).parent))
+            self.desk.documents.open_source(FrameSource(chosen))
 
     def write_note(self) -> None:
         """Let the user write the note on the chosen frame."""
@@ -197,11 +208,14 @@ class FramesPart(Part):
     def remove(self, entries: Sequence[Entry]) -> None:
         """Take frames out of the list, and close those that are open."""
         row = self.panel.model.row_of(entries[0])
-        self.desk.documents.remove_entries(entries)
-        self.show()
-        shown = self.panel.model.entries
-        if shown and not self.desk.workspace.has_session:
-            self._go_to(shown[min(max(row, 0), len(shown) - 1)])
+
+        def go_on() -> None:
+            self.show()
+            shown = self.panel.model.entries
+            if shown and not self.desk.workspace.has_session:
+                self._go_to(shown[min(max(row, 0), len(shown) - 1)])
+
+        self.desk.documents.remove_entries(entries, go_on)
 
     def _tell_listed(self, folder: str, listing: Listing) -> None:
         count = len(listing.sources)

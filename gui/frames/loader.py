@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -148,14 +148,11 @@ class FrameLoader(QObject):
         if not self._shown_already(record, str(record)):
             self.read(f"Open {record.name}", lambda: _open_run(record), self._take_opened)
 
-    def open_folder(self, folder: Path, how: FrameSource | None = None) -> None:
-        """Put the frames of a folder into the list, and open the first of them; `how` has units and intrinsics."""
-        given = how or FrameSource(str(folder))
-        self.read(
-            f"Look for frames in {folder.name}",
-            lambda: list_frames(folder, depth_units=given.depth_units, intrinsics=given.intrinsics),
-            lambda listing: self._take_listing(folder, listing),
-        )
+    def open_folder(self, how: FrameSource, show: bool = True) -> None:
+        """Put the frames of a folder into the list, read with the units and intrinsics of `how`; with `show`, open the
+        first of them."""
+        what = f"Look for frames in {Path(how.rgb).name}"
+        self.read(what, lambda: _list(how), lambda found: self._take_listing(how.rgb, found[0], found[1], show))
 
     def open_entry(self, entry: Entry) -> None:
         """Show a frame of the list, as it was left or as it is read from its files.
@@ -216,14 +213,12 @@ class FrameLoader(QObject):
         if decoded.problems:
             self.incomplete.emit(session, decoded.problems)
 
-    def _take_listing(self, folder: Path, listing: Listing) -> None:
+    def _take_listing(self, folder: str, listing: Listing, found: Sequence[Entry], show: bool) -> None:
         entries = self._workspace.entries
-        there = [entries.of_key(source.key) for source in listing.sources]
-        new = [Entry.of(source) for source, entry in zip(listing.sources, there, strict=True) if entry is None]
-        self._workspace.add_entries(new)
-        self.listed.emit(str(folder), listing)
-        first = entries.of_key(listing.sources[0].key)
-        if first is not None:
+        self._workspace.add_entries([entry for entry in found if entries.of_key(entry.key) is None])
+        self.listed.emit(folder, listing)
+        first = entries.of_key(found[0].key)
+        if show and first is not None:
             self.open_entry(first)
 
     def _note_problem(self, entry: Entry, error: Exception) -> None:
@@ -339,6 +334,11 @@ def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
     if all_kept and by_hand:
         text += " Those are all blocks: switch off 'Keep blocks made by hand' to have them extracted anew."
     return text
+
+
+def _list(how: FrameSource) -> tuple[Listing, list[Entry]]:
+    listing = list_frames(how.rgb, depth_units=how.depth_units, intrinsics=how.intrinsics)
+    return listing, [Entry.of(source) for source in listing.sources]
 
 
 def _open(source: FrameSource, parameters: BlockParameters) -> _Opened:

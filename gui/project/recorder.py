@@ -104,6 +104,18 @@ class Recorder(QObject):
         self._end_stroke()
         self._take()
 
+    def revert(self, frames: Collection[str], then: Callable[[], None]) -> None:
+        """What is stored of these frames is not wanted, but what the file has; `then` follows."""
+
+        def drop(_: Exception | None) -> None:
+            for frame in frames:
+                self._waiting.frames.pop(frame, None)
+            self._store.arrived(frames)
+            self._store.revert(frames)
+            then()
+
+        self.settle(drop)
+
     def keep(self, session: Session) -> None:
         """Take a frame that is about to be put away: it can be read from now on."""
         self._touched.add(session)
@@ -148,9 +160,10 @@ class Recorder(QObject):
             if session in self._touched:
                 if session not in self._captures:
                     self._captures[session] = SessionCapture(session)
+                if session.id not in batch.frames:
+                    self._store.expect(session.id)
                 batch.frames[session.id] = self._captures[session].take()
         self._touched.clear()
-        self._store.expect(batch.frames.keys())
         if self._project_touched:
             self._project_touched = False
             batch.project = project_of(self._workspace)
@@ -166,7 +179,10 @@ class Recorder(QObject):
 
         def job() -> Generator[None, None, _Outcome]:
             yield None
-            return self._store_batch(batch, frames, note)
+            try:
+                return self._store_batch(batch, frames, note)
+            finally:
+                self._store.arrived(batch.frames.keys())
 
         self._worker.start(job)
 
@@ -193,15 +209,16 @@ class Recorder(QObject):
         for decoded in store.take_read():
             encoder.learn(decoded.origins, decoded.names)
         encoding: Exception | None = None
+        put: dict[str, bytes] = {}
+        refers: dict[str, frozenset[str]] = {}
         for frame_id, whole in batch.frames.items():
             try:
-                self._store_frame(whole())
+                refers[frame_id] = self._encode(whole(), put)
             except Exception as error:  # whatever it is, it costs this frame alone
                 encoding = error
-            finally:
-                store.arrived([frame_id])
         if batch.project is not None:
-            store.keep({PROJECT: encode_project(batch.project, store.places)}, {})
+            put[PROJECT] = encode_project(batch.project, store.places)
+        store.keep(put, refers)
         encoder.forget(store.tidy(frames))
         try:
             store.commit(note)
@@ -209,16 +226,17 @@ class Recorder(QObject):
             return _Outcome(encoding, error)
         return _Outcome(encoding, None)
 
-    def _store_frame(self, state: FrameState) -> None:
+    def _encode(self, state: FrameState, put: dict[str, bytes]) -> frozenset[str]:
+        """Add the parts of a state to others; the arrays that it refers to."""
         store, encoder = self._store, self._encoder
         encoded = encoder.encode(state)
-        put = dict(encoded.arrays)
-        lacking = {name for name in encoded.names if name not in put and store.lacks(name)}
+        arrays = dict(encoded.arrays)
+        lacking = {name for name in encoded.names if name not in arrays and name not in put and store.lacks(name)}
         try:
-            put |= {name: store.part(name) for name in lacking}
+            arrays |= {name: store.part(name) for name in lacking}
         except IlfError:  # the project file is not what it was
             encoder.forget(lacking)
             encoded = encoder.encode(state)
-            put |= encoded.arrays
-        put |= {frame_part(state.id): encoded.frame, thumbnail_part(state.id): thumbnail(state)}
-        store.keep(put, {state.id: encoded.names})
+            arrays |= encoded.arrays
+        put |= arrays | {frame_part(state.id): encoded.frame, thumbnail_part(state.id): thumbnail(state)}
+        return encoded.names

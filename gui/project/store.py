@@ -6,6 +6,7 @@ import os
 import secrets
 import tempfile
 import threading
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from datetime import datetime
@@ -48,8 +49,8 @@ class WorkStore:
         self._passing: tempfile.TemporaryDirectory[str] | None = None
         self._lock = threading.RLock()
         self._arrival = threading.Condition(self._lock)
-        self._coming: set[str] = set()
-        """Frames whose newest state is on its way."""
+        self._coming: Counter[str] = Counter()
+        """Frames whose newest state is on its way, and how many states of them are."""
         self._journal: Journal | None = None
         self._there: set[str] = set()
         """Names of what the journal holds."""
@@ -129,15 +130,16 @@ class WorkStore:
 
     # for the autosave
 
-    def expect(self, frames: Collection[str]) -> None:
-        """Newer states of these frames are on their way: who reads one waits until it has `arrived`."""
+    def expect(self, frame_id: str) -> None:
+        """A newer state of this frame is on its way: who reads it waits until it has `arrived`."""
         with self._lock:
-            self._coming.update(frames)
+            self._coming[frame_id] += 1
 
     def arrived(self, frames: Collection[str]) -> None:
-        """They need not be waited for any more."""
+        """A state of each of these frames is here, or will not come."""
         with self._arrival:
-            self._coming.difference_update(frames)
+            self._coming.subtract(frames)
+            self._coming += Counter()  # those of which none is to come any more are left out
             self._arrival.notify_all()
 
     def take_read(self) -> list[Decoded]:
@@ -193,7 +195,7 @@ class WorkStore:
             if self._held:
                 return set()
             stored = (self._there - self._gone) | self._waiting.keys()
-            left = self._refers.keys() - set(frames) - self._coming
+            left = self._refers.keys() - set(frames) - self._coming.keys()
             for frame_id in left:
                 del self._refers[frame_id]
             unused = {name for name in stored if name.startswith(ARRAYS)}.difference(*self._refers.values())

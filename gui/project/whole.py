@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-from dataclasses import replace
-
 from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.state.sharing import Shared
@@ -30,13 +27,6 @@ def project_of(workspace: Workspace) -> Project:
     )
 
 
-def take_settings(workspace: Workspace, project: Project) -> None:
-    """Have what a project sets for all frames; before they are opened, since they begin with it."""
-    workspace.set_shared(Shared(project.for_all, project.common))
-    workspace.set_extraction_parameters(project.extraction)
-    workspace.set_keeps_handmade(project.keeps_handmade)
-
-
 def is_begun(session: Session | None) -> bool:
     """Whether there is anything to keep of a frame: one that has no blocks yet is just read from its files again."""
     return session is not None and (bool(session.counts()) or session.unsaved or session.undo_stack.count() > 0)
@@ -47,15 +37,7 @@ def source_of(entry: Entry) -> FrameSource | None:
     source = entry.source
     if source is None and entry.session is not None:
         source = _source_of_frame(entry.session.frame)
-    if source is None:
-        return None
-    return replace(
-        source, rgb=os.path.abspath(source.rgb), depth=_absolute(source.depth), truth=_absolute(source.truth)
-    )
-
-
-def _absolute(path: str | None) -> str | None:
-    return None if path is None else os.path.abspath(path)
+    return None if source is None else source.absolute()
 
 
 def _source_of_frame(frame: RGBDFrame) -> FrameSource | None:
@@ -71,3 +53,10 @@ def _source_of_frame(frame: RGBDFrame) -> FrameSource | None:
         None if truth is None else truth.path,
         None if truth is None else truth.units,
     )
+
+
+def take_settings(workspace: Workspace, project: Project) -> None:
+    """Have what a project sets for all frames; before they are opened, since they begin with it."""
+    workspace.set_shared(Shared(project.for_all, project.common))
+    workspace.set_extraction_parameters(project.extraction)
+    workspace.set_keeps_handmade(project.keeps_handmade)

@@ -6,11 +6,13 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from PySide6.QtCore import QObject, Qt, QTimer
+from PySide6.QtWidgets import QMessageBox
 
 from gui.desk import Desk
 from gui.project_file.close_dialog import CloseDialog, Unsaved
 from gui.state.entries import Entry
 from gui.state.session import Session
+from ilf.project.encoding import frame_part
 
 
 class Work(Protocol):
@@ -73,6 +75,31 @@ class Closing(QObject):
         dialog.discard_wished.connect(question.discard)
         dialog.finished.connect(self._forget)
         dialog.open()
+
+    def remove(self, entries: Sequence[Entry], then: Callable[[], None]) -> None:
+        """Call `then` if frames may be taken out of the project: at once where there is no work on them."""
+        stored = self._desk.store
+        worked = [
+            entry.name
+            for entry in entries
+            if entry.unsaved
+            or entry.session in self._desk.runs.running
+            or (stored.project is not None and frame_part(entry.id) in stored.project.names())
+        ]
+        if self._desk.documents.discard_silently or not worked:
+            then()
+            return
+        names = worked[0] if len(worked) == 1 else f"{len(worked)} frames"
+        box = QMessageBox(self._desk.window)
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.setIcon(QMessageBox.Icon.Warning)
+        box.setWindowTitle("Remove from the project?")
+        box.setText(f"The work on {names} goes with {'it' if len(worked) == 1 else 'them'}: it cannot be brought back.")
+        box.setInformativeText("What the project's file holds of it is there until the project is saved the next time.")
+        remove = box.addButton("&Remove", QMessageBox.ButtonRole.DestructiveRole)
+        box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
+        box.finished.connect(lambda _: then() if box.clickedButton() is remove else None)
+        box.open()
 
     def _forget(self) -> None:
         self.dialog = None

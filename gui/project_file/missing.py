@@ -46,6 +46,16 @@ class Missing(QObject):
         self._searcher.failed.connect(self._fail_search)
         desk.loader.not_opened.connect(self._note_failure)
 
+    @property
+    def lost(self) -> tuple[LostFile, ...]:
+        """What is missing, as far as that is known."""
+        return tuple(self._lost)
+
+    @property
+    def busy(self) -> bool:
+        """Whether files are being looked for."""
+        return self._checker.busy or self._searcher.busy
+
     def check(self, opened: OpenedProject) -> None:
         """Look for all files of a project that has been opened."""
         self.forget()

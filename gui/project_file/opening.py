@@ -38,32 +38,39 @@ class Opening(QObject):
     def open(self, path: Path, then: Callable[[Callable[[], None]], None]) -> None:
         """Read a project file; once it is known to be one, `then` is given what takes it up."""
         read = self._desk.loader.read
-        read(f"Open {path.name}", lambda: open_project(path), lambda opened: then(lambda: self._take(opened)))
+        read(
+            f"Open {path.name}",
+            lambda: open_project(path),
+            lambda opened: then(lambda: self._leave(lambda: self._take(opened))),
+        )
 
     def begin(self) -> None:
         """A new project, without frames."""
-        workspace = self._desk.workspace
-        self._leave()
-        take_settings(workspace, Project())
+        self._leave(self._begin)
+
+    def _begin(self) -> None:
+        take_settings(self._desk.workspace, Project())
         self._present.take(None)
         self._record("")
 
-    def _leave(self) -> None:
-        """Close all frames of the present project."""
+    def _leave(self, then: Callable[[], None]) -> None:
+        """Close all frames of the present project, with what is stored of them; what follows comes afterwards."""
         desk = self._desk
-        frames = [entry.id for entry in desk.workspace.entries]
-        desk.workspace.remove_entries(list(desk.workspace.entries))
-        desk.store.revert(frames)
-        desk.store.project, desk.store.places = None, Places()
+
+        def leave() -> None:
+            desk.workspace.remove_entries(list(desk.workspace.entries))
+            desk.store.project, desk.store.places = None, Places()
+            then()
+
+        desk.recorder.revert([entry.id for entry in desk.workspace.entries], leave)
 
     def _take(self, opened: OpenedProject) -> None:
         desk, project = self._desk, opened.project
         workspace = desk.workspace
-        self._leave()
         desk.store.project, desk.store.places = opened.parts, opened.places
         take_settings(workspace, project)
         workspace.add_entries([_entry(frame) for frame in project.frames])
-        self._present.take(opened.path, opened.read_only or _why_not_written(opened.path))
+        self._present.take(opened.path, project, opened.read_only or _why_not_written(opened.path))
         self._view.take(project.view)
         first = workspace.entries.of(project.present) or next(iter(workspace.entries), None)
         if first is not None:

@@ -15,6 +15,7 @@ from gui.menus import insert_menu
 from gui.project.whole import source_of
 from gui.project_file.closing import Closing
 from gui.project_file.commands import COMMANDS
+from gui.project_file.folders import FolderProjects
 from gui.project_file.missing import Missing
 from gui.project_file.opening import Opening
 from gui.project_file.present import PresentProject
@@ -43,6 +44,7 @@ class ProjectPart(Part):
         self.saving = Saving(desk, self.present, self.view)
         self.opening = Opening(desk, self.present, self.view)
         self.missing = Missing(desk, self.present)
+        self.folders = FolderProjects(desk, self.present, self.open)
         self.closing = Closing(desk, self)
         self._leaves = False
         self.recent = RecentMenu(
@@ -57,11 +59,15 @@ class ProjectPart(Part):
             desk.actions[name].triggered.connect(lambda _=False, do=do: do())
         desk.documents.project_wished.connect(self.open)
         desk.documents.leave = self._leave_frames
+        desk.documents.remove = self.closing.remove
+        desk.documents.close = self._close_frame
         desk.recorder.is_unsaved = lambda: self.present.unsaved
         desk.loader.replayed.connect(lambda _: self.present.take_extraction())
         desk.loader.incomplete.connect(self._tell_incomplete)
         self.opening.opened.connect(self._tell_opened)
         self.opening.opened.connect(self.missing.check)
+        self.opening.opened.connect(self.folders.note_opened)
+        self.saving.saved.connect(lambda path, _: self.folders.note_saved(path))
         self.saving.saved.connect(self._tell_saved)
         self.saving.failed.connect(lambda error: desk.notes.report("The project is not saved", error))
         changed = workspace.session_changed, workspace.sessions_changed, workspace.project_touched
@@ -131,6 +137,24 @@ class ProjectPart(Part):
         """Stop for good, when what is being saved is. True if no thread of it is left."""
         return all([self.saving.shutdown(), self.missing.shutdown()])
 
+    def _close_frame(self, entry: Entry) -> None:
+        """Close a frame; it stays in the list as the project's file has it, if it does."""
+        workspace = self.desk.workspace
+
+        def close() -> None:
+            summary = self.present.saved_summary(entry)
+            if entry.session is None or summary is None:
+                workspace.remove_entries([entry])
+                return
+            workspace.put_away(entry.session)
+            entry.set_unsaved(False)
+            workspace.entries.set_summary(entry, summary)
+
+        if self.present.saved_summary(entry) is None:
+            close()
+        else:
+            self.desk.recorder.revert([entry.id], close)
+
     def _leave_frames(self, entries: Sequence[Entry], then: Callable[[], None]) -> None:
         names = entries[0].name if len(entries) == 1 else f"{len(entries)} frames"
         self.closing.leave(entries, False, f"{names} {'is' if len(entries) == 1 else 'are'} closed", then)
@@ -140,6 +164,7 @@ class ProjectPart(Part):
 
     def _begin(self) -> None:
         self.missing.forget()
+        self.folders.forget()
         self.opening.begin()
 
     # saving
@@ -154,9 +179,9 @@ class ProjectPart(Part):
             self.saving.save(Wish(present.path, None, only, then))
 
     def _save_as(self, why: str, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
-        desk, present = self.desk, self.present
+        desk = self.desk
         first = next(iter(desk.workspace.entries), None)
-        proposed = present.path or proposed_path("project" if first is None else first.name)
+        proposed = self.folders.proposed() or proposed_path("project" if first is None else first.name)
         sources = [source for source in map(source_of, desk.workspace.entries) if source is not None]
         embedded = any(name.startswith("sources/") for name in desk.store.all_names())
         dialog = SaveAsDialog(proposed, embedded, sources, why, desk.window)

@@ -11,21 +11,20 @@ from PySide6.QtCore import QObject
 
 from gui.project.whole import project_of
 from gui.state.entries import Entry
-from gui.state.sharing import Shared
 from gui.state.workspace import Workspace
 from ilf.io.frame_source import FrameSource
-from ilf.parameters import BlockParameters
+from ilf.parameters import BlockParameters, Parameters
 from ilf.project import FrameSummary, Project
 
 
 class Set(NamedTuple):
     """What is work of a project beside its frames' states."""
 
-    frames: tuple[tuple[str, str, FrameSource | None], ...]
+    frames: tuple[tuple[str, FrameSource | None], ...]
+    shared: Parameters | None
+    """Parameters for all frames; None where each has its own."""
     extraction: BlockParameters
     keeps_handmade: bool
-    shared: Shared | None
-    """Parameters for all frames, where they are."""
 
 
 class FileMark(NamedTuple):
@@ -62,9 +61,11 @@ class PresentProject(QObject):
         self.path: Path | None = None
         self.read_only = ""
         self._mark: FileMark | None = None
+        self._is_new = False
         self._saved = self.set_now()
         self._unfound: dict[str, FrameSummary] = {}
         self._found_elsewhere = False
+        self._summaries: dict[str, FrameSummary] = {}
 
     @property
     def name(self) -> str:
@@ -81,17 +82,17 @@ class PresentProject(QObject):
         is no file."""
         now, saved = self.set_now(), self._saved
         texts = ["list of frames"] * (self.path is not None and now.frames != saved.frames)
-        texts += ["parameters of the extraction"] * (now[1:3] != saved[1:3])
         texts += ["parameters for all frames"] * (now.shared != saved.shared)
+        texts += ["parameters of the extraction"] * (now[2:] != saved[2:])
         texts += ["places of files"] * self._found_elsewhere
         return ", ".join(texts)
 
     def set_now(self) -> Set:
         """What there is now beside the frames' states."""
         workspace = self._workspace
-        frames = tuple((entry.id, entry.name, entry.source) for entry in workspace.entries)
-        shared = workspace.shared if workspace.shared.on else None
-        return Set(frames, workspace.extraction_parameters, workspace.keeps_handmade, shared)
+        frames = tuple((entry.id, entry.source) for entry in workspace.entries)
+        shared = workspace.shared.values if workspace.shared.on else None
+        return Set(frames, shared, workspace.extraction_parameters, workspace.keeps_handmade)
 
     def snapshot(self, view: Mapping[str, Any]) -> Project:
         """All of it as it is now, to be saved."""
@@ -100,24 +101,36 @@ class PresentProject(QObject):
         frames = (replace(frame, summary=unfound.get(frame.id, frame.summary)) for frame in project.frames)
         return replace(project, frames=tuple(frames), view=view)
 
-    def take(self, path: Path | None, read_only: str = "", saved: Set | None = None, changed: bool = False) -> None:
-        """The project has this file now, which holds what was `saved`, or else all.
-
-        With `changed`, it is not as it was written since.
-        """
+    def take(
+        self,
+        path: Path | None,
+        project: Project | None = None,
+        read_only: str = "",
+        saved: Set | None = None,
+        new: bool = False,
+    ) -> None:
+        """The project has this file now, in which `project` stands; it holds what was `saved`, or else all. If it is
+        `new`, there must be none when it is saved."""
+        self._is_new = new
         self.path, self.read_only = path, read_only
-        self._mark = None if path is None or changed else FileMark.of(path)
+        self._mark = None if path is None else FileMark.of(path)
+        self._summaries = {frame.id: frame.summary for frame in project.frames} if project is not None else {}
         self._saved = saved or self.set_now()
         self._found_elsewhere = False
         self._unfound.clear()
 
     def take_extraction(self) -> None:
         """What blocks are extracted with has come with a frame: that is no work."""
-        now = self.set_now()
-        self._saved = self._saved._replace(extraction=now.extraction, keeps_handmade=now.keeps_handmade)
+        self._saved = self._saved._replace(extraction=self._workspace.extraction_parameters)
+
+    def saved_summary(self, entry: Entry) -> FrameSummary | None:
+        """What the file says of a frame; None if it is not in it."""
+        return self._summaries.get(entry.id)
 
     def changed_on_disk(self) -> bool:
         """Whether somebody else has written the file since it was opened or saved, or has taken it away."""
+        if self.path is not None and self._is_new:
+            return self.path.exists()
         return self.path is not None and self._mark is not None and FileMark.of(self.path) != self._mark
 
     def note_unfound(self, entry: Entry) -> None:

@@ -16,6 +16,7 @@ from gui.project_file.view_state import ViewState
 from gui.state.session import Session
 from gui.work.worker import Worker
 from ilf.errors import InputError
+from ilf.io.folders import made_folder
 from ilf.project import Parts, Project
 from ilf.project.archive import Archive
 from ilf.project.encoding import frame_part
@@ -148,6 +149,7 @@ class Saving(QObject):
     def _written(self, taken: _Taken, store: WorkStore) -> tuple[OpenedProject, tuple[str, ...]]:
         """Called in the thread."""
         wish, project = taken.wish, taken.project
+        made_folder(wish.path.parent)
         archive = store.project
         with store.held():
             left = [] if wish.only is None else [frame.id for frame in project.frames if frame.id not in wish.only]
@@ -181,7 +183,7 @@ class Saving(QObject):
         for session, stamp in taken.stamps.items():
             if session in workspace.sessions:
                 workspace.note_saved(session, stamp)
-        self._present.take(opened.path, saved=taken.set)
+        self._present.take(opened.path, opened.project, saved=taken.set)
         self._tell(lambda: self.saved.emit(opened.path, problems), taken, True)
 
     def _fail(self, error: Exception) -> None:

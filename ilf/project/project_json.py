@@ -114,7 +114,7 @@ def decode_project(parts: Parts, path: Path | None = None) -> ReadProject:
         if not isinstance(data, dict) or data.get("program") != PROGRAM:
             raise FormatError("It is of another program.")
     except UNREADABLE as error:
-        frames = tuple(_found_frames(parts))
+        frames = tuple(found_frames(parts))
         if not frames:
             raise FormatError(f"There is no project in it: {error}") from error
         lost = f"The list of frames is lost, with what is set for all of them: {error} {len(frames)} were found."
@@ -272,7 +272,7 @@ def _camera(given: IntrinsicsSpec | None) -> Any:
     return plain(os.fspath(given) if isinstance(given, os.PathLike) else given)
 
 
-def _found_frames(parts: Parts) -> list[ProjectFrame]:
+def found_frames(parts: Parts) -> list[ProjectFrame]:
     """The frames whose states are there, with what these say of themselves."""
     frames = []
     for name in sorted(parts.names()):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -130,15 +131,14 @@ def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(
     panel.show_all()
     assert len(panel.model.entries) == COUNT
 
-    asked: list[str] = []
-    window.documents.discard_silently = False
-    monkeypatch.setattr(window.documents, "may_lose", lambda what, text: bool(asked.append(text)))
-    part.remove([entries[1], entries[3], entries[5]])
-    assert len(asked) == 1
+    asked: list[list[Entry]] = []
+    some = [entries[1], entries[3], entries[5]]
+    with monkeypatch.context() as patch:
+        patch.setattr(window.documents, "leave", lambda entries, then: asked.append(list(entries)))
+        part.remove(some)
+    assert asked == [some]
     assert len(entries) == COUNT, "the user would rather keep them"
-    window.documents.discard_silently = True
-    monkeypatch.undo()
-    part.remove([entries[1], entries[3], entries[5]])
+    part.remove(some)
     assert [entry.name for entry in entries] == ["frame-0", "frame-2", "frame-4"]
     assert _present(window) is entries[0]
 
@@ -155,3 +155,72 @@ def test_a_folder_without_frames_says_what_one_holds(
         window.documents.open_paths([tmp_path / "empty"])
     assert "A folder of frames holds one of these" in told[0]
     assert len(window.workspace.entries) == 0
+
+
+@pytest.fixture
+def remembering(qtbot: QtBot, tmp_path: Path, monkeypatch) -> Iterator[Callable[[], MainWindow]]:
+    """Opens windows as a user does, one after the other, whose work is kept in a folder of the test's own."""
+    monkeypatch.setenv("ILF_FOLDERS", str(tmp_path / "data" / "folders"))
+    monkeypatch.setenv("ILF_AUTOSAVE", str(tmp_path / "data" / "autosave"))
+    windows: list[MainWindow] = []
+
+    def new() -> MainWindow:
+        window = MainWindow()
+        windows.append(window)
+        qtbot.addWidget(window)
+        window.show()
+        return window
+
+    yield new
+    for window in windows:
+        window.documents.discard_silently = True
+        window.close()
+
+
+def _open_folder(window: MainWindow, qtbot: QtBot, folder: Path) -> None:
+    window.documents.open_paths([folder])
+    qtbot.waitUntil(lambda: window.workspace.has_session and not window.loader.busy, timeout=WAIT_MS)
+
+
+def test_work_on_a_folder_is_there_again_the_next_time(
+    remembering: Callable[[], MainWindow], qtbot: QtBot, folder: Path, small_frame: RGBDFrame
+) -> None:
+    window = remembering()
+    _open_folder(window, qtbot, folder)
+    assert not window.project.present.unsaved, "looking is no work"
+    _go(window, qtbot)
+    window.workspace.set_note(window.workspace.entries[1], "mirror")
+    window.workspace.set_note(window.workspace.entries[4], "not opened yet")
+    labels = window.workspace.session.labels.copy()
+    labels[:8, :8] = 0
+    window.workspace.edit_labels(patch_between(window.workspace.session.labels, labels), "Erase")
+    assert window.project.present.unsaved
+    with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
+        window.actions_["save_project"].trigger()
+    assert not window.project.present.unsaved
+    assert window.close()
+
+    write_frame(folder / "frame-9", small_frame)
+    again = remembering()
+    _open_folder(again, qtbot, folder)
+    qtbot.waitUntil(lambda: len(again.workspace.entries) == COUNT + 1, timeout=WAIT_MS)
+    entries = again.workspace.entries
+    assert [entry.note for entry in entries] == ["", "mirror", "", "", "not opened yet", "", ""]
+    assert _present(again) is entries[1]
+    assert np.array_equal(again.workspace.session.labels, labels)
+    assert entries[6].name == "frame-9"
+
+    other = remembering()
+    _open_folder(other, qtbot, folder)
+    assert other.project.present.path == again.project.present.path
+    project = again.project.present.path
+    assert project is not None
+    project.write_bytes(b"damaged")
+    told: list[str] = []
+    last = remembering()
+    last.loader.failed.connect(lambda what, error: told.append(what))
+    last.loader.failed.disconnect(last.notes.report)
+    _open_folder(last, qtbot, folder)
+    assert told == ["Open walk.ilf"]
+    assert len(last.workspace.entries) == COUNT + 1
+    assert last.project.present.path is None, "what is damaged is not written over"

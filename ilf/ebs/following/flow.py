@@ -19,20 +19,23 @@ _BACK, _BACK_SHARE = 1.0, 0.05
 _INSIDE = 4.0
 """From so far [px] inside a part on, the flow's patches see that part alone."""
 
+_BESIDE = 2.0
+"""Up to so far [px] from the border of a part, depth may be that of another."""
 
-def by_flow(before: RGBDFrame, after: RGBDFrame, parts: Parts, depth: Field) -> Motion:
-    """Dense inverse search, checked by going back. Parts move to their rims as they do inside.
+
+def by_flow(there: Field, back: Field, parts: Parts, depth: Field) -> Motion:
+    """Motion along the flow, where going there and back agrees. Parts move to their rims as they do inside.
 
     Parameters
     ----------
-    before, after : RGBDFrame
+    there, back : ndarray of float32, shape (H, W, 2)
+        `flow_between` the frames, from the one before to the one after, and the other way.
     parts : Parts
         Of the frame before.
     depth : ndarray of float32, shape (H, W)
         Depth of the parts [m]: of two that move to the same place, the nearer one is seen.
     """
-    there, back = flow_between(before, after), flow_between(after, before)
-    rows, columns = np.indices(before.shape, dtype=np.float32)
+    rows, columns = np.indices(depth.shape, dtype=np.float32)
     returned = cv2.remap(
         back, columns + there[..., 0], rows + there[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
@@ -65,7 +68,7 @@ def _brightness(frame: RGBDFrame) -> NDArray[np.uint8]:
 def depth_of_parts(frame: RGBDFrame, parts: Parts) -> Field:
     """Known depth [m], and where it is missing or beside a border that of the nearest pixel of the same part; NaN in
     parts of which nothing is known."""
-    source = nearest_in_part(parts.map, frame.known & (parts.reach > 2))
+    source = nearest_in_part(parts.map, frame.known & (parts.reach > _BESIDE))
     thin = nearest_in_part(parts.map, frame.known & (source < 0))
     source = np.where(source < 0, thin, source)
     return np.where(source < 0, np.float32(np.nan), frame.depth.ravel()[source])

@@ -15,7 +15,7 @@ from ...frame import RGBDFrame
 from ...parameters import BlockParameters
 from ..drawn import border_pixels
 from .doubts import doubts
-from .flow import by_flow, depth_of_parts
+from .flow import by_flow, depth_of_parts, flow_between
 from .parts import parts_of
 from .reprojection import by_pose
 from .settling import settle
@@ -24,6 +24,9 @@ from .stillness import ALL_STILL, around, camera_is_still, changed
 
 WAYS = ("auto", "copied", "flow", "pose")
 """How blocks can be carried; auto takes the pose where it is known, else copies what is still and follows the rest."""
+
+_OTHER = 0.1
+"""Share of a copied block that shows something else from which on it needs a look."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,20 +121,21 @@ def follow(
         )
     present = checked_labels(labels, before.shape)
     hand = checked_drawn(drawn, before.shape)
-    moved = None if how in ("flow", "pose") else changed(before, after)
-    known = None if how in ("copied", "flow") else _pose(how, pose, before, after)
-    if how == "copied" or (moved is not None and known is None and moved.mean() <= ALL_STILL):
-        return _copied(present, hand, moved)
+    known = _pose(how, pose, before, after)
+    if how == "copied":
+        return _copied(present, hand, changed(before, after))
+    flow = flow_between(before, after)
+    still = None
+    if how == "auto" and known is None and camera_is_still(before, flow):
+        moved = changed(before, after)
+        if moved.mean() <= ALL_STILL:
+            return _copied(present, hand, moved)
+        still = ~around(moved)
     parts = parts_of(present)
     depth = depth_of_parts(before, parts)
-    motion = by_flow(before, after, parts, depth)
-    still = None
+    motion, done = by_flow(flow, flow_between(after, before), parts, depth), "flow"
     if known is not None:
         motion, done = by_pose(before, after, known, depth, motion), "pose"
-    else:
-        done = "flow"
-        if moved is not None and camera_is_still(before, moved):
-            still = ~around(moved)
     sources = sources_of(motion, after, still)
     firm = _firm(present, hand, locked)
     chosen = extraction or BlockParameters()
@@ -153,6 +157,8 @@ def follow(
 
 def _pose(how: str, pose: ArrayLike | None, before: RGBDFrame, after: RGBDFrame) -> NDArray[np.float64] | None:
     """The pose as a matrix; None where there is none and none is asked for."""
+    if how in ("copied", "flow"):
+        return None
     if pose is None:
         if how == "pose":
             raise InputError("Carrying blocks by the pose needs the camera's motion as a 4 x 4 matrix.")
@@ -167,9 +173,18 @@ def _pose(how: str, pose: ArrayLike | None, before: RGBDFrame, after: RGBDFrame)
     return matrix
 
 
-def _copied(labels: NDArray[np.int32], drawn: Mask | None, moved: Mask | None) -> Followed:
-    uncertain = np.zeros(labels.shape, bool) if moved is None else moved
-    return Followed(labels.copy(), None if drawn is None else drawn.copy(), "copied", uncertain)
+def _copied(labels: NDArray[np.int32], drawn: Mask | None, moved: Mask) -> Followed:
+    """The label map as it is; blocks of which much shows something else need a look."""
+    size = np.bincount(labels.ravel())
+    off = np.bincount(labels[moved], minlength=size.size)
+    reasons = {
+        label: f"{off[label] / size[label]:.0%} of it show something else than before."
+        for label in np.flatnonzero(off > _OTHER * size).tolist()
+        if label > 0
+    }
+    return Followed(
+        labels.copy(), None if drawn is None else drawn.copy(), "copied", moved, frozenset(reasons), reasons
+    )
 
 
 def _firm(labels: NDArray[np.int32], drawn: Mask | None, locked: Collection[int]) -> Mask | None:

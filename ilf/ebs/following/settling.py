@@ -11,25 +11,29 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage.measure import label as connected_regions
 
+from ...edges.detectors import colour_gradient, gradient_strength
 from ...edges.frame_edges import find_edges
 from ...frame import RGBDFrame
 from ...parameters import BlockParameters
 from ..boundaries import contract
 from ..extraction import extract
-from ..guide import find_boundaries
 from .parts import Labels, Parts, reach_of, ridge
-from .sources import Mask, Sources
+from .sources import Field, Mask, Sources
 
-_LOOSE = 3.0
-"""How far [px] a carried border may move to an edge beside it."""
+_LOOSE = 1.5
+"""How far [px] a carried border may move to an edge beside it: often enough, and it stays with the edge."""
 
 _LOOSE_UNSURE = 8.0
+"""The same where the motion is not sure."""
 
 _HOLD, _HOLD_DRAWN = 0.25, 0.8
 """Edge strength beside a carried border below which it stays as it is; of one that was drawn."""
 
 _HOLD_WIDTH = 1.0
 """Blur [px] of that hold."""
+
+_FINE = 0.7
+"""Blur [px] of the colours before their gradient is taken."""
 
 _FOREIGN = 0.05
 """Share of a surface that is surely carried up to which it counts as newly seen."""
@@ -86,7 +90,7 @@ def settle(
         Numbers that no new block gets.
     """
     whole = extract(after, chosen)
-    guide = find_boundaries(find_edges(after, chosen), chosen).guide
+    landscape = _landscape(after, chosen)
     smallest = chosen.smallest_block(parts.map.size)
     carried = np.where(sources.seen, parts.map.ravel()[sources.pixel], np.int32(0))
     reach = reach_of(carried)
@@ -99,8 +103,8 @@ def settle(
     markers = np.where(foreign > 0, foreign + waiting, np.where(sure, carried, 0)).astype(np.int32)
     label_of, is_new = _numbers(parts.label, foreign, smallest, taken)
     hold = _hold(carried, sources, drawn)
-    grown = contract(markers, np.maximum(guide, hold))
-    grown = _without_crumbs(grown, guide, parts.map, smallest, sources.still)
+    grown = contract(markers, np.maximum(landscape, hold))
+    grown = _without_crumbs(grown, landscape, parts.map, smallest, sources.still)
     settled = label_of[grown]
     settled[(whole.contracted == 0) & ~sources.still] = 0
     was = np.where(carried > 0, label_of[carried], np.int32(-1))
@@ -135,7 +139,7 @@ def _numbers(
     return numbers, frozenset(of_surface[of_surface > 0].tolist())
 
 
-def _hold(carried: Labels, sources: Sources, drawn: Mask | None) -> NDArray[np.float32]:
+def _hold(carried: Labels, sources: Sources, drawn: Mask | None) -> Field:
     """Edge strength that carried borders have by themselves."""
     number = carried.astype(np.float32)
     square = np.ones((2, 2), np.uint8)
@@ -147,7 +151,7 @@ def _hold(carried: Labels, sources: Sources, drawn: Mask | None) -> NDArray[np.f
     return np.maximum(height, blurred)
 
 
-def _without_crumbs(grown: Labels, guide: NDArray[np.float32], parts: Labels, smallest: float, still: Mask) -> Labels:
+def _without_crumbs(grown: Labels, landscape: Field, parts: Labels, smallest: float, still: Mask) -> Labels:
     """Pieces that have come off their part on the way, and are too small, go to what is beside them."""
     pieces = np.asarray(connected_regions(grown, background=0, connectivity=1), np.int32)
     sizes = np.bincount(pieces.ravel())
@@ -161,4 +165,12 @@ def _without_crumbs(grown: Labels, guide: NDArray[np.float32], parts: Labels, sm
     keeps[0] = False
     keeps[np.unique(pieces[still])] = True
     kept = np.where(keeps[pieces], grown, 0).astype(np.int32)
-    return contract(kept, guide) if kept.any() else grown
+    return contract(kept, landscape) if kept.any() else grown
+
+
+def _landscape(frame: RGBDFrame, chosen: BlockParameters) -> Field:
+    """Along its crests, borders are drawn: edge strength, which knows what matters, and the gradient of colour, which
+    knows to a pixel where it is. Depth has had its say in the sources, and its jumps lie beside the true borders."""
+    strength = find_edges(frame, chosen).colour
+    gradient = gradient_strength(*colour_gradient(frame.rgb, _FINE))
+    return np.asarray((strength + gradient) / 2, np.float32)

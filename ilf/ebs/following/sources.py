@@ -13,8 +13,9 @@ from ...frame import RGBDFrame
 Mask = NDArray[np.bool_]
 Field = NDArray[np.float32]
 
-_CRACK = 1.5
-"""Pixels up to so far [px] from one that something has moved to show the same: moving stretches what is seen."""
+_CRACK = 0.5
+"""Share of the 3 x 3 pixels around one that something has moved to, above which it shows the same: what is stretched
+gets cracks, while what comes to light behind something is open to one side."""
 
 _JUMP, _JUMP_SHARE = 0.05, 0.04
 """How far [m] depth may be off what has moved there, and the same as a share of the depth: the larger of the two."""
@@ -79,20 +80,21 @@ def sources_of(motion: Motion, after: RGBDFrame, still: Mask | None = None) -> S
         Pixels that come from their own place, whatever the motion says.
     """
     height, width = after.shape
+    columns, rows = motion.columns, motion.rows
     with np.errstate(invalid="ignore"):
-        inside = (motion.columns > -0.5) & (motion.columns < width - 0.5)
-        inside &= (motion.rows > -0.5) & (motion.rows < height - 0.5)
+        inside = (columns > -0.5) & (columns < width - 0.5) & (rows > -0.5) & (rows < height - 0.5)
     moved = np.flatnonzero(inside)
     # the last of those that fall on a pixel stays: the nearest, and before all the known
     moved = moved[np.argsort(-np.nan_to_num(motion.depth.ravel()[moved], nan=np.inf), kind="stable")]
-    target = np.rint(motion.rows.ravel()[moved]).astype(np.intp) * width
-    target += np.rint(motion.columns.ravel()[moved]).astype(np.intp)
+    target = np.rint(rows.ravel()[moved]).astype(np.intp) * width
+    target += np.rint(columns.ravel()[moved]).astype(np.intp)
     pixel = np.full((height, width), -1, np.intp)
-    pixel.ravel()[target] = moved
+    pixel.flat[target] = moved
     seen = pixel >= 0
     if seen.any() and not seen.all():
-        pixel, distance = _from_the_nearest(pixel, seen)
-        seen = distance <= _CRACK
+        around = cv2.blur(seen.astype(np.float32), (3, 3), borderType=cv2.BORDER_CONSTANT)
+        pixel = _from_the_nearest(pixel, seen)
+        seen = seen | (around > _CRACK)
     pixel = np.maximum(pixel, 0)
     seen &= ~_other_surface(motion.depth.ravel()[pixel], np.where(seen, after.depth, np.float32(np.nan)))
     sure = seen & motion.sure.ravel()[pixel]
@@ -102,14 +104,14 @@ def sources_of(motion: Motion, after: RGBDFrame, still: Mask | None = None) -> S
     return Sources(np.where(still, own, pixel), seen | still, sure | still, still)
 
 
-def _from_the_nearest(values: NDArray[np.intp], there: Mask) -> tuple[NDArray[np.intp], Field]:
-    """Values where there are some, else that of the nearest pixel, and its distance [px]."""
-    distance, which = cv2.distanceTransformWithLabels(
+def _from_the_nearest(values: NDArray[np.intp], there: Mask) -> NDArray[np.intp]:
+    """Values where there are some, else that of the nearest pixel."""
+    _, which = cv2.distanceTransformWithLabels(
         (~there).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
     )
     value_of = np.zeros(int(which.max()) + 1, np.intp)
     value_of[which[there]] = values[there]
-    return value_of[which], np.asarray(distance, np.float32)
+    return value_of[which]
 
 
 def _other_surface(expected: Field, depth: Field) -> Mask:

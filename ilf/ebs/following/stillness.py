@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...frame import RGBDFrame
-from .sources import Mask
+from .sources import Field, Mask
 
 _BLUR = 1.2
 """Blur [px] before colours are compared, which takes out most of a sensor's noise."""
@@ -27,12 +27,15 @@ _AROUND = 9
 _DETAIL = 8.0
 """Gradient of brightness [per px] from which on a pixel would show a motion."""
 
-_LEAST_DETAIL = 200
-"""Pixels with detail below which a picture says nothing of motion."""
+_CELLS, _LEAST_DETAIL = 8, 40
+"""The picture is divided into so many by so many cells, each of which is judged that has so many pixels with detail."""
 
-ALL_STILL, MOSTLY_STILL = 0.001, 0.6
-"""Share of changed pixels up to which nothing has moved, and share of the detail that is still from which on the camera
-has not."""
+_MOTION, _SHARE = 0.06, 0.6
+"""A cell stays where it is if the median of its motion is less than this [px]; and the camera, if such a share of the
+cells does."""
+
+ALL_STILL = 0.001
+"""Share of changed pixels up to which nothing has moved before a camera that is still."""
 
 
 def changed(before: RGBDFrame, after: RGBDFrame) -> Mask:
@@ -59,14 +62,18 @@ def around(mask: Mask) -> Mask:
     return cv2.dilate(mask.astype(np.uint8), np.ones((_AROUND, _AROUND), np.uint8)) > 0
 
 
-def camera_is_still(before: RGBDFrame, moved: Mask) -> bool:
-    """Whether most of the detail of the picture is where it was."""
+def camera_is_still(before: RGBDFrame, flow: Field) -> bool:
+    """Whether most of the detail of the picture is where it was, by the flow to the frame after, float32 (H, W, 2)."""
     grey = brightness(before)
     detail = np.hypot(cv2.Sobel(grey, cv2.CV_32F, 1, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 1)) / 8 > _DETAIL
-    count = int(np.count_nonzero(detail))
-    if count < _LEAST_DETAIL:
-        return not moved.any()
-    return bool(np.count_nonzero(detail & ~moved) >= MOSTLY_STILL * count)
+    motions = [
+        float(np.hypot(*np.median(there[here], axis=0)))
+        for rows, flows in zip(np.array_split(detail, _CELLS), np.array_split(flow, _CELLS), strict=True)
+        for here, there in zip(np.array_split(rows, _CELLS, axis=1), np.array_split(flows, _CELLS, axis=1), strict=True)
+        if np.count_nonzero(here) >= _LEAST_DETAIL
+    ]
+    # without any detail, nothing speaks for a motion
+    return not motions or float(np.quantile(motions, _SHARE)) < _MOTION
 
 
 def brightness(frame: RGBDFrame) -> NDArray[np.float32]:
