@@ -15,15 +15,19 @@ from ...frame import RGBDFrame
 from ...parameters import BlockParameters
 from ..drawn import border_pixels
 from .doubts import doubts
-from .flow import by_flow, depth_of_parts, flow_between
+from .flow import by_flow, depth_of_parts, flows_between
 from .parts import parts_of
 from .reprojection import by_pose
-from .settling import settle
+from .settling import extracted_anew, labels_in, settle
 from .sources import Mask, Sources, sources_of
 from .stillness import ALL_STILL, around, camera_is_still, changed
 
 WAYS = ("auto", "copied", "flow", "pose")
 """How blocks can be carried; auto takes the pose where it is known, else copies what is still and follows the rest."""
+
+_LEAST = 0.15
+"""Share of the picture whose flow must agree with itself: 0.8 and more from frame to frame of a video, 0.3 after two
+thirds of the picture have changed, less than 0.05 between pictures of different places."""
 
 _OTHER = 0.1
 """Share of a copied block that shows something else from which on it needs a look."""
@@ -124,7 +128,7 @@ def follow(
     known = _pose(how, pose, before, after)
     if how == "copied":
         return _copied(present, hand, changed(before, after))
-    flow = flow_between(before, after)
+    flow, agrees = flows_between(before, after)
     still = None
     if how == "auto" and known is None and camera_is_still(before, flow):
         moved = changed(before, after)
@@ -133,15 +137,24 @@ def follow(
         still = ~around(moved)
     parts = parts_of(present)
     depth = depth_of_parts(before, parts)
-    motion, done = by_flow(flow, flow_between(after, before), parts, depth), "flow"
+    motion, done = by_flow(flow, agrees, parts, depth), "flow"
     if known is not None:
         motion, done = by_pose(before, after, known, depth, motion), "pose"
     sources = sources_of(motion, after, still)
     firm = _firm(present, hand, locked)
     chosen = extraction or BlockParameters()
-    settled = settle(parts, sources, after, chosen, firm, taken)
-    reasons, notes = doubts(present, settled, sources)
-    there = frozenset(np.unique(settled.labels).tolist()) - {0}
+    share = 1.0 if known is not None else np.count_nonzero(agrees) / agrees.size
+    notes: tuple[str, ...] = ()
+    if share < _LEAST:
+        settled = extracted_anew(parts, sources, after, chosen, taken)
+        notes = (
+            f"Only {share:.0%} of the picture could be followed from the frame before, so its blocks were extracted "
+            "anew and named after what they lie on: look at all of them.",
+        )
+        reasons = dict.fromkeys(labels_in(settled.labels), "Too little of the picture is like the frame before.")
+    else:
+        settled = settle(parts, sources, after, chosen, firm, taken)
+        reasons = doubts(present, settled)
     return Followed(
         settled.labels,
         _drawn_now(hand, settled.labels, sources),
@@ -150,7 +163,7 @@ def follow(
         frozenset(reasons),
         reasons,
         settled.new,
-        frozenset(np.unique(present).tolist()) - {0} - there,
+        labels_in(present) - labels_in(settled.labels),
         notes,
     )
 

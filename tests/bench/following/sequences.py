@@ -268,15 +268,16 @@ def _seen_first(
     motion = pose_first @ np.linalg.inv(pose)
     there = points @ motion[:3, :3].T + motion[:3, 3]
     with np.errstate(invalid="ignore", divide="ignore"):
-        x, y = camera.fx * there[..., 0] / there[..., 2] + camera.cx, camera.fy * there[..., 1] / there[..., 2] + camera.cy
+        x, y = (
+            camera.fx * there[..., 0] / there[..., 2] + camera.cx,
+            camera.fy * there[..., 1] / there[..., 2] + camera.cy,
+        )
         inside = (x > -0.5) & (y > -0.5) & (x < exact.shape[1] - 0.5) & (y < exact.shape[0] - 0.5)
         inside &= there[..., 2] > 0.05
     column, row = (np.where(inside, np.rint(np.nan_to_num(one)), 0).astype(np.int64) for one in (x, y))
     with np.errstate(invalid="ignore"):
         same = inside & (np.abs(exact_first[row, column] - there[..., 2]) < 0.015 * there[..., 2])
     return np.where(same, row * exact.shape[1] + column, -1)
-
-
 
 
 PATHS = {"orbit": orbit, "dolly": dolly, "still": still}
