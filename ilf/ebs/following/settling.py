@@ -101,8 +101,8 @@ def settle(
     edgeless = cv2.dilate(landscape, np.ones((5, 5), np.uint8)) < _HOLD
     sure |= sources.sure & (deep | edgeless)
 
-    fine = extract(after, chosen.replace(min_size=0.0, min_known_share=0.0, existence_rate=0.0)).blocks
-    foreign = _foreign(fine, parts, carried, sure, sources.seen, smallest)
+    fine = extract(after, chosen.replace(min_size=0.0, min_known_share=0.0, existence_rate=0.0))
+    foreign = _foreign(fine.blocks, parts, carried, sure, sources.seen, smallest)
     waiting = len(parts.label)
     markers = np.where(foreign > 0, foreign + waiting, np.where(sure, carried, 0)).astype(np.int32)
     label_of, is_new = _numbers(parts.label, foreign, smallest, taken)
@@ -110,7 +110,7 @@ def settle(
     grown = contract(markers, np.maximum(landscape, hold))
     grown = _without_crumbs(grown, landscape, parts.map, smallest, sources.still)
     settled = label_of[grown]
-    settled[(fine == 0) & ~sources.still] = 0  # the margin
+    settled[(fine.contracted == 0) & ~sources.still] = 0  # the margin
     was = np.where(carried > 0, label_of[carried], np.int32(-1))
     uncertain = (settled != was) | ~sources.seen
     return Settled(settled, was, uncertain, labels_in(settled) & is_new)
