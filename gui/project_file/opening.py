@@ -14,6 +14,7 @@ from gui.project_file.present import PresentProject
 from gui.project_file.view_state import ViewState
 from gui.state.entries import Entry
 from ilf.project import Project, ProjectFrame
+from ilf.project.archive import Archive
 from ilf.project.file import OpenedProject, open_project
 from ilf.project.sources import Places
 
@@ -59,7 +60,9 @@ class Opening(QObject):
 
         def leave() -> None:
             desk.workspace.remove_entries(list(desk.workspace.entries))
-            desk.store.project, desk.store.places = None, Places()
+            former, desk.store.project, desk.store.places = desk.store.project, None, Places()
+            if isinstance(former, Archive):
+                former.close()
             then()
 
         desk.recorder.revert([entry.id for entry in desk.workspace.entries], leave)

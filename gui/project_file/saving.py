@@ -173,6 +173,8 @@ class Saving(QObject):
             opened.close()  # it has been read anew
         else:
             store.project = opened.parts
+            if isinstance(former, Archive):
+                former.close()
         store.places = opened.places
         there = {frame.id for frame in opened.project.frames if frame.has_state}
         for entry in workspace.entries:
