@@ -134,7 +134,7 @@ def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(
     asked: list[list[Entry]] = []
     some = [entries[1], entries[3], entries[5]]
     with monkeypatch.context() as patch:
-        patch.setattr(window.documents, "leave", lambda entries, then: asked.append(list(entries)))
+        patch.setattr(window.documents, "remove", lambda entries, then: asked.append(list(entries)))
         part.remove(some)
     assert asked == [some]
     assert len(entries) == COUNT, "the user would rather keep them"
@@ -158,10 +158,8 @@ def test_a_folder_without_frames_says_what_one_holds(
 
 
 @pytest.fixture
-def remembering(qtbot: QtBot, tmp_path: Path, monkeypatch) -> Iterator[Callable[[], MainWindow]]:
-    """Opens windows as a user does, one after the other, whose work is kept in a folder of the test's own."""
-    monkeypatch.setenv("ILF_FOLDERS", str(tmp_path / "data" / "folders"))
-    monkeypatch.setenv("ILF_AUTOSAVE", str(tmp_path / "data" / "autosave"))
+def remembering(qtbot: QtBot) -> Iterator[Callable[[], MainWindow]]:
+    """Opens windows as a user does, one after the other."""
     windows: list[MainWindow] = []
 
     def new() -> MainWindow:
