@@ -207,6 +207,7 @@ def test_work_on_a_folder_is_there_again_the_next_time(
     assert _present(again) is entries[1]
     assert np.array_equal(again.workspace.session.labels, labels)
     assert entries[6].name == "frame-9"
+    assert not again.project.present.unsaved, "that a frame has come to the folder is no work"
 
     other = remembering()
     _open_folder(other, qtbot, folder)
