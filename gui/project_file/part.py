@@ -27,6 +27,7 @@ from gui.recent.store import RecentOrigins
 from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.widgets.messages import last_folder
+from ilf.project.archive import Archive
 from ilf.project.file import OpenedProject
 
 _PROGRAM = "ILF Studio"
@@ -135,7 +136,10 @@ class ProjectPart(Part):
 
     def shutdown(self) -> bool:
         """Stop for good, when what is being saved is. True if no thread of it is left."""
-        return all([self.saving.shutdown(), self.missing.shutdown()])
+        ended = [self.saving.shutdown(), self.missing.shutdown()]
+        if isinstance(self.desk.store.project, Archive):
+            self.desk.store.project.close()
+        return all(ended)
 
     def _close_frame(self, entry: Entry) -> None:
         """Close a frame; it stays in the list as the project's file has it, if it does."""

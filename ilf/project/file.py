@@ -162,7 +162,19 @@ def save_project(
     Raises
     ------
     ExportError
-        If the file cannot be written, or the one that is there is of a newer version.
+        If the file cannot be written, or the one that is there is write-protected or of a newer version.
+
+    Examples
+    --------
+    >>> import ilf, numpy as np
+    >>> frame = ilf.RGBDFrame(np.zeros((4, 6, 3), np.uint8), np.full((4, 6), 2.0), name="wall")
+    >>> state = FrameState("a1", frame, np.ones((4, 6), np.int32), note="Flat.")
+    >>> save_project("wall.ilf", Project((ProjectFrame("a1", "wall", None),)), [state])
+    ()
+    >>> with open_project("wall.ilf") as opened:
+    ...     again = opened.state("a1").state
+    >>> again.note, again.frame.name, int(again.labels.sum())
+    ('Flat.', 'wall', 24)
     """
     _check_replaceable(path)
     saving = _Saving(Path(path).absolute(), project, base, frames or {}, places or Places(), embed)

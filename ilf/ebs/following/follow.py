@@ -10,20 +10,30 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...blocks import checked_drawn, checked_labels
+from ...edges.frame_edges import find_edges
 from ...errors import InputError
 from ...frame import RGBDFrame
 from ...parameters import BlockParameters
 from ..drawn import border_pixels
 from .doubts import doubts
-from .flow import by_flow, depth_of_parts, flow_between
+from .flow import by_flow, depth_of_parts, flows_between
 from .parts import parts_of
 from .reprojection import by_pose
-from .settling import settle
+from .settling import extracted_anew, labels_in, settle
 from .sources import Mask, Sources, sources_of
 from .stillness import ALL_STILL, around, camera_is_still, changed
 
 WAYS = ("auto", "copied", "flow", "pose")
 """How blocks can be carried; auto takes the pose where it is known, else copies what is still and follows the rest."""
+
+_LEAST = 0.15
+"""Share of the picture whose flow must agree with itself: 0.8 and more from frame to frame of a video, 0.3 after two
+thirds of the picture have changed, less than 0.05 between pictures of different places."""
+
+_LOST = (
+    "Only {share:.0%} of the picture could be followed from the frame before, so its blocks were extracted anew and "
+    "named after what they lie on: look at all of them."
+)
 
 _OTHER = 0.1
 """Share of a copied block that shows something else from which on it needs a look."""
@@ -97,9 +107,9 @@ def follow(
     extraction : BlockParameters, optional
         What newly seen surfaces are extracted with, and what says how small a block may be.
     drawn : array_like of bool, shape (H, W), optional
-        Pixels whose border was drawn by hand.
+        Pixels whose border was drawn by hand: it stays as it is carried, whatever edges lie beside it.
     locked : collection of int
-        Blocks whose borders stay as they are carried, unless an edge is strong.
+        Blocks of which all borders do.
     taken : collection of int
         Numbers that no new block gets, beside those of the label map: of blocks that are gone but not forgotten.
 
@@ -111,6 +121,17 @@ def follow(
     ------
     InputError
         If sizes differ, `how` is unknown, or a pose is needed and missing, none, or without intrinsics.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(0)
+    >>> scene = np.kron(rng.integers(0, 255, (12, 20, 3)), np.ones((4, 4, 1))).astype(np.uint8)
+    >>> labels = np.ones((48, 64), np.int32)
+    >>> labels[16:32, 24:40] = 2
+    >>> before, after = (RGBDFrame(scene[:, left : left + 64], np.full((48, 64), 1.5)) for left in (0, 4))
+    >>> found = follow(before, labels, after)
+    >>> found.how, found.labels[24, [19, 21, 34, 38]].tolist()
+    ('flow', [1, 2, 2, 1])
     """
     if how not in WAYS:
         raise InputError(f"Blocks cannot be carried by {how!r}. Choose one of {', '.join(WAYS)}.")
@@ -124,7 +145,7 @@ def follow(
     known = _pose(how, pose, before, after)
     if how == "copied":
         return _copied(present, hand, changed(before, after))
-    flow = flow_between(before, after)
+    flow, agrees = flows_between(before, after)
     still = None
     if how == "auto" and known is None and camera_is_still(before, flow):
         moved = changed(before, after)
@@ -133,15 +154,20 @@ def follow(
         still = ~around(moved)
     parts = parts_of(present)
     depth = depth_of_parts(before, parts)
-    motion, done = by_flow(flow, flow_between(after, before), parts, depth), "flow"
+    motion, done = by_flow(flow, agrees, parts, depth), "flow"
+    share = float(agrees.mean())
     if known is not None:
-        motion, done = by_pose(before, after, known, depth, motion), "pose"
+        motion, done, share = by_pose(before, after, known, depth, motion), "pose", 1.0
     sources = sources_of(motion, after, still)
-    firm = _firm(present, hand, locked)
     chosen = extraction or BlockParameters()
-    settled = settle(parts, sources, after, chosen, firm, taken)
-    reasons, notes = doubts(present, settled, sources)
-    there = frozenset(np.unique(settled.labels).tolist()) - {0}
+    notes = find_edges(after, chosen).notes
+    if share < _LEAST:
+        settled = extracted_anew(parts, sources, after, chosen, taken)
+        reasons = dict.fromkeys(labels_in(settled.labels), "Too little of the picture is like the frame before.")
+        notes = (*notes, _LOST.format(share=share))
+    else:
+        settled = settle(parts, sources, after, chosen, _firm(present, hand, locked), taken)
+        reasons = doubts(present, settled)
     return Followed(
         settled.labels,
         _drawn_now(hand, settled.labels, sources),
@@ -150,7 +176,7 @@ def follow(
         frozenset(reasons),
         reasons,
         settled.new,
-        frozenset(np.unique(present).tolist()) - {0} - there,
+        labels_in(present) - labels_in(settled.labels),
         notes,
     )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Collection
 from dataclasses import dataclass
 
@@ -13,10 +12,12 @@ from skimage.measure import label as connected_regions
 
 from ...edges.detectors import colour_gradient, gradient_strength
 from ...edges.frame_edges import find_edges
+from ...edges.pairs import mark
 from ...frame import RGBDFrame
 from ...parameters import BlockParameters
 from ..boundaries import contract
 from ..extraction import extract
+from .matching import free_numbers, named_by_overlap
 from .parts import Labels, Parts, reach_of, ridge
 from .sources import Field, Mask, Sources
 
@@ -26,17 +27,18 @@ _LOOSE = 1.5
 _LOOSE_UNSURE = 8.0
 """The same where the motion is not sure."""
 
-_HOLD, _HOLD_DRAWN = 0.25, 0.8
+_HOLD, _HOLD_DRAWN = 0.25, 1.0
 """Edge strength beside a carried border below which it stays as it is; of one that was drawn."""
 
 _HOLD_WIDTH = 1.0
 """Blur [px] of that hold."""
 
-_FINE = 0.7
-"""Blur [px] of the colours before their gradient is taken."""
+_FINE, _JUMPS = 0.7, 0.4
+"""Blur [px] of the colours before their gradient is taken, and what jumps of the depth count."""
 
-_FOREIGN = 0.05
-"""Share of a surface that is surely carried up to which it counts as newly seen."""
+_FOREIGN, _HIDDEN = 0.05, 0.5
+"""Share of a surface that is surely carried up to which it counts as newly seen, and share of it that was not seen from
+which on."""
 
 _LEFT = 0.25
 """Share of a carried part that its largest piece has at least, to be left as it is though it is small."""
@@ -89,16 +91,18 @@ def settle(
     taken : collection of int
         Numbers that no new block gets.
     """
-    whole = extract(after, chosen)
     landscape = _landscape(after, chosen)
     smallest = chosen.smallest_block(parts.map.size)
     carried = np.where(sources.seen, parts.map.ravel()[sources.pixel], np.int32(0))
     reach = reach_of(carried)
     deep = (reach > _LOOSE) | ridge(reach)
-    sure = sources.still | (sources.sure & deep & (carried > 0)) | (reach > _LOOSE_UNSURE) & sources.seen
+    sure = sources.still | (sources.seen & (reach > _LOOSE_UNSURE))
+    # where no edge is near, borders stay as they are carried
+    edgeless = cv2.dilate(landscape, np.ones((5, 5), np.uint8)) < _HOLD
+    sure |= sources.sure & (deep | edgeless)
 
-    fine = extract(after, chosen.replace(min_size=0.0, min_known_share=0.0, existence_rate=0.0)).blocks
-    foreign = _foreign(fine, carried, sure, sources.seen)
+    fine = extract(after, chosen.replace(min_size=0.0, min_known_share=0.0, existence_rate=0.0))
+    foreign = _foreign(fine.blocks, parts, carried, sure, sources.seen, smallest)
     waiting = len(parts.label)
     markers = np.where(foreign > 0, foreign + waiting, np.where(sure, carried, 0)).astype(np.int32)
     label_of, is_new = _numbers(parts.label, foreign, smallest, taken)
@@ -106,22 +110,52 @@ def settle(
     grown = contract(markers, np.maximum(landscape, hold))
     grown = _without_crumbs(grown, landscape, parts.map, smallest, sources.still)
     settled = label_of[grown]
-    settled[(whole.contracted == 0) & ~sources.still] = 0
+    settled[(fine.contracted == 0) & ~sources.still] = 0  # the margin
     was = np.where(carried > 0, label_of[carried], np.int32(-1))
     uncertain = (settled != was) | ~sources.seen
-    new = frozenset(np.unique(settled).tolist()) & is_new
-    return Settled(settled, was, uncertain, new)
+    return Settled(settled, was, uncertain, labels_in(settled) & is_new)
 
 
-def _foreign(fine: Labels, carried: Labels, sure: Mask, seen: Mask) -> Labels:
-    """Surfaces of the new frame, 1, 2, ..., on which hardly anything is carried for sure: where they were not seen."""
+def extracted_anew(
+    parts: Parts, sources: Sources, after: RGBDFrame, chosen: BlockParameters, taken: Collection[int] = ()
+) -> Settled:
+    """Blocks of the new frame's own extraction, named after the carried ones that they lie on."""
+    carried = np.where(sources.seen, parts.label[parts.map.ravel()[sources.pixel]], np.int32(-1))
+    labels, new = named_by_overlap(extract(after, chosen).blocks, carried, {*parts.label.tolist(), *taken})
+    return Settled(labels, carried, np.ones(labels.shape, bool), new)
+
+
+def labels_in(labels: Labels) -> frozenset[int]:
+    """The blocks of a label map."""
+    return frozenset(np.unique(labels).tolist()) - {0}
+
+
+def _foreign(fine: Labels, parts: Parts, carried: Labels, sure: Mask, seen: Mask, smallest: float) -> Labels:
+    """Surfaces of the new frame, 1, 2, ..., on which hardly anything is carried for sure: where they were not seen.
+
+    What comes in at the picture's rim is too small for a block at first. It belongs to none until it is large enough:
+    so what belongs to none at the rim is taken for unseen, if it goes on there. What comes to light inside the picture
+    and is too small goes to the blocks around it.
+    """
+    at_rim = np.zeros(len(parts.label), bool)
+    at_rim[_rim(parts.map)] = True
+    open_ground = ~seen | (at_rim & (parts.label == 0))[carried]
     count = int(fine.max()) + 1
     size = np.bincount(fine.ravel(), minlength=count)
-    held = np.bincount(fine[sure & (carried > 0)], minlength=count)
-    hidden = np.bincount(fine[~seen], minlength=count)
-    foreign = (held <= _FOREIGN * size) & (hidden >= 0.5 * size)
+    held = np.bincount(fine[sure & ~open_ground], minlength=count)
+    hidden = np.bincount(fine[open_ground], minlength=count)
+    comes_in = np.bincount(fine[~seen], minlength=count) > 0
+    foreign = comes_in & (held <= _FOREIGN * size) & (hidden >= _HIDDEN * size)
+    touching = np.zeros(count, bool)
+    touching[_rim(fine)] = True
+    foreign &= touching | (hidden >= smallest)
     foreign[0] = False
-    return np.where(foreign[fine] & ~seen, fine, 0).astype(np.int32)
+    return np.where(foreign[fine] & open_ground, fine, 0).astype(np.int32)
+
+
+def _rim(values: Labels) -> Labels:
+    """What stands along the picture's rim."""
+    return np.concatenate([values[0], values[-1], values[:, 0], values[:, -1]])
 
 
 def _numbers(
@@ -130,8 +164,7 @@ def _numbers(
     """Part or surface -> label: what is newly seen and large enough has a new one, what is not has none for now."""
     sizes = np.bincount(foreign.ravel())
     sizes[0] = 0
-    used = {*label_of.tolist(), *taken}
-    free = itertools.filterfalse(used.__contains__, itertools.count(max(used, default=0) + 1))
+    free = free_numbers({*label_of.tolist(), *taken})
     of_surface = np.zeros(sizes.size, np.int32)
     for surface in np.flatnonzero(sizes >= smallest):
         of_surface[surface] = next(free)
@@ -170,7 +203,7 @@ def _without_crumbs(grown: Labels, landscape: Field, parts: Labels, smallest: fl
 
 def _landscape(frame: RGBDFrame, chosen: BlockParameters) -> Field:
     """Along its crests, borders are drawn: edge strength, which knows what matters, and the gradient of colour, which
-    knows to a pixel where it is. Depth has had its say in the sources, and its jumps lie beside the true borders."""
-    strength = find_edges(frame, chosen).colour
+    knows to a pixel where it is. Jumps of the depth lie beside the true borders, and count where colour says little."""
+    edges = find_edges(frame, chosen)
     gradient = gradient_strength(*colour_gradient(frame.rgb, _FINE))
-    return np.asarray((strength + gradient) / 2, np.float32)
+    return np.maximum((edges.colour + gradient) / 2, np.float32(_JUMPS) * mark(edges.relief.jumps)).astype(np.float32)

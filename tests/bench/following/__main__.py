@@ -1,17 +1,18 @@
 """`python -m tests.bench.following`: how well blocks follow over 30 frames, beside copying and extracting anew.
 
-The generated room is rendered with a camera that goes around, one that goes forward, and one that stands still (each frame
-has noise of its own), and real frames are looked at by a camera that turns within them. Blocks are carried from frame to
-frame, never from the first; a pixel is right if it has the block that the first frame has of the same point. Extraction
-anew has its blocks named by the truth itself, which no method could know.
+The generated room is rendered with a camera that goes around, one that goes forward, and one that stands still (each
+frame has noise of its own), and real frames are looked at by a camera that turns within them. Blocks are carried from
+frame to frame, never from the first; a pixel is right if it has the block that the first frame has of the same point.
+Extraction anew has its blocks named by the truth itself, which no method could know.
 
-Marks are blocks that any frame since the first said need a look, or pixels of which the last frame said that their block was
-decided anew. Pictures take about 7 s each to render, and stay in --cache.
+Marks are blocks that any frame since the first said need a look; to their recall count, too, pixels of which the last
+frame said that their block was decided anew. Pictures take about 7 s each to render, and stay in --cache.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -46,7 +47,7 @@ class Score:
         Share of the pixels in marked blocks that are wrong, and of the wrong ones that are in marked blocks or decided
         anew.
     seconds : float
-        What carrying took, without finding the frame's edges, which it needs anyhow.
+        What carrying took, without finding the frame's edges, which its own extraction needs, too.
     """
 
     right: float
@@ -69,7 +70,7 @@ def truth_of(moment: Moment, first: Moment, labels: Labels) -> tuple[Labels, NDA
 def chain(moments: list[Moment], labels: Labels, how: str) -> Iterator[tuple[Followed, float]]:
     """Carry blocks from frame to frame."""
     taken: set[int] = set()
-    for before, after in zip(moments, moments[1:], strict=False):
+    for before, after in itertools.pairwise(moments):
         extract(after.frame, BlockParameters())
         begun = time.perf_counter()
         pose = after.pose @ np.linalg.inv(before.pose) if how == "pose" else None
@@ -150,7 +151,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cache", type=Path, default=Path(tempfile.gettempdir()) / "ilf-following")
     parser.add_argument(
-        "--frames", type=Path, default=Path("../shared/data/rgbd"), help="real frames; left out if none"
+        "--frames", type=Path, default=Path("../shared/data/rgbd"), help="real frames, if there are any"
     )
     parser.add_argument("--length", type=int, default=31)
     parser.add_argument("--only", nargs="+", default=["orbit", "dolly", "still", *REAL])
