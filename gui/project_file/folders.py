@@ -81,12 +81,12 @@ class FolderProjects(QObject):
         saved = str(QSettings().value(_key(folder), ""))
         return Path(saved) if saved and Path(saved).is_file() else project_of_folder(folder)
 
-    def _begin(self, folder: str) -> None:
+    def _begin(self, how: FrameSource) -> None:
         """The frames of a folder are there: the work on them goes into its own project, without a question."""
-        if self._folder != Path(folder):
+        if self._folder != Path(how.rgb):
             return
         if self._present.path is None:
-            self._present.take(project_of_folder(folder), new=True)
+            self._present.take(project_of_folder(how.rgb), new=True)
         else:
             self._present.take_frames()
 

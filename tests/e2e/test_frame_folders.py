@@ -11,6 +11,8 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from gui.main_window import MainWindow
+from gui.recent.part import RecentPart
+from gui.recent.store import key_of
 from gui.state.entries import Entry
 from ilf.ebs.edit import patch_between
 from ilf.frame import RGBDFrame
@@ -224,3 +226,9 @@ def test_work_on_a_folder_is_there_again_the_next_time(
     assert told == ["Open walk.ilf"]
     assert len(last.workspace.entries) == COUNT + 1
     assert last.project.present.path is None, "what is damaged is not written over"
+
+
+def test_of_a_folder_the_folder_is_remembered(listed: MainWindow, qtbot: QtBot, folder: Path) -> None:
+    _go(listed, qtbot)
+    recent = next(part for part in listed.parts if isinstance(part, RecentPart))
+    assert [key_of(origin) for origin in recent.frames.origins] == [str(folder)]
