@@ -98,6 +98,34 @@ COMMANDS = (
         "",
         "Give the other chosen blocks the own values of the first",
     ),
+    Command(
+        "share_values",
+        "Use values for all &frames",
+        "ph.share-network",
+        "",
+        "Give this frame's values of the filter to all frames of the list, now and whenever they change",
+    ),
+    Command(
+        "keep_values",
+        "Values for this frame al&one",
+        "ph.push-pin",
+        "",
+        "Let this frame's values of the filter be its own: what is set for all frames does not change them",
+    ),
+    Command(
+        "reset_values",
+        "Reset to the &values of all frames",
+        "ph.arrow-u-up-left",
+        "",
+        "Let this frame have the values of all frames again",
+    ),
+    Command(
+        "part_values",
+        "&Each frame its own values",
+        "",
+        "",
+        "Set values of the filter for one frame at a time; all keep those that they have now",
+    ),
     Command("clear_results", "C&lear results", "ph.backspace", "", "Forget the completed depth of this frame"),
     Command(
         "look_before",
@@ -190,7 +218,7 @@ COMMANDS = (
     ),
     Command("grow_blocks", "&Grow", "ph.arrows-out-simple", "Ctrl++", "Let the chosen blocks gain a rim"),
     Command("shrink_blocks", "S&hrink", "ph.arrows-in-simple", "Ctrl+-", "Let the chosen blocks lose their rim"),
-    Command("smooth_blocks", "S&mooth", "ph.waves", "Ctrl+Shift+S", "Make the outlines of the chosen blocks smooth"),
+    Command("smooth_blocks", "S&mooth", "ph.waves", "Ctrl+Alt+S", "Make the outlines of the chosen blocks smooth"),
     Command("hide_blocks", "Show or h&ide", "ph.eye", "Ctrl+H", "Show the chosen blocks over the picture, or do not"),
     Command(
         "next_suspect",
@@ -201,6 +229,13 @@ COMMANDS = (
     ),
     Command("previous_suspect", "Pre&vious suspicious place", "ph.caret-left", "Shift+F8", "Go back to the one before"),
     Command("leave_suspect", "&Leave it", "ph.check", "Ctrl+F8", "This place is right as it is: do not show it again"),
+    Command(
+        "looked_at",
+        "Looked at, &right as it is",
+        "ph.check",
+        "Ctrl+Shift+F8",
+        "The chosen blocks, which came from another frame, need no look any more",
+    ),
     Command(
         "suggest_distrust",
         "Su&ggest distrusted depth",
@@ -283,8 +318,6 @@ COMMANDS = (
     Command(
         "full_screen", "F&ull screen", "ph.corners-out", "F11", "Show the window on all of the screen", checkable=True
     ),
-    Command("next_frame", "Next frame", "", "Ctrl+PgDown"),
-    Command("previous_frame", "Previous frame", "", "Ctrl+PgUp"),
     Command("palette", "Command &palette…", "ph.magnifying-glass", "Ctrl+Shift+P", "Find any command by some letters"),
     Command(
         "shortcuts", "&Keyboard shortcuts…", "ph.keyboard", "F1", "See which keys give which command, and change them"

@@ -26,7 +26,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point of `ilf-gui`."""
     parser = _parser()
     options = parser.parse_args(arguments)
-    if options.truth and len(_inputs(options)[1]) != 1:
+    if options.truth and len(_inputs(options)[2]) != 1:
         parser.error("--truth is of one frame: name just this one.")
     offscreen = options.screenshot is not None and not os.environ.get("QT_QPA_PLATFORM")
     problem = display_problem()
@@ -98,7 +98,7 @@ def _parser() -> argparse.ArgumentParser:
         nargs="*",
         metavar="FRAME",
         type=Path,
-        help="frame folders (with meta.json), run.json files, or a colour file followed by its depth file",
+        help="a project (.ilf), frame folders (with meta.json), run.json files, or a colour file and its depth file",
     )
     parser.add_argument("--sample", action="store_true", help="open the bundled sample room")
     parser.add_argument("--depth-units", type=float, help="file units per metre of a depth file (1000: millimetres)")
@@ -129,27 +129,27 @@ def _open(window: MainWindow, options: argparse.Namespace, refuse: Callable[[str
         window.centre.show_cloud()
     if options.sample:
         window.documents.open_sample()
-    records, sources, single = _inputs(options)
+    projects, records, sources, single = _inputs(options)
     for source in sources:
         window.documents.open_source(source)
     if refuse is not None:
         for path in single:
             refuse(_no_partner(path))
         single = []
-    window.documents.open_paths([*records, *single])
+    window.documents.open_paths([*projects, *records, *single])
 
 
 def _no_partner(path: Path) -> str:
     return f"{path}: a frame needs a colour and a depth file, or a folder."
 
 
-def _inputs(options: argparse.Namespace) -> tuple[list[Path], list[FrameSource], list[Path]]:
-    """Run records, frames, and a colour or depth file that has no partner."""
+def _inputs(options: argparse.Namespace) -> tuple[list[Path], list[Path], list[FrameSource], list[Path]]:
+    """Project files, run records, frames, and a colour or depth file that has no partner."""
     how = options.depth_units, options.intrinsics, options.truth, options.truth_units
-    folders, records, files = sorted_out(options.frames)
+    projects, folders, records, files = sorted_out(options.frames)
     sources = [FrameSource(str(path), None, *how) for path in folders]
     sources += [FrameSource(str(rgb), str(depth), *how) for rgb, depth in zip(files[::2], files[1::2], strict=False)]
-    return records, sources, files[len(files) // 2 * 2 :]
+    return projects, records, sources, files[len(files) // 2 * 2 :]
 
 
 def _refused(reason: str) -> int:
@@ -163,7 +163,9 @@ def _without_display(options: argparse.Namespace, problem: str) -> int:
     from ilf.cli import main as command_line
 
     print(f"ilf-gui: {problem}", file=sys.stderr)
-    records, sources, single = _inputs(options)
+    projects, records, sources, single = _inputs(options)
+    for path in projects:
+        print(f"ilf-gui: {path} can be looked at by: ilf project info {path}", file=sys.stderr)
     jobs = [["--replay", str(record)] for record in records]
     jobs += [[source.rgb, source.depth] if source.depth else [source.rgb] for source in sources]
     if options.sample:

@@ -46,14 +46,19 @@ class Centre(QTabWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addWidget(self._split, 1)
+        self._column = column
         for strip in strips:
-            column.addWidget(strip)
+            self.add_strip(strip)
         self.addTab(self.images, "Images")
         self._add_cloud_tab()
         self.setCornerWidget(corner)
         self.currentChanged.connect(lambda _: corner.setVisible(not self.shows_cloud_alone))
         self.currentChanged.connect(lambda _: self._take_focus())
         self.currentChanged.connect(lambda _: self.turned.emit())
+
+    def add_strip(self, strip: QWidget) -> None:
+        """Tell one thing more below the images."""
+        self._column.addWidget(strip)
 
     @property
     def shows_cloud_alone(self) -> bool:

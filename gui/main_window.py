@@ -12,8 +12,10 @@ from PySide6.QtWidgets import QMainWindow, QTabWidget
 
 from gui.accuracy.part import AccuracyPart
 from gui.actions import Actions
+from gui.autosave.part import AutosavePart
 from gui.blocks.block_table import BlockTable
 from gui.blocks.presenter import BlocksPresenter
+from gui.carrying.part import CarryingPart
 from gui.centre import Centre
 from gui.cloud.canvas import HINT, MOVES
 from gui.cloud.cloud_view import CloudView
@@ -21,7 +23,7 @@ from gui.cloud.presenter import CloudPresenter
 from gui.curves.curves_panel import CurvesPanel
 from gui.curves.presenter import CurvesPresenter
 from gui.curves.scrubbing import Scrubbing
-from gui.desk import Desk, Part
+from gui.desk import Desk, Part, UnderWay
 from gui.dialogs.about import AboutDialog
 from gui.dialogs.documents import Documents
 from gui.docks import Docks
@@ -32,9 +34,10 @@ from gui.extraction.extraction_panel import ExtractionPanel
 from gui.extraction.presenter import StagePresenter
 from gui.filtering.filter_panel import FilterPanel
 from gui.filtering.presenter import FilterPresenter
-from gui.frames.frame_list import FrameList
+from gui.filtering.sharing import SharingPresenter
+from gui.frame_list.frames_panel import FramesPanel
+from gui.frame_list.part import FramesPart
 from gui.frames.loader import FrameLoader
-from gui.frames.presenter import FramesPresenter
 from gui.frames.replays import ReplayPresenter
 from gui.history.history_view import HistoryView
 from gui.inspect.part import InspectPart
@@ -45,7 +48,11 @@ from gui.looking.part import LookingPart
 from gui.menus import BLOCK_MENU, ToolBar, entries, fill_menu_bar
 from gui.palette.part import PalettePart
 from gui.presets.part import PresetsPart
+from gui.project.recorder import Recorder
+from gui.project.store import WorkStore
+from gui.project_file.part import ProjectPart
 from gui.recent.part import RecentPart
+from gui.report.part import ReportPart
 from gui.review.distrust import DistrustPresenter
 from gui.review.presenter import ReviewPresenter
 from gui.review.strip import ReviewStrip
@@ -73,9 +80,11 @@ from gui.work.live import LiveSolver
 from gui.work.refresh import Refresh
 from gui.work.runs import RunController, RunState
 from ilf.drawing.stages import STAGES
+from ilf.project.journals import journal_folder
 
 _PARTS: tuple[type[Part], ...] = (
     KeptRunsPart,
+    CarryingPart,
     PresetsPart,
     SweepPart,
     AccuracyPart,
@@ -83,22 +92,25 @@ _PARTS: tuple[type[Part], ...] = (
     LookingPart,
     RangePart,
     RecentPart,
+    ReportPart,
     LayoutsPart,
     ShortcutsPart,
     PalettePart,
+    AutosavePart,
 )
 
 
 class MainWindow(QMainWindow):
     """Wiring only: state lives in the workspace, work is done by the controllers, presenters bring it to the widgets.
 
-    With `remembers`, size and docks are those of the last time, and are kept for the next.
+    With `remembers`, size and docks are those of the last time, and are kept for the next, and the work is saved by
+    itself as it goes.
     """
 
     def __init__(self, remembers: bool = True) -> None:
         super().__init__()
         self.setAcceptDrops(True)
-        self._make_state()
+        self._make_state(remembers)
         self.panels = Docks(self, self.actions_["fold_panels"], remembers)
         self._make_widgets()
         self._make_presenters()
@@ -113,8 +125,10 @@ class MainWindow(QMainWindow):
         self.refresh.draw_all()
         self.panels.size_window()
 
-    def _make_state(self) -> None:
+    def _make_state(self, remembers: bool) -> None:
         self.workspace = Workspace(self)
+        self.store = WorkStore(journal_folder() if remembers else None)
+        self.recorder = Recorder(self.workspace, self.store, self)
         self.loader = FrameLoader(self.workspace, self)
         self.runs = RunController(self.workspace, self)
         self.refresh = Refresh(self)
@@ -133,12 +147,13 @@ class MainWindow(QMainWindow):
         self.toasts = Toasts(self, (self.views, self.cloud))
         self.notes = Notes(self, self.toasts, self.log)
         self.curves = CurvesPanel(self.panels.remembers)
-        self.frames = FrameList()
+        self.frames = FramesPanel()
         self.history = HistoryView(self.workspace.undo_group)
         self.blocks = BlockTable()
         self.filter_panel = FilterPanel(
             [actions[name] for name in ["run", "run_selected", "pause", "step", "cancel", "live"]],
             [actions[name] for name in ["copy_own", "reset_own"]],
+            [actions[name] for name in ["share_values", "reset_values"]],
         )
         self.extraction_panel = ExtractionPanel(actions["extract"])
         self.tool_bar = ToolBar(actions, self)
@@ -150,14 +165,14 @@ class MainWindow(QMainWindow):
         self.editor = Editor(workspace, self.views, self)
         self.block_commands = BlockCommands(workspace, self.editor)
         self.keys = ToolKeys(self, self.editor, self.views)
-        self.documents = Documents(self, self.picture, workspace, loader, runs, self.notes)
+        self.documents = Documents(self, self.picture, workspace, loader, self.notes)
         self.replays = ReplayPresenter(self.notes)
-        self.frame_presenter = FramesPresenter(workspace, self.frames)
         self.view_presenter = ViewsPresenter(workspace, self.views)
         self.errors = ErrorPresenter(workspace, runs, self.views)
         self.stages = StagePresenter(workspace, self.views, self.extraction_panel, self.notes)
         self.block_presenter = BlocksPresenter(workspace, runs, self.blocks, entries(actions, BLOCK_MENU))
         self.filter_presenter = FilterPresenter(workspace, runs, self.filter_panel, actions["live"])
+        self.sharing = SharingPresenter(workspace, self.filter_panel.frames, actions)
         self.live = LiveSolver(workspace, runs, actions["live"])
         self.effect = EffectPresenter(workspace, runs, self.view_presenter, self.effect_line, actions["live"])
         self.review = ReviewPresenter(workspace, self.views, self.review_strip, actions["leave_suspect"])
@@ -185,7 +200,7 @@ class MainWindow(QMainWindow):
         parameters.addTab(self.extraction_panel, "Extraction")
         area, docks = Qt.DockWidgetArea, self.panels
         # one column, and the pictures have the height of the window: there they can be largest
-        docks.add("Frames", self.frames, area.RightDockWidgetArea, "ph.image", 1.3)
+        docks.add("Frames", self.frames, area.RightDockWidgetArea, "ph.image", 1.8)
         docks.add("Blocks", self.blocks, area.RightDockWidgetArea, "ph.stack", 2.2, is_open=True)
         docks.add("Parameters", parameters, area.RightDockWidgetArea, "ph.sliders-horizontal", 3.2, is_open=True)
         docks.add("Convergence", self.curves, area.RightDockWidgetArea, "ph.chart-line", 2.6)
@@ -214,8 +229,13 @@ class MainWindow(QMainWindow):
             self.filter_presenter,
             self.errors,
             self.documents,
+            self.centre,
+            self.store,
+            self.recorder,
+            self._under_way,
         )
-        self.parts: list[Part] = [make(desk) for make in _PARTS]
+        self.frame_part, self.project = FramesPart(desk, self.frames), ProjectPart(desk)
+        self.parts: list[Part] = [self.frame_part, self.project, *(make(desk) for make in _PARTS)]
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.experiments)
 
     # wiring
@@ -230,10 +250,7 @@ class MainWindow(QMainWindow):
         looked_at = views.shownChanged, turned_to
         named = self.view_presenter.names_switched
         running, loading = runs.state_changed, self.loader.busy_changed
-        saved = workspace.undo_group.cleanChanged, workspace.sessions_changed
-        add("title", self._show_title, (turned, results, *saved), (coming,))
         add("picture", self.view_presenter.show_frame, (turned, workspace.distrusted_changed))
-        add("frames", self.frame_presenter.show, (turned, workspace.sessions_changed, blocks, results), (coming,))
         add(
             "blocks",
             self.view_presenter.show_blocks,
@@ -258,6 +275,7 @@ class MainWindow(QMainWindow):
             (coming, workspace.records_added),
         )
         add("filter", self.filter_presenter.show, (turned, infos, selected, values, self.filter_panel.scope_changed))
+        add("sharing", self.sharing.show, (turned, values))
         shown_records = turned, blocks, infos, selected, values, results
         shown_also = workspace.compared_changed, self.curves.shown
         going_on = coming, workspace.records_added  # who draws at each batch takes time from what makes them
@@ -299,6 +317,7 @@ class MainWindow(QMainWindow):
             "merge_blocks": blocks.merge,
             "lock_blocks": blocks.toggle_locks,
             "hide_blocks": blocks.toggle_visibility,
+            "looked_at": blocks.look_at,
             "grow_blocks": blocks.grow,
             "shrink_blocks": blocks.shrink,
             "smooth_blocks": blocks.smooth,
@@ -314,6 +333,10 @@ class MainWindow(QMainWindow):
             "guess": runs.guess,
             "reset_own": self.filter_presenter.reset_own,
             "copy_own": self.filter_presenter.copy_own,
+            "share_values": self.sharing.share,
+            "keep_values": self.sharing.keep,
+            "reset_values": self.sharing.reset,
+            "part_values": self.sharing.part,
             "clear_results": runs.clear_results,
             "undo": editor.undo,
             "give_up": editor.escape,
@@ -329,8 +352,6 @@ class MainWindow(QMainWindow):
             "fit": self.views.fit,
             "one_to_one": self.views.one_to_one,
             "shuffle_colours": self.block_presenter.shuffle_colours,
-            "next_frame": lambda: self.frame_presenter.turn(1),
-            "previous_frame": lambda: self.frame_presenter.turn(-1),
             "about": lambda: AboutDialog(self).open(),
             **{f"stage_{name}": partial(self.stages.show_stage, name) for name in STAGES},
         }
@@ -372,7 +393,6 @@ class MainWindow(QMainWindow):
         self.views.cursorMoved.connect(self.readout.point_at)
         self.views.contextMenuRequested.connect(self.context_menu.show)
         self.blocks.activated.connect(lambda _: self.view_presenter.zoom_to_blocks())
-        self.frames.removeRequested.connect(documents.remove_frame)
 
     def _connect_messages(self) -> None:
         notes = self.notes
@@ -389,17 +409,13 @@ class MainWindow(QMainWindow):
         self.loader.message.connect(notes.tell)
         self.editor.message.connect(notes.tell)
         self.filter_presenter.message.connect(notes.tell)
+        self.sharing.message.connect(notes.tell)
         self.editor.slivers_left.connect(
             lambda left: notes.offer(f"{left} sliver{'s' * (left != 1)} left.", self.actions_["clean_up"])
         )
         self.editor.failed.connect(lambda error: notes.report("Edges of the frame", error))
         self.block_commands.message.connect(notes.tell)
         self.experiments.message.connect(notes.tell)
-
-    def _show_title(self) -> None:
-        shown = self.workspace.has_session
-        self.setWindowTitle(f"{self.workspace.session.name}[*] - ILF Studio" if shown else "ILF Studio")
-        self.setWindowModified(shown and self.workspace.session.unsaved)
 
     def _point(self, event: PointerEvent) -> bool:
         self.refresh.now()  # what the pointer is at is what the user sees
@@ -417,7 +433,7 @@ class MainWindow(QMainWindow):
             self.panels.offer("Convergence")
 
     def _open_frames(self) -> None:
-        if len(self.workspace.sessions) > 1:
+        if len(self.workspace.entries) > 1:
             self.panels.offer("Frames")
 
     def _show_full_screen(self, on: bool) -> None:
@@ -457,7 +473,7 @@ class MainWindow(QMainWindow):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Ask about what would be lost, stop the threads, remember the layout."""
-        if not (self.documents.may_close() and self._may_stop_experiments()):
+        if not self.project.may_close():
             event.ignore()
             return
         reviews = self.review, self.distrust
@@ -470,11 +486,10 @@ class MainWindow(QMainWindow):
         self.panels.remember()
         super().closeEvent(event)
 
-    def _may_stop_experiments(self) -> bool:
-        return not self.experiments.busy or self.documents.may_lose(
-            "Experiments are running",
-            "What the experiment under way has found so far would be lost. Go on all the same?",
-        )
+    def _under_way(self) -> list[UnderWay]:
+        """What goes on in the background, beside runs of frames."""
+        found = [way for part in self.parts for way in part.under_way()]
+        return [*found, UnderWay("an experiment")] if self.experiments.busy else found
 
     def showEvent(self, event: QShowEvent) -> None:
         """Take the last layout, or at the first start the default one; load what is not needed at once."""

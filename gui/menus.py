@@ -25,7 +25,7 @@ from gui.views.sides_menu import SidesMenu
 from ilf.drawing.stages import STAGES
 
 BLOCK_MENU = (
-    "run_selected zoom_block | merge_blocks delete_blocks lock_blocks hide_blocks | "
+    "run_selected zoom_block | merge_blocks delete_blocks lock_blocks hide_blocks looked_at | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | new_block fit"
 )
 _TOOLS = "tool_select tool_border tool_outline tool_split tool_paint tool_erase tool_give tool_distrust"
@@ -33,15 +33,19 @@ _INSPECT = (
     "tool_profile tool_rectangle tool_measure remove_marks | save_profile save_profile_picture | copy_statistics | "
     "copy_measurements save_measurements delete_measurements"
 )
+_GOING = "next_frame previous_frame next_untouched note_frame"
 _MENUS = {
-    "&File": "open open_sample open_run | load_truth remove_truth | load_blocks save_blocks export save_picture | "
+    "&File": "open open_folder open_sample open_run | new_project open_project save_project save_project_as | "
+    "load_truth remove_truth | load_blocks save_blocks | export report save_picture | "
     "close_frame quit",
     "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | give_up",
-    "&Blocks": "extract | new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
+    "&Blocks": "extract | carry_next carry_previous carry_through | "
+    "new_block delete_blocks merge_blocks lock_blocks hide_blocks | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | zoom_block select_all",
     "I&nspect": _INSPECT,
-    "Re&view": "next_suspect previous_suspect leave_suspect | suggest_distrust",
-    "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | guess clear_results | "
+    "Re&view": "next_suspect previous_suspect leave_suspect looked_at | suggest_distrust",
+    "&Run": "run run_selected run_all | pause step cancel | live | reset_own copy_own | "
+    "share_values keep_values reset_values part_values | guess clear_results | "
     "test_hidden sweep | show_runs compare_runs accept_run restore_run export_runs clear_runs",
 }
 
@@ -74,7 +78,13 @@ def fill_menu_bar(
     for title, names in _MENUS.items():
         _fill(bar.addMenu(title), entries(actions, names))
     view = bar.addMenu("&View")
-    _fill(view, entries(actions, "fit one_to_one zoom_block look_before | next_frame previous_frame | full_screen"))
+    _fill(
+        view,
+        entries(
+            actions,
+            "fit one_to_one zoom_block look_before | next_frame previous_frame next_untouched note_frame | full_screen",
+        ),
+    )
     view.addSeparator()
     view.addAction(actions["fold_panels"])
     view.addActions(list(toggles))

@@ -104,6 +104,14 @@ IMAGE_SIZES: dict[str, tuple[int, int]] = {name: numbers[4] for name, numbers in
 """Preset name -> (width, height) in pixels that the numbers are for."""
 
 
+def camera_text(camera: CameraIntrinsics | None) -> str:
+    """Intrinsics in words."""
+    if camera is None:
+        return "not known"
+    name = f" ({camera.name})" if camera.name else ""
+    return f"fx {camera.fx:g}, fy {camera.fy:g}, cx {camera.cx:g}, cy {camera.cy:g}{name}"
+
+
 def camera_of(data: Any, shape: tuple[int, int] | None, name: str) -> CameraIntrinsics:
     """Intrinsics from parsed JSON, or from what a caller of the library holds in its place; or InputError."""
     if not isinstance(data, Mapping):

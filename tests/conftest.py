@@ -24,7 +24,7 @@ hypothesis.settings.load_profile("continuous" if os.environ.get("CI") else "home
 
 @pytest.fixture(autouse=True)
 def isolated_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Settings, edge networks and presets are in folders of the test's own."""
+    """Settings, edge networks, presets and the autosave's journals are in folders of the test's own."""
     from PySide6.QtCore import QCoreApplication, QSettings
 
     QCoreApplication.setOrganizationName("ILF Studio")
@@ -34,6 +34,7 @@ def isolated_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
     monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
     monkeypatch.setenv("ILF_PRESETS", str(tmp_path / "presets"))
+    monkeypatch.setenv("ILF_AUTOSAVE", str(tmp_path / "autosave"))
 
 
 @pytest.fixture(autouse=True)

@@ -51,6 +51,11 @@ class HiddenPresenter(QObject):
         desk.workspace.sessions_changed.connect(self._leave_closed)
 
     @property
+    def testing(self) -> Session | None:
+        """The frame that is being tested."""
+        return self._testing
+
+    @property
     def outcome(self) -> HiddenOutcome | None:
         """The test of the present frame, if it has been made."""
         workspace = self._desk.workspace

@@ -9,7 +9,7 @@ from gui.accuracy.commands import COMMANDS
 from gui.accuracy.hidden_presenter import HiddenPresenter
 from gui.accuracy.truth_dialog import TruthDialog, TruthSource, frame_with
 from gui.accuracy.truth_presenter import TruthPresenter
-from gui.desk import Desk, Part
+from gui.desk import Desk, Part, UnderWay
 from gui.state.block_errors import HIDDEN_DEPTH, TRUTH, BlockErrors
 from gui.state.session import Session
 from gui.work.latest_question import LatestQuestion
@@ -86,6 +86,11 @@ class AccuracyPart(Part):
         self.desk.panels.reveal(_TITLE)
         self.panel.turn_to(hidden=True)
         self.hidden.ask()
+
+    def under_way(self) -> list[UnderWay]:
+        """The test on hidden depth, if one is under way."""
+        session = self.hidden.testing
+        return [] if session is None else [UnderWay(f"a test of {session.name} on hidden depth", session)]
 
     def shutdown(self) -> bool:
         """Stop for good, before the window closes. True if no thread of it is left."""

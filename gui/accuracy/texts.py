@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from gui.numbers import UNKNOWN, millimetres
 from ilf.judgement import Judgement
+from ilf.number_words import UNKNOWN, millimetres
 
 RMSE = ("RMSE", "Root mean square error in millimetres: large errors count most")
 MAE = ("MAE", "Mean absolute error in millimetres")

@@ -13,9 +13,9 @@ from PySide6.QtGui import QColor, QIcon, QPalette
 from PySide6.QtWidgets import QWidget
 
 from gui import theme
-from gui.numbers import grouped, millimetres
 from gui.widgets.row_model import Index, RowModel
 from gui.widgets.soft_rows import ICON_SIZE
+from ilf.number_words import grouped, millimetres
 
 SORT_ROLE = Qt.ItemDataRole.UserRole
 
@@ -58,6 +58,8 @@ class BlockRow:
     visible, locked : bool
     own : str
         Which parameters of the filter have values of the block's own, in words; "" for none.
+    look : str
+        Why the block, which came from another frame, needs a look; "" if it does not.
     error : float
         Root mean square error [m]; NaN where it is not known.
     """
@@ -74,6 +76,7 @@ class BlockRow:
     visible: bool = True
     locked: bool = False
     own: str = ""
+    look: str = ""
     error: float = math.nan
 
 
@@ -148,6 +151,7 @@ class BlockModel(RowModel[BlockRow]):
             (Column.LOCKED, True): _plain(theme.icon("ph.lock-simple", palette)),
             (Column.LOCKED, False): _plain(theme.icon("ph.lock-simple-open", faint)),
         }
+        self._look = _plain(theme.icon("ph.question", _tinted(palette, self._colours.warning)))
         self._states = {
             state: _plain(theme.icon(name, _tinted(palette, getattr(self._colours, colour))))
             for state, (name, colour) in _STATES.items()
@@ -160,7 +164,7 @@ class BlockModel(RowModel[BlockRow]):
     def look(self, row: BlockRow, column: int) -> object:
         cell = Column(column)
         more = (row.state, row.detail) if cell == Column.STATE else row.colour if cell == Column.COLOUR else None
-        return _sort_key(row, cell), row.visible, row.own, more
+        return _sort_key(row, cell), row.visible, row.own, row.look, more
 
     def flags(self, index: Index) -> Qt.ItemFlag:
         flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
@@ -196,9 +200,10 @@ class BlockModel(RowModel[BlockRow]):
             return self._foreground(row, column)
         if role == Qt.ItemDataRole.ToolTipRole:
             if column == Column.STATE:
-                return f"{row.state}\n{row.detail}".strip()
-            if column == Column.NAME and row.own:
-                return f"Has values of its own: {row.own}"
+                return "\n".join(filter(None, (_look(row), row.state, row.detail)))
+            if column == Column.NAME and (row.own or row.look):
+                own = f"Has values of its own: {row.own}" if row.own else ""
+                return "\n".join(filter(None, (_look(row), own)))
             return self._hint(column)
         return None
 
@@ -223,12 +228,18 @@ class BlockModel(RowModel[BlockRow]):
             return self._flags[column, row.locked]
         if column == Column.COLOUR:
             return QColor(*row.colour)
+        if column == Column.NAME:
+            return self._look if row.look else None
         return self._states[row.state] if column == Column.STATE else None
 
     def _foreground(self, row: BlockRow, column: Column) -> QColor | None:
         if not row.visible:
             return self._colours.muted
         return self._colours.accent if row.own and column == Column.NAME else None
+
+
+def _look(row: BlockRow) -> str:
+    return f"Carried here, and needs a look: {row.look}" if row.look else ""
 
 
 def _text(row: BlockRow, column: Column) -> str:

@@ -52,10 +52,18 @@ def block_rows(session: Session, runs: RunController) -> list[BlockRow]:
                 visible=info.visible,
                 locked=info.locked,
                 error=session.block_errors.rmse.get(label, math.nan),
+                look=_look(session, label),
                 own=", ".join(parameter_labels(session.notes.own.get(label, ()))),
             )
         )
     return rows
+
+
+def _look(session: Session, label: int) -> str:
+    """Why a block that came from another frame needs a look; "" if it does not."""
+    if label not in session.to_check:
+        return ""
+    return session.notes.reasons.get(label, f"it comes from {session.notes.carried_from or 'another frame'}")
 
 
 def _detail(result: BlockResult, outdated: bool) -> str:

@@ -7,23 +7,10 @@ from collections.abc import Sequence
 
 import pyqtgraph as pg
 
+from ilf.number_words import length_text
+
 _AXIS_WIDTH = 64
 _TICK_GAP = 17  # least distance between the labels of a vertical axis [px]
-
-
-def length_text(metres: float) -> str:
-    """A length with the unit that reads best, to three significant digits: 10 m, 100 mm, 0.1 mm, 1 µm."""
-    if not math.isfinite(metres):
-        return "–"
-    size = abs(metres)
-    if size >= 0.9995:
-        scaled, unit = metres, "m"
-    elif size >= 0.99e-4 or size == 0:
-        scaled, unit = metres * 1e3, "mm"
-    else:
-        scaled, unit = metres * 1e6, "µm"
-    text = f"{scaled:.3g}" if abs(scaled) < 999.5 else f"{scaled:,.0f}"
-    return f"{text} {unit}"
 
 
 class LengthAxis(pg.AxisItem):

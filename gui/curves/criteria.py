@@ -10,9 +10,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QFont
 
 from gui import theme
-from gui.curves.axes import length_text
 from gui.curves.convergence_plot import ConvergencePlot, veil
 from gui.curves.curve import FLOOR
+from ilf.number_words import length_text
 
 _LABEL = {"position": 0.02, "anchors": [(0, 1), (0, 1)], "movable": False}
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from gui.curves.axes import length_text
 from gui.curves.readout import Column
 from ilf.filter.convergence import IterationRecord
 from ilf.filter.edge_aware.record import EdgeAwareRecord
 from ilf.filter.pass_band.record import PassBandRecord
+from ilf.number_words import length_text
 
 _LENGTH = "0.000 mm"
 

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QObject
 
-from gui.curves.axes import length_text
 from gui.curves.curve import Curve
 from gui.curves.curves_panel import EMPTY_TEXT, CurvesPanel
 from gui.state.session import Session
 from gui.state.workspace import Workspace
+from ilf.number_words import length_text
 from ilf.parameters import Parameters
 
 MOST_CURVES = 8

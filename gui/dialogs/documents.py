@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+import os
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QSettings, Qt, Signal
 from PySide6.QtGui import QPixmap
-from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
+from PySide6.QtWidgets import QFileDialog, QWidget
 
 from gui.dialogs.block_files import BlockSource, blocks_from, save_blocks
 from gui.dialogs.export import ExportDialog, behind
@@ -17,15 +19,15 @@ from gui.dialogs.saving import save_folder
 from gui.extraction.found_blocks import describe_blocks
 from gui.frames.loader import FrameLoader
 from gui.frames.paths import sorted_out
+from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.widgets.notes import Notes
 from gui.work.latest_question import LatestQuestion
-from gui.work.runs import RunController
 from gui.work.worker import Worker
 from ilf.assets import asset_path
 from ilf.errors import IlfError
-from ilf.io import BLOCK_FORMATS, LoadedBlocks
+from ilf.io import BLOCK_FORMATS, META_NAME, LoadedBlocks
 from ilf.io.frame_source import FrameSource
 from ilf.outcomes import compose
 from ilf.run import ExportOptions, Written, output_folder_name, write
@@ -45,12 +47,18 @@ class Documents(QObject):
 
     Signals
     -------
+    folder_wished(object)
+        The FrameSource of a folder of frames, which has been dropped or named: how they are to be read.
+    project_wished(object)
+        A project file, by its Path, has been dropped or named.
     exported(object)
         What has been Written by an export.
     exporting_changed()
         An export has begun or ended.
     """
 
+    folder_wished = Signal(object)
+    project_wished = Signal(object)
     exported = Signal(object)
     exporting_changed = Signal()
 
@@ -60,7 +68,6 @@ class Documents(QObject):
         take_picture: Callable[[], QPixmap],
         workspace: Workspace,
         loader: FrameLoader,
-        runs: RunController,
         notes: Notes,
     ) -> None:
         super().__init__(window)
@@ -68,7 +75,6 @@ class Documents(QObject):
         self._take_picture = take_picture
         self._workspace = workspace
         self._loader = loader
-        self._runs = runs
         self._notes = notes
         self._block_questions = LatestQuestion[BlockSource, LoadedBlocks](blocks_from, self)
         self._exporter = Worker(self)
@@ -76,9 +82,14 @@ class Documents(QObject):
         self._exporter.failed.connect(lambda error: notes.report("Export failed", error))
         for ended in (self._exporter.finished, self._exporter.failed):
             ended.connect(lambda _: self.exporting_changed.emit())
-        self._saving: tuple[Session, tuple[int, int]] | None = None
         self.discard_silently = False
         """Close without asking; for pictures and checks made without a user."""
+        self.leave: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
+        """Closes frames: calls what follows as soon as nothing of them would be lost, if the user wants it."""
+        self.remove: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
+        """Takes frames out of the list: calls what follows if the user wants it."""
+        self.close: Callable[[Entry], None] = lambda entry: workspace.remove_entries([entry])
+        """Closes a frame."""
 
     # opening
 
@@ -94,8 +105,11 @@ class Documents(QObject):
             self._notes.report("Open sample", error)
 
     def open_paths(self, paths: list[Path]) -> None:
-        """Open what was dropped or named: frame folders at once, single files by the dialog, run.json as a run."""
-        folders, records, files = sorted_out(paths)
+        """Open what was dropped or named: frames and folders of them at once, single files by the dialog, run.json as a
+        run; a project in the place of the present one."""
+        projects, folders, records, files = sorted_out(paths)
+        if projects:
+            self.project_wished.emit(projects[-1])
         for folder in folders:
             self.open_source(FrameSource(str(folder)))
         for record in records:
@@ -104,10 +118,16 @@ class Documents(QObject):
             self._open_dialog(str(files[0]), str(files[1]) if len(files) > 1 else None)
 
     def open_source(self, source: FrameSource) -> None:
-        """Open a frame; ask first if it would replace the same frame, read in another way, and the work done there."""
-        session = self._workspace.session_of(source.key)
-        if session is None or session.origin == source or self._may_discard([session]):
+        """Open a frame, or the frames of a folder; ask first if it would replace the same frame, read in another way,
+        and the work done there."""
+        if source.depth is None and Path(source.rgb).is_dir() and not (Path(source.rgb) / META_NAME).is_file():
+            self.folder_wished.emit(replace(source, rgb=os.path.abspath(source.rgb)))
+            return
+        entry = self._workspace.entries.of_key(source.key)
+        if entry is None or entry.origin == source:
             self._loader.open(source)
+        else:
+            self.leave([entry], lambda: self._loader.open(source))
 
     def _open_dialog(self, rgb: str | None, depth: str | None) -> None:
         dialog = OpenFrameDialog(self._window)
@@ -178,34 +198,19 @@ class Documents(QObject):
     # closing
 
     def close_frame(self) -> None:
-        """Close the present frame."""
-        self.remove_frame(self._workspace.session.key)
+        """Close the present frame, after asking about the work on it; what has been saved stays in the list."""
+        entry = self._workspace.entries.of(self._workspace.session.id)
+        if entry is not None:
+            self.leave([entry], lambda: self.close(entry))
 
-    def remove_frame(self, key: str) -> None:
-        """Close a frame, after asking about what is not exported."""
-        session = self._workspace.session_of(key)
-        if session is not None and self._may_discard([session]):
-            self._workspace.close_session(session)
+    def remove_entries(self, entries: Sequence[Entry], then: Callable[[], object] = lambda: None) -> None:
+        """Take frames out of the list, after asking once about the work on them; `then` follows if that is done."""
 
-    def may_close(self) -> bool:
-        """Whether all frames may be closed; asks about what is not exported."""
-        return self._may_discard(self._workspace.sessions)
+        def remove() -> None:
+            self._workspace.remove_entries(entries)
+            then()
 
-    def _may_discard(self, sessions: list[Session]) -> bool:
-        unsaved = [session.name for session in sessions if session.unsaved or session in self._runs.running]
-        return not unsaved or self.may_lose(
-            "Not exported",
-            f"Results or edits of {', '.join(unsaved)} have not been exported, or a run is under way; they would be "
-            "lost. Go on all the same?",
-        )
-
-    def may_lose(self, what: str, text: str) -> bool:
-        """Ask about work that would be lost."""
-        if self.discard_silently:
-            return True
-        buttons = QMessageBox.StandardButton.Discard | QMessageBox.StandardButton.Cancel
-        answer = QMessageBox.question(self._window, what, text, buttons, QMessageBox.StandardButton.Cancel)
-        return answer == QMessageBox.StandardButton.Discard
+        self.remove(entries, remove)
 
     # export
 
@@ -230,8 +235,6 @@ class Documents(QObject):
         session = self._workspace.session
         completion = session.completion() or compose(session.frame, {})
         run = session.run(session.common, dense=session.guessed)
-        # only with blocks and record can the work be had again; the rest is something to take away
-        self._saving = (session, session.saving()) if options.labels and options.run_record else None
         QSettings().setValue("export/folder", str(folder.absolute().parent))
 
         def job() -> Generator[None, None, Written]:
@@ -248,9 +251,6 @@ class Documents(QObject):
         return self._exporter.busy
 
     def _note_exported(self, written: Written) -> None:
-        if self._saving is not None:
-            session, state = self._saving
-            self._workspace.note_saved(session, state)
         folder = written.files[0].parent if written.files else ""
         self._notes.tell(f"Exported {len(written.files)} files to {folder}")
         self._notes.warn("Exported, with warnings", written.notes)

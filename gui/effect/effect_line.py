@@ -9,7 +9,7 @@ from PySide6.QtGui import QResizeEvent, QTextDocument
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
 from gui import theme
-from gui.numbers import grouped, millimetres
+from ilf.number_words import grouped, millimetres
 from ilf.run import Effect
 
 _EQUAL = 0.05

@@ -10,7 +10,6 @@ from PySide6.QtCore import QObject
 from PySide6.QtGui import QAction
 
 from gui.effect.effect_line import EffectLine
-from gui.numbers import grouped
 from gui.state.commands import Change, DrawnChange
 from gui.state.session import Session
 from gui.state.workspace import Workspace
@@ -18,6 +17,7 @@ from gui.views.presenter import ViewsPresenter
 from gui.work.latest_question import LatestQuestion
 from gui.work.runs import RunController, RunState
 from ilf.ebs.edit import LabelPatch
+from ilf.number_words import grouped
 from ilf.outcomes import Completion
 from ilf.run import Effect, Run, edit_effect
 

@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QStandardItemModel
 from PySide6.QtWidgets import QComboBox, QFormLayout, QHBoxLayout, QToolButton, QVBoxLayout, QWidget
 
+from gui.filtering.frames_row import FramesRow
 from gui.filtering.preset_box import PresetBox
 from gui.widgets.parameter_form import ParameterForm
 from ilf.parameters import DEFAULT_PRESET, Parameters
@@ -30,7 +31,13 @@ class FilterPanel(QWidget):
     preset_chosen = Signal(object)
     scope_changed = Signal()
 
-    def __init__(self, run_actions: list[QAction], own_actions: list[QAction], parent: QWidget | None = None) -> None:
+    def __init__(
+        self,
+        run_actions: list[QAction],
+        own_actions: list[QAction],
+        frame_actions: Sequence[QAction] = (),
+        parent: QWidget | None = None,
+    ) -> None:
         super().__init__(parent)
         self.presets = PresetBox()
         self._bases = {False: DEFAULT_PRESET, True: DEFAULT_PRESET}  # by for_chosen
@@ -54,6 +61,8 @@ class FilterPanel(QWidget):
             button.setDefaultAction(action)
             scope.addWidget(button)
         choices.addRow("Values for", scope)
+        self.frames = FramesRow(frame_actions)
+        choices.addRow("Frames", self.frames)
         buttons = QHBoxLayout()
         buttons.setSpacing(4)
         for action in run_actions:
@@ -81,8 +90,13 @@ class FilterPanel(QWidget):
         self._scope.setCurrentIndex(int(chosen))
         self.scope_changed.emit()
 
-    def show_parameters(self, parameters: Parameters, common: Parameters, chosen: Sequence[str]) -> None:
-        """Show values, those of the chosen blocks against the common ones; `chosen` are the chosen blocks' names."""
+    def show_parameters(
+        self, parameters: Parameters, common: Parameters, chosen: Sequence[str], of_all: Parameters | None = None
+    ) -> None:
+        """Show values, those of the chosen blocks against the common ones; `chosen` are the chosen blocks' names.
+
+        With `of_all`, the common values are this frame's own, and are shown against those of all frames.
+        """
         model = self._scope.model()
         if isinstance(model, QStandardItemModel):
             model.item(1).setEnabled(bool(chosen))
@@ -96,6 +110,8 @@ class FilterPanel(QWidget):
         self._bases[scope] = self.presets.show_parameters(parameters, self._bases[scope])
         if scope:
             self.form.set_base(common, "all blocks")
+        elif of_all is not None:
+            self.form.set_base(of_all, "all frames")
         else:
             self.form.set_base(self.presets.parameters(self._bases[scope]))
         self.form.set_parameters(parameters)

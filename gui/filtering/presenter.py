@@ -48,9 +48,12 @@ class FilterPresenter(QObject):
 
     def show(self) -> None:
         """The parameters of all blocks, or of the chosen ones: the first of them."""
-        chosen = self._workspace.session.selected if self._workspace.has_session else []
-        names = [self._workspace.session.info(label).name for label in chosen]
-        self._panel.show_parameters(self.shown, self._workspace.parameters, names)
+        workspace = self._workspace
+        chosen = workspace.session.selected if workspace.has_session else []
+        names = [workspace.session.info(label).name for label in chosen]
+        alone = workspace.shared.on and workspace.has_session and workspace.session.own_parameters
+        of_all = workspace.shared.values if alone else None
+        self._panel.show_parameters(self.shown, workspace.parameters, names, of_all)
 
     def take(self, parameters: Parameters) -> None:
         """A value set in the form goes to all blocks or to the chosen ones, which are solved anew if it is wanted."""

@@ -1,25 +1,52 @@
-"""Opening frames and extracting their blocks, off the GUI's thread and one after the other."""
+"""Opening frames and extracting their blocks, off the GUI's thread: reading in one line, extracting in another."""
 
 from __future__ import annotations
 
 import os
-from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
+from weakref import WeakSet
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from gui.extraction.found_blocks import Found, describe_blocks, find
+from gui.frames.job_line import Job, JobLine
+from gui.project.restore import restore
+from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.state.workspace import Workspace
-from gui.work.worker import Worker
 from ilf.completion import prepare
 from ilf.frame import RGBDFrame
+from ilf.io import Listing, list_frames
 from ilf.io.frame_source import FrameSource
 from ilf.parameters import BlockParameters, preset
+from ilf.project import FrameState
 from ilf.run import Replay, Run, replay
+
+
+class Decoded(Protocol):
+    """A frame's state as it was stored."""
+
+    @property
+    def state(self) -> FrameState:
+        """The state."""
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """What of it could not be read, a sentence each."""
+
+
+class StoredFrames(Protocol):
+    """What holds the states of frames that are not open."""
+
+    def has(self, id: str) -> bool:
+        """Whether it has the state of a frame."""
+
+    def read(self, id: str, source: FrameSource | None) -> Decoded:
+        """That state; called off the GUI's thread."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,18 +60,10 @@ class _Opened:
     """The record that the run comes from; None if its blocks are yet to be extracted."""
 
 
-@dataclass(frozen=True, eq=False)
-class _Extracted:
-    session: Session
-    found: Found
-
-
-Steps = Generator[_Opened | None, None, Found | _Extracted | None]
-Job = Callable[[], Steps]
-
-
 class FrameLoader(QObject):
-    """A queue of frames to open and extractions to make.
+    """Frames to open and extractions to make.
+
+    A frame is shown as soon as it is read, whatever is being extracted meanwhile.
 
     Signals
     -------
@@ -56,6 +75,12 @@ class FrameLoader(QObject):
         What has been Found for the frame that is the present one or about to become it.
     replayed(object)
         A session that has been opened from a record.
+    listed(str, object)
+        A folder, and the Listing of its frames, which are in the list.
+    not_opened(object, object)
+        An Entry, and the exception that kept it from being opened.
+    incomplete(object, object)
+        A session that has been opened from its stored state, and sentences that say what could not be read.
     failed(str, object)
         What was tried, and the exception.
     idle()
@@ -66,37 +91,44 @@ class FrameLoader(QObject):
     message = Signal(str)
     extracted = Signal(object)
     replayed = Signal(object)
+    listed = Signal(str, object)
+    not_opened = Signal(object, object)
+    incomplete = Signal(object, object)
     failed = Signal(str, object)
     idle = Signal()
 
     def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._workspace = workspace
-        self._queue: deque[tuple[str, Job]] = deque()
-        self._present = ""
-        self._done = 0
-        """How many have ended since nothing was under way."""
-        self._worker = Worker(self)
-        self._opening: Session | None = None
-        """The frame whose blocks are being extracted for the first time."""
-        self._worker.progressed.connect(self._take_opened)
-        self._worker.finished.connect(self._take)
-        self._worker.failed.connect(self._fail)
+        self.stored: StoredFrames | None = None
+        """Where the states of frames are that are not open."""
+        self._reading, self._extracting = self._lines = JobLine(self), JobLine(self)
+        self._was_busy = False
+        self._put_off = WeakSet[Session]()
+        """Frames that were left before their blocks were extracted."""
+        for line in self._lines:
+            line.changed.connect(self._tell_busy)
+        workspace.session_changed.connect(self._take_up)
 
     @property
     def busy(self) -> bool:
         """Whether anything is under way or waiting."""
-        return self._worker.busy or bool(self._queue)
+        return any(line.busy for line in self._lines)
 
     @property
     def present(self) -> str:
         """What is being done; "" when idle."""
-        return self._present if self.busy else ""
+        return self._reading.present or self._extracting.present
 
     @property
     def share_done(self) -> float:
         """Share of what was to be opened or extracted together that is done, 0-1; 0 where it is just one."""
-        return self._done / max(self._done + len(self._queue) + self._worker.busy, 1)
+        done, to_come = (
+            sum(counts) for counts in zip(*((line.done, line.to_come) for line in self._lines), strict=True)
+        )
+        return done / max(done + to_come, 1)
+
+    # opening
 
     def open(self, source: FrameSource) -> None:
         """Read a frame, show it, and extract its blocks.
@@ -104,17 +136,54 @@ class FrameLoader(QObject):
         A frame that is open already is just shown; one that is open with other units or intrinsics is read again
         and takes its place.
         """
-        if self._shown_already(source, source.key):
-            return
-        parameters = self._workspace.extraction_parameters
-        self._add(f"Open {Path(source.key).name}", lambda: _open(source, parameters))
+        entry, parameters = self._workspace.entries.of_key(source.key), self._workspace.extraction_parameters
+        if entry is not None and entry.session is None and entry.source == source:
+            self.open_entry(entry)
+        elif not self._shown_already(source, source.key):
+            self.read(f"Open {Path(source.key).name}", lambda: _open(source, parameters), self._take_opened)
 
     def open_run(self, record: Path) -> None:
         """Read a run.json: its frame, blocks and parameters. What it filled comes back by running it."""
         record = Path(os.path.abspath(record))  # whichever way it is named, it is one frame
-        if self._shown_already(record, str(record)):
+        if not self._shown_already(record, str(record)):
+            self.read(f"Open {record.name}", lambda: _open_run(record), self._take_opened)
+
+    def open_folder(self, how: FrameSource, show: bool = True) -> None:
+        """Put the frames of a folder into the list, read with the units and intrinsics of `how`; with `show`, open the
+        first of them."""
+        what = f"Look for frames in {Path(how.rgb).name}"
+        self.read(what, lambda: _list(how), lambda found: self._take_listing(how.rgb, found[0], found[1], show))
+
+    def open_entry(self, entry: Entry) -> None:
+        """Show a frame of the list, as it was left or as it is read from its files.
+
+        If another is chosen before its turn has come, it is not opened. One that cannot be opened is marked in the
+        list.
+        """
+        if entry.session is not None:
+            self._workspace.show_session(entry.session)
             return
-        self._add(f"Open {record.name}", lambda: _open_run(record))
+        stored = self.stored
+        if entry.has_state and stored is not None and stored.has(entry.id):
+            do: Callable[[], object] = lambda: stored.read(entry.id, entry.source)  # noqa: E731
+            take: Callable[..., None] = lambda decoded: self._take_restored(entry, decoded)  # noqa: E731
+        else:
+            source, parameters = entry.source or FrameSource(entry.key), self._workspace.extraction_parameters
+            do, take = lambda: _open(source, parameters), lambda opened: self._take_opened(opened, passing=True)
+        self._reading.add(
+            Job(
+                f"Open {entry.name}",
+                do,
+                take,
+                lambda error: self._note_problem(entry, error),
+                lambda: entry.session is None and self._workspace.entries.of(entry.id) is entry,
+                passing=True,
+            )
+        )
+
+    def read(self, what: str, do: Callable[[], object], take: Callable[..., None]) -> None:
+        """Read something in the same line, off the GUI's thread; `take` is given it in the GUI's thread."""
+        self._reading.add(Job(what, do, take, lambda error: self.failed.emit(what, error)))
 
     def _shown_already(self, origin: FrameSource | Path, key: str) -> bool:
         session = self._workspace.session_of(key)
@@ -123,67 +192,118 @@ class FrameLoader(QObject):
         self._workspace.show_session(session)
         return True
 
+    def _take_opened(self, opened: _Opened, passing: bool = False) -> None:
+        if self._shown_already(opened.origin, opened.key):
+            return
+        session = Session.of(opened.run, opened.origin, opened.key, opened.again)
+        replaced = self._workspace.session_of(opened.key)
+        if replaced is not None:
+            self._workspace.close_session(replaced)
+        if opened.again is None:
+            self._workspace.add_session(session)
+            self._extract_first(session, passing)
+        else:
+            self._workspace.add_session(session, opened.run)
+            self._tell_blocks(session, *opened.run.notes)
+            self.replayed.emit(session)
+
+    def _take_restored(self, entry: Entry, decoded: Decoded) -> None:
+        session = restore(decoded.state, entry.source or Path(entry.key), entry.key)
+        self._workspace.add_session(session, restored=True)
+        if decoded.problems:
+            self.incomplete.emit(session, decoded.problems)
+
+    def _take_listing(self, folder: str, listing: Listing, found: Sequence[Entry], show: bool) -> None:
+        entries = self._workspace.entries
+        self._workspace.add_entries([entry for entry in found if entries.of_key(entry.key) is None])
+        self.listed.emit(folder, listing)
+        first = entries.of_key(found[0].key)
+        if show and first is not None:
+            self.open_entry(first)
+
+    def _note_problem(self, entry: Entry, error: Exception) -> None:
+        self.not_opened.emit(entry, error)
+        self._workspace.note_problem(entry, str(error))
+        self.message.emit(f"{entry.name} cannot be opened: {error}")
+
+    # extracting
+
     def extract(self, session: Session, found: Found | None = None) -> None:
         """Extract the blocks of an open frame again, with the workspace's parameters.
 
         With `found`, which must be what they give, it need not be done again: the blocks are there at once.
         """
-        parameters = self._workspace.extraction_parameters
-        frame = session.frame
         if found is not None:
-            self._take_extraction(_Extracted(session, found))
-        else:
-            self._add(f"Extract blocks of {session.name}", lambda: _extract(session, frame, parameters))
-
-    def shutdown(self) -> bool:
-        """Stop before the window closes. True if the thread has ended."""
-        self._queue.clear()
-        return self._worker.shutdown()
-
-    def _add(self, what: str, job: Job) -> None:
-        self._queue.append((what, job))
-        self._next()
-
-    def _next(self) -> None:
-        if self._worker.busy:
+            self._take_extraction(session, found)
             return
-        if not self._queue:
-            self._done = 0
-            self.busy_changed.emit()
-            self.idle.emit()
-            return
-        self._present, job = self._queue.popleft()
+        frame, parameters = session.frame, self._workspace.extraction_parameters
+        self._add_extraction(
+            session, lambda: find(frame, parameters), lambda found: self._take_extraction(session, found)
+        )
 
-        self._worker.start(job)
-        self.busy_changed.emit()
+    def is_at(self, session: Session) -> bool:
+        """Whether a frame's blocks are being extracted, or about to be."""
+        return self._extracting.has(session)
 
-    def _take_opened(self, batch: list[_Opened | None]) -> None:
-        for opened in batch:
-            if opened is not None and not self._shown_already(opened.origin, opened.key):
-                self._add_session(opened)
+    def is_waiting(self, session: Session) -> bool:
+        """Whether a frame's blocks have not been extracted yet, because it was left before that."""
+        return session in self._put_off
 
-    def _take(self, outcome: Found | _Extracted | None) -> None:
-        opening, self._opening = self._opening, None
-        self._done += 1
-        if isinstance(outcome, Found):
-            if opening is not None and opening in self._workspace.sessions:
-                self._take_first(opening, outcome)
-        elif outcome is not None and outcome.session in self._workspace.sessions:
-            self._take_extraction(outcome)
-        self._next()
+    def _extract_first(self, session: Session, passing: bool = False) -> None:
+        """Extract the blocks of a frame that has been opened without any; `passing`: if it is still looked at then."""
+        frame, parameters = session.frame, self._workspace.extraction_parameters
+
+        def wanted() -> bool:
+            if session.notes.carried_from:
+                return False
+            if not passing or self._workspace.is_present(session):
+                return True
+            self._put_off.add(session)
+            return False
+
+        self._add_extraction(
+            session, lambda: _extract_first(frame, parameters), lambda found: self._take_first(session, found), wanted
+        )
+
+    def _add_extraction(
+        self,
+        session: Session,
+        do: Callable[[], Found],
+        take: Callable[[Found], None],
+        wanted: Callable[[], bool] = lambda: True,
+    ) -> None:
+        what, sessions = f"Extract blocks of {session.name}", self._workspace.sessions
+        self._extracting.add(
+            Job(
+                what,
+                do,
+                lambda found: take(found) if session in sessions else None,
+                lambda error: self.failed.emit(what, error),
+                lambda: session in sessions and wanted(),
+                about=session,
+            )
+        )
+
+    def _take_up(self) -> None:
+        """A frame that was left before its blocks were extracted is looked at again."""
+        session = self._workspace.session if self._workspace.has_session else None
+        if session is not None and session in self._put_off:
+            self._put_off.discard(session)
+            self._extract_first(session, passing=True)
 
     def _take_first(self, session: Session, found: Found) -> None:
-        """The blocks of a frame that has been opened without any."""
+        """The blocks of a frame that has been opened without any, unless another's have been carried to it since."""
+        if session.notes.carried_from:
+            return
         if self._workspace.is_present(session):
             self.extracted.emit(found)
         self._workspace.set_first_blocks(session, found.extraction, found.parameters)
         beside = session.origin.beside() if isinstance(session.origin, FrameSource) else ""
         self._tell_blocks(session, beside, *found.extraction.notes)
 
-    def _take_extraction(self, outcome: _Extracted) -> None:
-        session, found = outcome.session, outcome.found
+    def _take_extraction(self, session: Session, found: Found) -> None:
         kept = self._workspace.set_extracted(session, found.extraction, found.parameters)
-        if session is self._workspace.session:
+        if self._workspace.is_present(session):
             self.extracted.emit(found)
         self._tell_blocks(session, _describe_kept(*kept), *found.extraction.notes)
 
@@ -191,23 +311,18 @@ class FrameLoader(QObject):
         text = f"{session.name}: {describe_blocks(len(session.counts()), session.labels)}."
         self.message.emit(" ".join(filter(None, (text, *notes))))
 
-    def _add_session(self, opened: _Opened) -> None:
-        session = Session.of(opened.run, opened.origin, opened.key, opened.again)
-        replaced = self._workspace.session_of(opened.key)
-        if replaced is not None:
-            self._workspace.close_session(replaced)
-        self._workspace.add_session(session, None if opened.again is None else opened.run)
-        if opened.again is None:
-            self._opening = session
-        else:
-            self._tell_blocks(session, *opened.run.notes)
-            self.replayed.emit(session)
+    # both
 
-    def _fail(self, error: Exception) -> None:
-        what, self._opening = self._present, None
-        self._done += 1
-        self.failed.emit(what, error)
-        self._next()
+    def shutdown(self) -> bool:
+        """Stop before the window closes. True if the threads have ended."""
+        ended = [line.shutdown() for line in self._lines]
+        return all(ended)
+
+    def _tell_busy(self) -> None:
+        was_busy, self._was_busy = self._was_busy, self.busy
+        self.busy_changed.emit()
+        if was_busy and not self.busy:
+            self.idle.emit()
 
 
 def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
@@ -221,21 +336,23 @@ def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
     return text
 
 
-def _open(source: FrameSource, parameters: BlockParameters) -> Steps:
+def _list(how: FrameSource) -> tuple[Listing, list[Entry]]:
+    listing = list_frames(how.rgb, depth_units=how.depth_units, intrinsics=how.intrinsics)
+    return listing, [Entry.of(source) for source in listing.sources]
+
+
+def _open(source: FrameSource, parameters: BlockParameters) -> _Opened:
     frame = source.load()
     no_blocks = np.zeros(frame.shape, np.int32)
-    yield _Opened(Run(frame, no_blocks, extraction=parameters), source, source.key)
+    return _Opened(Run(frame, no_blocks, extraction=parameters), source, source.key)
+
+
+def _open_run(path: Path) -> _Opened:
+    again = replay(path)
+    return _Opened(again.run, path, str(path), again)
+
+
+def _extract_first(frame: RGBDFrame, parameters: BlockParameters) -> Found:
     found = find(frame, parameters)
     prepare(frame, preset(), parameters)  # here and now, rather than when the first slider is moved
     return found
-
-
-def _open_run(path: Path) -> Steps:
-    again = replay(path)
-    yield _Opened(again.run, path, str(path), again)
-    return None
-
-
-def _extract(session: Session, frame: RGBDFrame, parameters: BlockParameters) -> Steps:
-    yield None  # so that it can be given up before it has begun
-    return _Extracted(session, find(frame, parameters))

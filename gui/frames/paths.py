@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+PROJECT_SUFFIX = ".ilf"
 
-def sorted_out(paths: Iterable[Path]) -> tuple[list[Path], list[Path], list[Path]]:
-    """Frame folders, run records and image files among paths, each in the order given."""
+
+def sorted_out(paths: Iterable[Path]) -> tuple[list[Path], list[Path], list[Path], list[Path]]:
+    """Project files, frame folders, run records and image files among paths, each in the order given."""
     chosen = list(paths)
     folders = [path for path in chosen if path.is_dir()]
-    records = [path for path in chosen if path.suffix == ".json" and path not in folders]
-    return folders, records, [path for path in chosen if path not in folders and path not in records]
+    files = [path for path in chosen if path not in folders]
+    projects = [path for path in files if path.suffix.lower() == PROJECT_SUFFIX]
+    records = [path for path in files if path.suffix == ".json"]
+    return projects, folders, records, [path for path in files if path not in projects and path not in records]

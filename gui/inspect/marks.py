@@ -10,8 +10,8 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
+from gui.state.chains import Point
 from gui.state.inspection import Line
-from gui.state.measurements import Point
 from gui.views.linked_views import LinkedViews
 from ilf.blocks import Box
 

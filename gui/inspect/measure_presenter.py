@@ -15,8 +15,8 @@ from gui.dialogs.saving import ask_path, save
 from gui.inspect.measure_panel import MeasurePanel
 from gui.inspect.measuring import Angle, Chain, Length, measured_rows, texts_of
 from gui.inspect.questions import Mask, Numbers, Question, find
+from gui.state.chains import Point
 from gui.state.inspection import Inspection
-from gui.state.measurements import Point
 from gui.state.session import Session
 from gui.work.latest_question import LatestQuestion
 from ilf.inspection import Measured, measure, measurements_csv

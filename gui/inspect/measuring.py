@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gui.inspect.measure_panel import MeasuredRow
 from gui.inspect.statistics_table import degrees, metres
-from gui.state.measurements import Point
+from gui.state.chains import Point
 from ilf.inspection import Measured
 
 Chain = Sequence[Point]

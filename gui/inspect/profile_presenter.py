@@ -8,8 +8,8 @@ from gui.desk import Desk
 from gui.dialogs.saving import ask_path, save
 from gui.inspect.profile_data import profile_data
 from gui.inspect.profile_panel import ProfilePanel
+from gui.state.chains import Point
 from gui.state.inspection import Inspection
-from gui.state.measurements import Point
 from gui.tools.grips import REACH, off_line, share_along
 from ilf.io.atomic import write_bytes
 

@@ -8,8 +8,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QFont, QShowEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem, QWidget
 
-from gui.numbers import UNKNOWN, millimetres
 from ilf.inspection import SurfaceStatistics
+from ilf.number_words import UNKNOWN, millimetres
 
 _ROWS = (
     ("Pixels", "How many there are"),

@@ -14,9 +14,9 @@ from PySide6.QtWidgets import QWidget
 
 from gui import theme
 from gui.kept.run_rows import RunRow
-from gui.numbers import millimetres
 from gui.state.kept_runs import MOST_COMPARED
 from gui.widgets.row_model import Index, RowModel
+from ilf.number_words import millimetres
 from ilf.parameters import PRESETS, Parameters
 from ilf.preset_words import likeness
 

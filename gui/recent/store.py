@@ -1,4 +1,4 @@
-"""Which frames and runs were opened last, and how they were read."""
+"""What was opened last, and how it was read."""
 
 from __future__ import annotations
 
@@ -12,24 +12,26 @@ from PySide6.QtCore import QSettings
 from ilf.io.frame_source import FrameSource
 
 MOST = 12
-_KEY = "recent/frames"
 
 Origin = FrameSource | Path
-"""A frame's files, or the record of a run."""
+"""A frame's files, the record of a run, or a project file."""
 
 
-class RecentFrames:
+class RecentOrigins:
     """What was opened, the last first.
 
     Parameters
     ----------
+    what : str
+        Tells it from other lists: "frames" or "projects".
     remembers : bool
         Whether it is that of the last time, and is kept for the next.
     """
 
-    def __init__(self, remembers: bool) -> None:
+    def __init__(self, what: str, remembers: bool) -> None:
+        self._key = f"recent/{what}"
         self._remembers = remembers
-        self.origins: list[Origin] = _read(str(QSettings().value(_KEY, "[]"))) if remembers else []
+        self.origins: list[Origin] = _read(str(QSettings().value(self._key, "[]"))) if remembers else []
 
     def note(self, origin: Origin) -> None:
         """This has been opened. Only what can be read again in the same way is kept."""
@@ -48,7 +50,7 @@ class RecentFrames:
     def _set(self, origins: list[Origin]) -> None:
         self.origins = origins
         if self._remembers:
-            QSettings().setValue(_KEY, json.dumps([_entry(origin) for origin in origins]))
+            QSettings().setValue(self._key, json.dumps([_entry(origin) for origin in origins]))
 
 
 def key_of(origin: Origin) -> str:
@@ -74,7 +76,7 @@ def name_of(origin: Origin) -> str:
 def _entry(origin: Origin) -> dict[str, Any] | None:
     """As settings can hold it; None of what cannot be held, such as a camera that was made by a program."""
     if isinstance(origin, Path):
-        return {"run": str(origin)}
+        return {"file": os.path.abspath(origin)}
     camera = origin.intrinsics
     if camera is not None and not isinstance(camera, str):
         if not isinstance(camera, (tuple, list)):
@@ -104,8 +106,8 @@ def _read(text: str) -> list[Origin]:
 
 
 def _origin(entry: dict[str, Any]) -> Origin:
-    if "run" in entry:
-        return Path(entry["run"])
+    if "file" in entry:
+        return Path(entry["file"])
     camera = entry["camera"]
     return FrameSource(
         str(entry["rgb"]),

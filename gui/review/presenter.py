@@ -23,7 +23,7 @@ from ilf.blocks import Box
 from ilf.edges.frame_edges import find_edges
 from ilf.frame import RGBDFrame
 from ilf.parameters import BlockParameters
-from ilf.suspicion import Place, suspicious_places
+from ilf.suspicion import Place, carried_places, suspicious_places
 
 _NEAREST, _WIDEST = 96, 320
 """Side [px] of the part of the frame that is shown, at least and at most."""
@@ -39,6 +39,8 @@ class _Question:
     labels: NDArray[np.int32]
     extraction: BlockParameters
     error: NDArray[np.float32] | None
+    to_check: dict[int, str]
+    """Blocks that came from another frame and need a look -> why."""
 
 
 class ReviewPresenter(QObject):
@@ -82,6 +84,7 @@ class ReviewPresenter(QObject):
         workspace.session_changed.connect(self.close)
         for changed in (workspace.labels_changed, workspace.distrusted_changed, workspace.error_changed):
             changed.connect(lambda *_: self._ask_again())
+        workspace.infos_changed.connect(self._note_checked)
 
     @property
     def busy(self) -> bool:
@@ -106,8 +109,14 @@ class ReviewPresenter(QObject):
         self._show(self.review.step(by))
 
     def leave(self) -> None:
-        """Leave what is looked at as it is, and show the next."""
-        if self._workspace.has_session and self._fresh:
+        """Leave what is looked at as it is, and show the next; a block from another frame needs no look any more."""
+        if not (self._workspace.has_session and self._fresh):
+            return
+        place = self.review.present
+        if place is not None and place.kind == "carried":
+            self._wish = 1
+            self._workspace.look_at(place.labels)
+        else:
             self._show(self.review.leave())
 
     def close(self) -> None:
@@ -126,11 +135,19 @@ class ReviewPresenter(QObject):
         if self._asked is not None:
             self._ask()
 
+    def _note_checked(self) -> None:
+        """Others of the blocks may need a look."""
+        if self._asked is not None and self._workspace.session.to_check != self._asked.to_check.keys():
+            self._ask()
+
     def _ask(self) -> None:
         session = self._workspace.session
+        to_check = {label: session.notes.reasons.get(label, "") for label in session.to_check}
         extraction = session.notes.extraction or BlockParameters()
         self._fresh = False
-        self._asked = _Question(session, session.frame, session.labels.copy(), extraction, session.expected_error())
+        self._asked = _Question(
+            session, session.frame, session.labels.copy(), extraction, session.expected_error(), to_check
+        )
         self._questions.ask(self._asked)
 
     def _take(self, question: _Question, found: Sequence[Place]) -> None:
@@ -195,7 +212,8 @@ class ReviewPresenter(QObject):
 def _find(question: _Question) -> Sequence[Place]:
     """Off the GUI's thread."""
     strength = find_edges(question.frame, question.extraction).strength
-    return suspicious_places(question.frame, question.labels, strength, question.error)
+    carried = carried_places(question.labels, question.to_check)
+    return [*carried, *suspicious_places(question.frame, question.labels, strength, question.error)]
 
 
 def _around(place: Place, shape: tuple[int, int]) -> Box:

@@ -68,7 +68,7 @@ class Notices(Protocol):
         """The label map is about to change."""
         ...
 
-    def note_labels_changed(self, session: Session, patch: LabelPatch, change: Change | None = None) -> None:
+    def note_labels_changed(self, session: Session, patch: LabelPatch | None, change: Change | None = None) -> None:
         """The label map has changed; with `change`, by an edit."""
         ...
 
@@ -114,6 +114,9 @@ class EditLabels(QUndoCommand):
         self._patch = patch
         self._done = done
         self._other_notes = notes
+        self._other_to_check = session.to_check
+        if session.to_check:
+            self._other_to_check = session.to_check & notes.kept if notes else session.to_check - touched_by(patch)
         self._drawn: DrawnChange | None = None
         """Where drawn borders change, and the drawn pixels there before and after."""
         if notes is None:
@@ -136,14 +139,15 @@ class EditLabels(QUndoCommand):
         self._tell(forward=False)
 
     def _tell(self, forward: bool) -> None:
-        change = None
+        session, change = self._session, None
+        session.to_check, self._other_to_check = self._other_to_check, session.to_check
         if self._other_notes is not None:
-            self._other_notes = self._session.take_notes(self._other_notes)
+            self._other_notes = session.take_notes(self._other_notes)
         elif self._drawn is not None:
             box, before, after = self._drawn
-            change = Change(self._session, self._patch, forward, self.text(), self._drawn)
-            self._session.draw(box, after if forward else before, change.blocks)
-        self._notices.note_labels_changed(self._session, self._patch, change)
+            change = Change(session, self._patch, forward, self.text(), self._drawn)
+            session.draw(box, after if forward else before, change.blocks)
+        self._notices.note_labels_changed(session, self._patch, change)
 
 
 class EditInfo(QUndoCommand):

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from weakref import WeakKeyDictionary
-
 from PySide6.QtCore import QObject, Signal
 
-from gui.state.measurements import Measurements, Point
-from gui.state.session import Session
+from gui.state.chains import Point
+from gui.state.measurements import Measurements
 from gui.state.workspace import Workspace
 from ilf.blocks import Box
 
@@ -33,23 +31,21 @@ class Inspection(QObject):
     def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._workspace = workspace
-        self._lines: WeakKeyDictionary[Session, Line] = WeakKeyDictionary()
         self.measurements = Measurements(workspace, self)
         workspace.session_changed.connect(self.line_changed)
 
     @property
     def line(self) -> Line | None:
         """The present frame's profile line."""
-        return self._lines.get(self._workspace.session) if self._workspace.has_session else None
+        return self._workspace.session.line if self._workspace.has_session else None
 
     def set_line(self, line: Line | None) -> None:
         """Take another profile line; None for none."""
         if line == self.line:
             return
-        if line is None:
-            del self._lines[self._workspace.session]
-        else:
-            self._lines[self._workspace.session] = line
+        session = self._workspace.session
+        session.line = line
+        self._workspace.touch(session, looked=True)
         self.line_changed.emit()
 
     @property

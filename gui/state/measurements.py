@@ -2,24 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from weakref import WeakKeyDictionary
-
 from PySide6.QtCore import QObject, Signal
 
-from gui.state.session import Session
+from gui.state.chains import Chains, Point
 from gui.state.workspace import Workspace
 from ilf.errors import InputError
 from ilf.inspection import place_of
-
-Point = tuple[float, float]
-
-
-@dataclass
-class _Chains:
-    chains: list[list[Point]] = field(default_factory=list)
-    is_open: bool = False
-    reference: int = 0
 
 
 class Measurements(QObject):
@@ -39,7 +27,6 @@ class Measurements(QObject):
     def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._workspace = workspace
-        self._of: WeakKeyDictionary[Session, _Chains] = WeakKeyDictionary()
         workspace.session_changed.connect(self.changed)
 
     @property
@@ -75,13 +62,13 @@ class Measurements(QObject):
         else:
             held.chains.append([(x, y)])
             held.is_open = True
-        self.changed.emit()
+        self._changed()
         return True
 
     def move_point(self, chain: int, point: int, to: Point) -> None:
         """Put a point of a measurement elsewhere."""
         self._held.chains[chain][point] = to
-        self.changed.emit()
+        self._changed()
 
     def take_back(self) -> bool:
         """Drop the last point of the measurement under way; False if there is none."""
@@ -92,7 +79,7 @@ class Measurements(QObject):
         if not held.chains[-1]:
             held.chains.pop()
             held.is_open = False
-        self.changed.emit()
+        self._changed()
         return True
 
     def end(self) -> bool:
@@ -103,23 +90,25 @@ class Measurements(QObject):
         held.is_open = False
         if len(held.chains[-1]) == 1:
             held.chains.pop()
-        self.changed.emit()
+        self._changed()
         return True
 
     def replace(self, chains: list[tuple[Point, ...]]) -> None:
         """Have these measurements in place of those there are."""
         held = self._held
         held.chains, held.is_open = [list(chain) for chain in chains], False
-        self.changed.emit()
+        self._changed()
 
     def set_reference(self, label: int) -> None:
         """Measure heights over the plane of a block; 0 for the image's upright."""
         if label != self._held.reference:
             self._held.reference = label
-            self.changed.emit()
+            self._changed()
 
     @property
-    def _held(self) -> _Chains:
-        if not self._workspace.has_session:
-            return _Chains()
-        return self._of.setdefault(self._workspace.session, _Chains())
+    def _held(self) -> Chains:
+        return self._workspace.session.chains if self._workspace.has_session else Chains()
+
+    def _changed(self) -> None:
+        self._workspace.touch(self._workspace.session)
+        self.changed.emit()

@@ -98,8 +98,6 @@ class Results:
         self.settled: set[Parameters] = set()
         self._error: tuple[Completion, NDArray[np.float32]] | None = None
         self._guess: tuple[Completion, Completion] | None = None
-        self._changes = 0
-        self._saved = 0
 
     @property
     def running(self) -> list[int]:
@@ -128,9 +126,8 @@ class Results:
         self._guess = None
 
     def note_guess(self, completion: Completion, guess: Completion) -> None:
-        """Keep the guess of what a completion leaves missing; it is not exported yet."""
+        """Keep the guess of what a completion leaves missing."""
         self._guess = completion, guess
-        self._changes += 1
 
     def add_records(self, label: int, records: Iterable[IterationRecord]) -> None:
         """A block that runs has gone on."""
@@ -141,13 +138,12 @@ class Results:
         self.previews |= {block.label: (block, depth) for block, depth in previews if block.label in self.live}
 
     def add(self, results: Iterable[BlockResult], distrusted: NDArray[np.bool_] | None) -> None:
-        """Blocks of a frame with such distrusted depth have ended; what they gave is not exported yet."""
+        """Blocks of a frame with such distrusted depth have ended."""
         for result in results:
             label = result.block.label
             self._keep(label, Kept(result, distrusted))
             self.live.pop(label, None)
             self.previews.pop(label, None)
-        self._changes += 1
 
     def _keep(self, label: int, kept: Kept) -> None:
         """Keep a result beside those that undo and redo may bring back; not beside what a drag has passed over."""
@@ -171,20 +167,6 @@ class Results:
         former = Held(self.kept, self._error, self._guess)
         self.kept, self._error, self._guess = other
         return former
-
-    @property
-    def unsaved(self) -> bool:
-        """Whether there are results that have not been exported."""
-        return self._changes != self._saved
-
-    @property
-    def changes(self) -> int:
-        """How often results have come, to be given to `note_saved`."""
-        return self._changes
-
-    def note_saved(self, changes: int) -> None:
-        """What there was at `changes` has been exported."""
-        self._saved = changes
 
 
 def same_mask(one: NDArray[np.bool_] | None, other: NDArray[np.bool_] | None) -> bool:

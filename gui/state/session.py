@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+import uuid
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Self
@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QUndoStack
 
 from gui.state.block_errors import BlockErrors
+from gui.state.chains import Chains, Point
 from gui.state.results import Held, Kept, Preview, Results
 from gui.state.shown_depth import ShownDepth
 from gui.state.tally import BlockCounts, BlockTally
-from ilf.blocks import Box
+from ilf.blocks import Box, union
 from ilf.drawing.block_pictures import block_colour
 from ilf.ebs.edit import LabelPatch
 from ilf.ebs.reextraction import made_by_hand
@@ -24,6 +25,7 @@ from ilf.frame import RGBDFrame, TruthFile
 from ilf.outcomes import BlockResult, Completion, compose
 from ilf.parameters import Parameters
 from ilf.project.block_notes import BlockInfo, BlockNotes
+from ilf.project.frame_state import is_edited
 from ilf.project.kept_run import Guess, KeptRun
 from ilf.run import KeyFrames, Replay, Run
 
@@ -39,6 +41,8 @@ class Session:
     frame : RGBDFrame
     origin : object
         What it was opened from; sessions of the same origin are the same.
+    id : str
+        Tells it from all other frames of its project, open or not.
     labels : ndarray of int32, shape (H, W)
         The label map, which is the truth about blocks. Changed in place by `apply` and `set_labels` only.
     notes : BlockNotes
@@ -52,6 +56,9 @@ class Session:
         self.frame = frame
         self.origin = origin
         self.key = key
+        self.id = uuid.uuid4().hex
+        self.note = ""
+        """What the user says of the frame."""
         self.labels: NDArray[np.int32] = np.zeros(frame.shape, np.int32)
         self.notes = BlockNotes()
         self.selected: list[int] = []
@@ -62,16 +69,26 @@ class Session:
         self.kept_runs: list[KeptRun] = []
         self.compared: list[KeptRun] = []
         """Those of the kept runs that are shown beside the present result."""
-        self.run_numbers = itertools.count(1)
-        """Of runs that are to be kept."""
+        self.next_run = 1
+        """Number of the next run that is kept."""
         self.region: Box | None = None
         """The chosen rectangle (rows, columns)."""
+        self.line: tuple[Point, Point] | None = None
+        """The profile line, in image coordinates."""
+        self.chains = Chains()
+        """What is measured."""
+        self.to_check: set[int] = set()
+        """Blocks that came from another frame and should be looked at."""
+        self.view: dict[str, Any] = {}
+        """How it was looked at last, in values that JSON has."""
         self.dense = False
         """Whether what is still missing after a run is to be guessed."""
         self.again: Replay | None = None
         """The record that the session was opened from."""
         self.common = Parameters()
         """Parameters of all blocks that have no values of their own."""
+        self.own_parameters = False
+        """Whether they are this frame's own where parameters are for all frames."""
         self._shown = ShownDepth(frame)
         self._tally: BlockTally | None = None
         self._fitting: dict[int, list[BlockResult]] = {}
@@ -79,6 +96,11 @@ class Session:
         self._last_valid: Mapping[int, BlockResult] = {}
         self._completion: Completion | None = None
         self._edits = 0
+        self._others = 0
+        """How much has changed that is no step of the history."""
+        self._others_saved = 0
+        self._runs_saved = 1
+        self._dirty: Box | None = None
         self.undo_stack.indexChanged.connect(self.note_edit)
 
     @classmethod
@@ -129,8 +151,7 @@ class Session:
     @property
     def edited(self) -> bool:
         """Whether the blocks differ from what the extraction gave."""
-        notes = self.notes
-        return notes.extracted is None or bool(notes.kept) or not np.array_equal(notes.extracted, self.labels)
+        return is_edited(self.notes, self.labels)
 
     def handmade(self) -> frozenset[int]:
         """Blocks made by hand, before the last extraction or since."""
@@ -139,17 +160,27 @@ class Session:
 
     @property
     def unsaved(self) -> bool:
-        """Whether there are edits or results that have not been exported."""
-        return not self.undo_stack.isClean() or self.results.unsaved
+        """Whether there is work that the project's file does not hold."""
+        return not self.undo_stack.isClean() or self._others != self._others_saved
 
-    def saving(self) -> tuple[int, int]:
-        """Where edits and results stand, to be given to `note_saved` when they have been exported."""
-        return self._edits, self.results.changes
+    def unsaved_words(self) -> str:
+        """What the work is that the project's file does not hold, as "3 edits, 1 run"; "" for none."""
+        if not self.unsaved:
+            return ""
+        clean = self.undo_stack.cleanIndex()
+        edits = abs(self.undo_stack.index() - clean) if clean >= 0 else self.undo_stack.index()
+        runs = sum(kept.number >= self._runs_saved for kept in self.kept_runs)
+        counts = [f"{count} {what}{'s' * (count != 1)}" for count, what in ((edits, "edit"), (runs, "run")) if count]
+        return ", ".join(counts) or "other changes"
 
-    def note_saved(self, state: tuple[int, int]) -> None:
-        """What there was at `state` has been exported; what came later has not."""
-        edits, results = state
-        self.results.note_saved(results)
+    @property
+    def stamp(self) -> tuple[int, int, int]:
+        """Where the work stands: other than before as soon as something has changed; to be given to `note_saved`."""
+        return self._edits, self._others, self.next_run
+
+    def note_saved(self, stamp: tuple[int, int, int]) -> None:
+        """What there was at a stamp has been saved; what came later has not."""
+        edits, self._others_saved, self._runs_saved = stamp
         if edits == self._edits:
             self.undo_stack.setClean()
         else:
@@ -191,6 +222,7 @@ class Session:
         """Take over what is known of the label map beside its pixels; the former notes are returned."""
         self.settle_parameters()
         former, self.notes = self.notes, notes
+        self._note_dirty()
         if former.extraction != notes.extraction:
             self.results.forget_guess()  # it saw the edges of the former one
         self._forget_results()
@@ -220,9 +252,20 @@ class Session:
         self.common = parameters
         self._valid = None
 
+    def take_dirty(self) -> Box | None:
+        """Where label map or drawn borders have changed since the last call (rows, columns); None if nowhere."""
+        dirty, self._dirty = self._dirty, None
+        return dirty
+
+    def _note_dirty(self, box: Box | None = None) -> None:
+        """They have changed in a box, or anywhere."""
+        changed = box or (slice(0, self.labels.shape[0]), slice(0, self.labels.shape[1]))
+        self._dirty = changed if self._dirty is None else union(self._dirty, changed)
+
     def set_labels(self, labels: NDArray[np.int32]) -> None:
         """Take over another label map."""
         self.labels[:] = labels
+        self._note_dirty()
         self._tally = None
         self._forget_results()
 
@@ -231,6 +274,7 @@ class Session:
         if self._tally is not None:
             self._tally.take_out(patch.box)
         (patch.apply if forward else patch.revert)(self.labels)
+        self._note_dirty(patch.box)
         if self._tally is not None:
             self._tally.add(patch.box)
         self._shown.note(patch.box)
@@ -242,6 +286,7 @@ class Session:
         if self.notes.drawn is None:
             self.notes.drawn = np.zeros(self.labels.shape, bool)
         self.notes.drawn[box] = drawn
+        self._note_dirty(box)
         for label in blocks:  # during a stroke, results were looked for before its borders were known
             self._forget_result(label)
 
@@ -417,6 +462,10 @@ class Session:
     def note_edit(self) -> None:
         """What was edited up to now is no longer all; steps of the history tell by themselves."""
         self._edits += 1
+
+    def note_other_change(self) -> None:
+        """Something has changed that no step of the history tells of."""
+        self._others += 1
 
     def _forget_result(self, label: int) -> None:
         """What was worked out from a block and its results no longer holds."""

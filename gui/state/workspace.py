@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
+from weakref import ref
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +13,15 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoGroup, QUndoStack
 
 from gui.state.block_errors import BlockErrors
+from gui.state.carry_commands import CarryBlocks, LookAtBlocks
 from gui.state.commands import Change, ClearResults, Distrust, EditInfo, EditLabels, EditParameters, OwnChange
+from gui.state.entries import Entries, Entry
 from gui.state.kept_commands import AcceptRun, DeleteRuns
 from gui.state.kept_runs import COLOURS, MOST_COMPARED
 from gui.state.past import Past
 from gui.state.results import Preview, same_mask
 from gui.state.session import Session
+from gui.state.sharing import Shared, ShareParameters
 from gui.state.stroke import StrokeUnderWay
 from ilf.blocks import Box
 from ilf.completion import Watch
@@ -29,6 +33,7 @@ from ilf.filter.convergence import IterationRecord
 from ilf.frame import RGBDFrame, TruthFile
 from ilf.outcomes import BlockResult, Completion
 from ilf.parameters import DEFAULT_PRESET, BlockParameters, Parameters, preset
+from ilf.project import FrameState
 from ilf.project.block_notes import BlockInfo, BlockNotes
 from ilf.project.kept_run import KeptRun
 from ilf.project.own_values import OwnValues, differing, own_values, parameter_labels
@@ -73,6 +78,10 @@ class Workspace(QObject):
     """Blocks that run have other depth."""
     error_changed = Signal()
     """The expected error of the results has been worked out."""
+    touched = Signal(object)
+    """A Session, the present one or another, has changed in something that a project holds."""
+    project_touched = Signal()
+    """What a project holds beside its frames has changed: which there are, in which order, what is set for all."""
     edited = Signal(object)
     """An edit of the label map has been made, undone or made again: a `Change`."""
     replaced = Signal()
@@ -100,9 +109,12 @@ class Workspace(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.sessions: list[Session] = []
+        """The frames that are open."""
+        self.entries = Entries(self)
+        """All frames, open or not."""
         self.undo_group = QUndoGroup(self)
-        self._parameters = preset(DEFAULT_PRESET)
-        """What the next frame begins with while none is open."""
+        self.shared = Shared(False, preset(DEFAULT_PRESET))
+        """Whether parameters are for all frames; while they are not, and a frame is open, the next begins with its."""
         self.extraction_parameters = BlockParameters()
         self.keeps_handmade = True
         """Whether blocks that were made by hand stay when blocks are extracted again, as locked ones do."""
@@ -130,9 +142,13 @@ class Workspace(QObject):
 
     @property
     def parameters(self) -> Parameters:
-        """Parameters of all blocks of the present frame that have no values of their own; the next frame begins with
-        them."""
-        return self._parameters if self._session is None else self._session.common
+        """Parameters of all blocks of the present frame that have no values of their own."""
+        return self.shared.values if self._session is None else self._session.common
+
+    @property
+    def next_parameters(self) -> Parameters:
+        """What the next frame begins with."""
+        return self.shared.values if self.shared.on else self.parameters
 
     def is_present(self, session: Session) -> bool:
         """Whether this is the present frame's session."""
@@ -147,23 +163,36 @@ class Workspace(QObject):
         """The open session of a file or folder, if there is one."""
         return next((session for session in self.sessions if session.key == key), None)
 
-    def add_session(self, session: Session, recorded: Run | None = None) -> None:
-        """Open a frame and make it the present one.
+    def add_session(
+        self, session: Session, recorded: Run | None = None, restored: bool = False, show: bool = True
+    ) -> None:
+        """Open a frame and, with `show`, make it the present one.
 
-        It begins with the parameters of the present one. With `recorded`, it comes from that run, and has the
-        parameters of that; what it was extracted with goes for the next extraction, and the blocks that were run are
-        chosen if they are not all.
+        It begins with the parameters of the present one, or of all, unless it is `restored`. With `recorded`, it comes
+        from that run, and has the parameters of that; what it was extracted with goes for the next extraction, and the
+        blocks that were run are chosen if they are not all.
         """
-        session.take_common(self.parameters)
+        if restored:
+            self.shared.begin(session)
+        else:
+            session.take_common(self.next_parameters)
         if recorded is not None:
             self._take_recorded(session, recorded)
         self.sessions.append(session)
+        listed = len(self.entries)
+        self.entries.attach(session)
         self.undo_group.addStack(session.undo_stack)
+        opened = ref(session)  # the history would hold the session, and never be freed
+        session.undo_stack.indexChanged.connect(lambda _: self._note_step(opened()))
         self.sessions_changed.emit()
-        self.show_session(session)
+        if show:
+            self.show_session(session)
+        if len(self.entries) > listed:
+            self.project_touched.emit()
 
     def _take_recorded(self, session: Session, recorded: Run) -> None:
         session.take_common(recorded.parameters)
+        session.own_parameters = self.shared.on and recorded.parameters != self.shared.values
         if recorded.extraction is not None:
             self.set_extraction_parameters(recorded.extraction)
         labels = set(session.counts()) if recorded.only is None else set(recorded.only)
@@ -177,13 +206,49 @@ class Workspace(QObject):
         if session is self._session:
             return
         self._end_strokes()
-        self._parameters = self.parameters
+        self.shared = Shared(self.shared.on, self.next_parameters)
         self._session = session
         self.undo_group.setActiveStack(session.undo_stack if session else self._nothing)
         self.session_changed.emit()
 
     def close_session(self, session: Session) -> None:
-        """Close a frame; the one before it in the list becomes the present one."""
+        """Close a frame for good; the one before it in the list becomes the present one."""
+        entry = self.entries.of(session.id)
+        self._leave(session)
+        if entry is not None:
+            self.remove_entries([entry])
+
+    def put_away(self, session: Session, stored: bool = True) -> None:
+        """Close a frame whose state is stored, or that has none: its entry stays, and it comes back as it was, without
+        its history."""
+        entry = self.entries.of(session.id)
+        if entry is not None:
+            self.entries.detach(entry, stored)
+        self._leave(session)
+
+    def add_entries(self, entries: Sequence[Entry]) -> None:
+        """Add frames to the list without opening them."""
+        self.entries.add(entries)
+        self.project_touched.emit()
+
+    def remove_entries(self, entries: Collection[Entry]) -> None:
+        """Take frames out of the list, and close those that are open, for good."""
+        gone = {entry.session for entry in entries if entry.session is not None}
+        if self._session in gone:  # what is shown next is the nearest one that stays
+            position = self.sessions.index(self._session)
+            nearest = [*reversed(self.sessions[:position]), *self.sessions[position:]]
+            self.show_session(next((session for session in nearest if session not in gone), None))
+        for session in [session for session in self.sessions if session in gone]:
+            self._leave(session)
+        self.entries.remove(entries)
+        self.project_touched.emit()
+
+    def note_problem(self, entry: Entry, problem: str) -> None:
+        """A frame of the list could not be opened, for this reason."""
+        self.entries.note_problem(entry, problem)
+        self.project_touched.emit()
+
+    def _leave(self, session: Session) -> None:
         position = self.sessions.index(session)
         self.sessions.remove(session)
         self._watched = [one for one in self._watched if one is not session]
@@ -193,10 +258,48 @@ class Workspace(QObject):
         session.undo_stack.clear()  # commands and session hold each other, and would never be freed
         self.sessions_changed.emit()
 
-    def note_saved(self, session: Session, state: tuple[int, int]) -> None:
-        """What there was at `state`, as `Session.saving` gave it, has been exported."""
-        session.note_saved(state)
+    def note_saved(self, session: Session, stamp: tuple[int, int, int]) -> None:
+        """What there was at a `Session.stamp` has been saved."""
+        session.note_saved(stamp)
         self.sessions_changed.emit()
+
+    def touch(self, session: Session, looked: bool = False) -> None:
+        """Called after something has changed that a project holds; `looked`: only in how it is looked at, which is
+        stored but no reason to save."""
+        if not looked:
+            session.note_other_change()
+        if session in self.sessions:
+            self.touched.emit(session)
+
+    def _note_step(self, session: Session | None) -> None:
+        """A step of a frame's history has been made, taken back or made again."""
+        if session is not None and session in self.sessions:
+            self.touched.emit(session)
+
+    def set_note(self, entry: Entry, note: str) -> None:
+        """What the user says of a frame, open or not."""
+        if note == entry.note:
+            return
+        if entry.session is None:
+            self.entries.set_note(entry, note)
+        else:
+            entry.session.note = note
+            self.touch(entry.session)
+        self.sessions_changed.emit()
+        self.project_touched.emit()
+
+    def take_carried(self, session: Session, carried: FrameState, text: str) -> None:
+        """Take the blocks that were carried to a frame, with all that came with them, as one undoable step."""
+        self.prepare_change(session)
+        session.undo_stack.push(CarryBlocks(self, session, carried, text))
+        if not session.selected:
+            self._select(session, list(carried.selected))
+
+    def look_at(self, blocks: Collection[int]) -> None:
+        """Blocks of the present frame that needed a look have had it, as one undoable step."""
+        unseen = self.session.to_check.intersection(blocks)
+        if unseen:
+            self.session.undo_stack.push(LookAtBlocks(self, self.session, unseen))
 
     # blocks
 
@@ -208,6 +311,7 @@ class Workspace(QObject):
             return
         session.take_notes(BlockNotes(extraction=used, network=extraction.network, extracted=extraction.blocks.copy()))
         session.set_labels(extraction.blocks)
+        self.touch(session, looked=True)
         if session is self._session:
             self.labels_changed.emit((slice(0, session.labels.shape[0]), slice(0, session.labels.shape[1])))
             self.replaced.emit()
@@ -281,6 +385,11 @@ class Workspace(QObject):
         self.session.apply(patch)
         self.stroke_changed.emit(patch.box)
 
+    @property
+    def stroke_under_way(self) -> bool:
+        """Whether the label map holds part of a stroke that may yet be given up."""
+        return self._stroke is not None
+
     def end_stroke(self, text: str) -> LabelPatch | None:
         """Make the stroke one undoable step, and give what it has changed; None if that is nothing."""
         patch = self._take_stroke()
@@ -328,6 +437,7 @@ class Workspace(QObject):
     def set_visible(self, label: int, visible: bool) -> None:
         """Show or hide a block in the overlay. A matter of view, so not undoable."""
         self.session.change_info(label, visible=visible)
+        self.touch(self.session)
         self.infos_changed.emit()
 
     def set_distrusted(self, mask: NDArray[np.bool_] | None, text: str) -> bool:
@@ -347,14 +457,20 @@ class Workspace(QObject):
 
     def select(self, labels: list[int]) -> None:
         """Choose blocks; the first is the one that edits and curves are about."""
-        if self.has_session and labels != self.session.selected:
-            self.session.selected = labels
-            self.selection_changed.emit()
+        if self.has_session:
+            self._select(self.session, labels)
+
+    def _select(self, session: Session, labels: list[int]) -> None:
+        if labels != session.selected:
+            session.selected = labels
+            if session is self._session:
+                self.selection_changed.emit()
 
     def set_region(self, box: Box | None) -> None:
         """Choose a rectangle (rows, columns) of the present frame, or none."""
         if box != self.session.region:
             self.session.region = box
+            self.touch(self.session, looked=True)
             self.region_changed.emit()
 
     def set_truth(self, truth: NDArray[np.float32] | None, file: TruthFile | None = None) -> None:
@@ -368,6 +484,7 @@ class Workspace(QObject):
             If it does not fit the frame.
         """
         self.session.take_truth(truth, file)
+        self.touch(self.session)
         self.truth_changed.emit()
 
     def set_block_errors(self, session: Session, errors: BlockErrors) -> None:
@@ -382,6 +499,7 @@ class Workspace(QObject):
     def keep_run(self, session: Session, kept: KeptRun) -> None:
         """Keep a run beside the others of a frame."""
         session.kept_runs.append(kept)
+        self.touch(session)
         self._note_kept_runs(session)
 
     def change_run(self, session: Session, kept: KeptRun, **changes: Any) -> None:
@@ -392,12 +510,14 @@ class Workspace(QObject):
 
     def note_run_changed(self, session: Session, kept: KeptRun) -> None:
         """Called after a kept run has changed."""
+        self.touch(session)
         self._note_kept_runs(session)
         if kept in session.compared and session is self._session:
             self.compared_changed.emit()
 
     def note_measured(self, session: Session) -> None:
         """Called after it has been worked out how good a kept run is."""
+        self.touch(session, looked=True)
         self._note_kept_runs(session)
 
     def delete_runs(self, session: Session, runs: Collection[KeptRun]) -> None:
@@ -409,6 +529,7 @@ class Workspace(QObject):
     def drop_run(self, session: Session, kept: KeptRun) -> None:
         """Keep a run no longer, for good."""
         session.kept_runs.remove(kept)
+        self.touch(session)
         self._note_kept_runs(session)
 
     def take_kept_runs(self, session: Session, runs: list[KeptRun], compared: list[KeptRun]) -> None:
@@ -435,6 +556,7 @@ class Workspace(QObject):
             if kept.colour in taken:
                 kept.colour = next(colour for colour in COLOURS if colour not in taken)
         session.compared = runs
+        self.touch(session, looked=True)
         if session is self._session:
             self.compared_changed.emit()
 
@@ -449,7 +571,7 @@ class Workspace(QObject):
         if not names:
             return False
         common = session.common, run.parameters
-        text = f"Restore parameters of {kept.name}"
+        text = f"Restore parameters of {kept.name}{self._for_all(session)}"
         session.undo_stack.push(EditParameters(self, session, common, changes, names, text))
         return True
 
@@ -495,11 +617,13 @@ class Workspace(QObject):
     def store_results(self, session: Session, results: Sequence[BlockResult], frame: RGBDFrame | None = None) -> None:
         """Keep blocks' results, of the frame as it was when they were begun if it may have changed since."""
         session.add_results(results, frame)
+        self.touch(session)
         (self.results_added if session is self._session else self.sessions_changed).emit()
 
     def store_guess(self, session: Session, base: Completion, guess: Completion) -> None:
         """Keep the guess of what a completion leaves missing."""
         session.add_guess(base, guess)
+        self.touch(session)
         self.note_results_changed(session)
 
     def end_run(self, session: Session, previews_stay: bool = False) -> None:
@@ -576,17 +700,22 @@ class Workspace(QObject):
             return
         if self._session is None:
             if common is not None:
-                self._parameters = common[1]
-                self.parameters_changed.emit()
+                self.set_shared(Shared(self.shared.on, common[1]))
             return
         stack = self._session.undo_stack
         last = stack.command(stack.index() - 1) if not stack.isClean() else None
         if isinstance(last, EditParameters) and stack.index() == stack.count() and last.extend(common, own, names):
             self._session.note_edit()
+            self.touched.emit(self._session)
             return
         what = parameter_labels(names)[0] if len(names) == 1 else f"{len(names)} values of the filter"
         blocks = f" of {self._session.info(min(own)).name}" if len(own) == 1 else f" of {len(own)} blocks"
-        stack.push(EditParameters(self, self._session, common, own, names, f"Set {what}{blocks if own else ''}"))
+        where = blocks if own else self._for_all(self._session)
+        stack.push(EditParameters(self, self._session, common, own, names, f"Set {what}{where}"))
+
+    def _for_all(self, session: Session) -> str:
+        """What the text of a step on a frame's common parameters ends with."""
+        return " for all frames" if self.shared.reach(session) else ""
 
     def take_parameters(
         self, session: Session, common: OwnValues, own: Mapping[int, OwnValues | None], passing: bool = False
@@ -602,20 +731,76 @@ class Workspace(QObject):
             else:
                 session.notes.own.pop(label, None)
         session.take_common(session.common.replace(**common))
+        if common and self.shared.reach(session):
+            self.shared = Shared(True, session.common)
+            self.shared.spread(self.sessions, passing)
+            self.project_touched.emit()
         if session is self._session:
             self.parameters_changed.emit()
         if session.valid_results() != before:  # those of the values that have come back
+            self.note_results_changed(session)
+
+    def take_common(self, session: Session, common: Parameters, own: bool) -> None:
+        """Called by commands: other common parameters of a frame, unless it has those of all; `own`: its own where
+        parameters are for all frames."""
+        session.own_parameters = own
+        session.take_common(common)
+        self.shared.begin(session)
+        if session is self._session:
+            self.parameters_changed.emit()
+
+    def set_shared(self, shared: Shared) -> None:
+        """Whether parameters are for all frames, and which: as a project has it, before its frames are opened."""
+        self.shared = shared
+        shared.spread(self.sessions)
+        self.parameters_changed.emit()
+        self.project_touched.emit()
+
+    def share_parameters(self) -> list[Session]:
+        """Have the present frame's parameters in all frames without their own, now and from now on, as one undoable
+        step; the open ones that had others."""
+        shared = Shared(True, self.parameters)
+        others = [one for one in self.sessions if not one.own_parameters and one.common != self.parameters]
+        self._push_sharing(shared, own=False, text="Use parameters for all frames")
+        return [one for one in others if one is not self._session]
+
+    def keep_own_parameters(self) -> None:
+        """Let the present frame's parameters be its own where they are for all frames, as one undoable step."""
+        self._push_sharing(self.shared, own=True, text="Parameters for this frame alone")
+
+    def reset_to_shared(self) -> None:
+        """Let the present frame have the parameters of all frames again, as one undoable step."""
+        self._push_sharing(self.shared, own=False, text="Reset to the parameters of all frames")
+
+    def part_parameters(self) -> None:
+        """Let every frame have its own parameters again, which are what they are, as one undoable step."""
+        self._push_sharing(Shared(False, self.parameters), own=False, text="Parameters of each frame by itself")
+
+    def _push_sharing(self, shared: Shared, own: bool, text: str) -> None:
+        self.session.undo_stack.push(ShareParameters(self, self.session, shared, own, text))
+
+    def take_shared(self, shared: Shared, session: Session, common: Parameters, own: bool) -> None:
+        """Called by commands: whether parameters are for all frames, which those are, and those of one frame."""
+        before = session.valid_results()
+        session.settle_parameters()
+        session.own_parameters = own
+        session.take_common(common)
+        self.set_shared(shared)
+        self.sessions_changed.emit()
+        if session.valid_results() != before:
             self.note_results_changed(session)
 
     def set_extraction_parameters(self, parameters: BlockParameters) -> None:
         """What blocks are extracted with the next time."""
         self.extraction_parameters = parameters
         self.extraction_changed.emit()
+        self.project_touched.emit()
 
     def set_keeps_handmade(self, on: bool) -> None:
         """Whether blocks made by hand stay at the next extraction."""
         self.keeps_handmade = on
         self.extraction_changed.emit()
+        self.project_touched.emit()
 
     # what commands say
 
@@ -624,21 +809,22 @@ class Workspace(QObject):
         if session is self._session:
             self._end_strokes()
 
-    def note_labels_changed(self, session: Session, patch: LabelPatch, change: Change | None = None) -> None:
-        """Called by commands after the label map has changed; with `change`, by an edit."""
+    def note_labels_changed(self, session: Session, patch: LabelPatch | None, change: Change | None = None) -> None:
+        """Called by commands after the label map, or what is known of it, has changed; with `change`, by an edit."""
         if session is not self._session:
             self.sessions_changed.emit()
             return
-        left = session.counts()
-        # a block that is yet to be painted has never been there
-        gone = [
-            label
-            for label in session.selected
-            if label not in left and ((patch.before == label).any() or (patch.after == label).any())
-        ]
-        self.labels_changed.emit(patch.box)
-        if gone:
-            self.select([label for label in session.selected if label not in gone])
+        if patch is not None:
+            left = session.counts()
+            # a block that is yet to be painted has never been there
+            gone = [
+                label
+                for label in session.selected
+                if label not in left and ((patch.before == label).any() or (patch.after == label).any())
+            ]
+            self.labels_changed.emit(patch.box)
+            if gone:
+                self.select([label for label in session.selected if label not in gone])
         if change is None:
             self.replaced.emit()
         else:
@@ -654,6 +840,11 @@ class Workspace(QObject):
         if session is self._session:
             self.distrusted_changed.emit()
         self.note_results_changed(session)
+
+    def note_checked(self, session: Session) -> None:
+        """Called by commands after other blocks should be looked at."""
+        self.note_infos_changed(session)
+        self.sessions_changed.emit()
 
     def note_infos_changed(self, session: Session) -> None:
         """Called by commands after a name, colour or lock has changed."""

@@ -73,6 +73,8 @@ class CommandsPresenter(QObject):
         allow(idle, "pause", "cancel")
         allow(no_results or busy or self._why_no_guess(session), "guess")
         allow(no_results, "clear_results")
+        unseen = session is not None and not session.to_check.isdisjoint(chosen)
+        allow("" if unseen else none_chosen or "The chosen blocks need no look.", "looked_at")
         none_own = "The chosen blocks have no values of their own." if chosen.isdisjoint(own) else ""
         allow(none_chosen or none_own, "reset_own")
         can_copy = session is not None and len(session.selected) > 1 and session.selected[0] in own

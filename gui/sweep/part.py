@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QMenu
 
-from gui.desk import Desk, Part
+from gui.desk import Desk, Part, UnderWay
 from gui.sweep.commands import COMMANDS
 from gui.sweep.found import Found
 from gui.sweep.window import SweepWindow
@@ -112,6 +112,12 @@ class SweepPart(Part):
             self.desk.notes.offer(text, self.desk.actions["run"])
         else:
             self.desk.notes.tell(text)
+
+    def under_way(self) -> list[UnderWay]:
+        """The sweep, if one is under way."""
+        if self.found is None or not self.worker.busy:
+            return []
+        return [UnderWay(f"a sweep of {self.found.session.name}", self.found.session)]
 
     def shutdown(self) -> bool:
         """Stop for good, before the window closes. True if the thread has ended."""

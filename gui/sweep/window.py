@@ -20,7 +20,6 @@ from PySide6.QtWidgets import (
 )
 
 from gui import theme
-from gui.numbers import millimetres
 from gui.sweep.error_curve import ErrorCurve
 from gui.sweep.error_grid import ErrorGrid
 from gui.sweep.found import Found
@@ -30,6 +29,7 @@ from gui.widgets.messages import Message
 from gui.widgets.work_row import WorkRow
 from ilf.declarations import Value
 from ilf.errors import IlfError
+from ilf.number_words import millimetres
 from ilf.parameters import Parameters
 
 _SIZE = QSize(1040, 660)

@@ -62,6 +62,10 @@ class BlockCommands(QObject):
             text = self._text("Lock" if lock else "Unlock")
             self._workspace.edit_infos({label: {"locked": lock} for label in changed}, text)
 
+    def look_at(self) -> None:
+        """The chosen blocks came from another frame, and are right as they are."""
+        self._workspace.look_at(self._workspace.session.selected)
+
     def toggle_visibility(self) -> None:
         """Show the chosen blocks in the overlay if any of them is hidden, otherwise hide them."""
         session = self._workspace.session

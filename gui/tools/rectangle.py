@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from gui.tools.base import Host, Press, Tool
+from gui.state.inspection import Inspection
+from gui.tools.base import Press
+from gui.tools.dragged import DraggedTool
 from gui.tools.grips import REACH
-from gui.views.pointer import PointerEvent, PointerKind
+from gui.views.pointer import PointerEvent
 from ilf.blocks import Box
 
 
@@ -19,62 +21,40 @@ class _Sides:
     bottom: float
 
 
-class RectangleTool(Tool):
+class RectangleTool(DraggedTool[Box, frozenset[str]]):
     """A drag draws the rectangle; dragged by a side or a corner it is resized, from inside it is moved."""
-
-    def __init__(self) -> None:
-        self._press: Press | None = None
-        self._before: Box | None = None
-        self._grip: frozenset[str] = frozenset()
 
     @property
     def hint(self) -> str:
         """What a drag would do."""
         return "Drag: a rectangle to take statistics of | drag its sides or inside: change it | Esc: remove it"
 
-    @property
-    def busy(self) -> bool:
-        """Whether the rectangle is being dragged."""
-        return self._press is not None
+    def shape(self, inspection: Inspection) -> Box | None:
+        """The present rectangle."""
+        return inspection.region
 
-    def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Draw or change the rectangle while the button is down."""
-        if event.kind is PointerKind.PRESS:
-            self._press, self._before = Press(event), host.inspection.region
-            self._grip = frozenset() if self._before is None else _grip(_sides(self._before), event)
-        elif event.kind in (PointerKind.MOVE, PointerKind.RELEASE) and self._press is not None:
-            if self._press.follow(event):
-                host.inspection.set_region(self._box(self._press, event, host.session.frame.shape))
-            if event.kind is PointerKind.RELEASE:
-                self._press = None
-        return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a press like any other
+    def put(self, inspection: Inspection, shape: Box | None) -> None:
+        """Have another rectangle, or none."""
+        inspection.set_region(shape)
 
-    def cancel(self, host: Host) -> bool:
-        """Put the rectangle back as it was."""
-        under_way, self._press = self.busy, None
-        if under_way:
-            host.inspection.set_region(self._before)
-        return under_way
+    def grip(self, shape: Box, event: PointerEvent) -> frozenset[str] | None:
+        """The sides that a press takes hold of: all of them from inside, none from outside."""
+        return _grip(_sides(shape), event)
 
-    def remove(self, host: Host) -> bool:
-        """Remove the rectangle."""
-        there = host.inspection.region is not None
-        host.inspection.set_region(None)
-        return there
-
-    def _box(self, press: Press, event: PointerEvent, shape: tuple[int, int]) -> Box:
+    def dragged(self, press: Press, event: PointerEvent, frame: tuple[int, int]) -> Box:
+        """The rectangle that a drag has come to."""
         x, y = press.point
         if self._before is None or not self._grip:
             # whatever pixels the drag has touched
             left, right = sorted((x, event.x))
             top, bottom = sorted((y, event.y))
-            return _on_frame(_Sides(math.floor(left), math.floor(top), math.ceil(right), math.ceil(bottom)), shape)
+            return _on_frame(_Sides(math.floor(left), math.floor(top), math.ceil(right), math.ceil(bottom)), frame)
         sides, by = _sides(self._before), {"x": event.x - x, "y": event.y - y}
         if self._grip == _ALL:
-            by["x"] = min(max(round(by["x"]), -sides.left), shape[1] - sides.right)
-            by["y"] = min(max(round(by["y"]), -sides.top), shape[0] - sides.bottom)
+            by["x"] = min(max(round(by["x"]), -sides.left), frame[1] - sides.right)
+            by["y"] = min(max(round(by["y"]), -sides.top), frame[0] - sides.bottom)
         moved = {side: round(getattr(sides, side) + by[_ALONG[side]]) for side in self._grip}
-        return _on_frame(replace(sides, **moved), shape)
+        return _on_frame(replace(sides, **moved), frame)
 
 
 _ALONG = {"left": "x", "top": "y", "right": "x", "bottom": "y"}

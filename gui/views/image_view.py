@@ -11,8 +11,9 @@ from PySide6.QtCore import QEvent, QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QResizeEvent, QTransform
 
 from gui.theme import Colours
+from ilf.drawing.inner_points import InnerPoint
 
-from .block_names import InnerPoint, NamesItem
+from .block_names import NamesItem
 from .items import HaloPath, Hatch
 from .pixel_item import PixelItem
 from .preview import PreviewItem

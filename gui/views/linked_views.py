@@ -16,8 +16,8 @@ from gui.views.contents.cell import Cell
 from gui.views.contents.making import Studio
 from gui.views.contents.material import Layer, Material, ShownRun, Spectrum
 from gui.views.contents.stages import StageBoard
+from ilf.drawing.inner_points import InnerPoint, inner_points
 
-from .block_names import InnerPoint, inner_points
 from .colour_ranges import ColourRanges
 from .empty_hint import EmptyHint
 from .image_view import ImageView
@@ -167,6 +167,7 @@ class LinkedViews(QWidget):
         self._overlay.clear()
         self._layers.set_blocks(None)
         self.set_selected(())
+        self.set_doubtful(())
         self._layers.set_distrusted(None)
         self._write_names()
         self.set_preview(None)
@@ -421,6 +422,10 @@ class LinkedViews(QWidget):
         """Draw a wider line around these blocks in all views."""
         self._layers.set_selected(labels)
 
+    def set_doubtful(self, labels: Iterable[int]) -> None:
+        """Draw a line in a colour of its own around these blocks in all views, since they need a look."""
+        self._layers.set_doubtful(labels)
+
     def set_preview(self, preview: Preview | None) -> None:
         """Draw what a tool is about to do in all views; None removes it."""
         for view in self._views:
@@ -472,6 +477,17 @@ class LinkedViews(QWidget):
     def zoom_to(self, rows: slice, columns: slice) -> None:
         """Show a box of the image with some room around it."""
         self._transform.show(columns.start, rows.start, columns.stop, rows.stop)
+        self._show_transform()
+
+    @property
+    def place(self) -> tuple[float, float, float] | None:
+        """Image coordinates x, y [px] in the middle, and screen pixels per image pixel; None for the whole frame."""
+        transform = self._transform
+        return None if transform.fitted else (transform.x, transform.y, transform.scale)
+
+    def set_place(self, x: float, y: float, scale: float) -> None:
+        """Look at a place of the frame, as `place` gave it."""
+        self._transform.look_at(x, y, scale)
         self._show_transform()
 
     @property

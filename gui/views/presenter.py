@@ -77,6 +77,7 @@ class ViewsPresenter(QObject):
                 self._views.update_blocks_region(*box, session.labels[box])
         self._table = table
         self._views.set_selected(session.selected)
+        self._views.set_doubtful(sorted(session.to_check))
         if not self._names_hold:
             self._names_hold = True
             names = {label: session.info(label).name for label in session.counts()} if self._shows_names else None

@@ -72,7 +72,13 @@ class ScreenLayers:
 
     def set_selected(self, labels: Iterable[int]) -> None:
         """These blocks are the chosen ones."""
-        others = self._blocks.set_selected(labels)
+        self._redraw_blocks(self._blocks.set_selected(labels))
+
+    def set_doubtful(self, labels: Iterable[int]) -> None:
+        """These blocks need a look."""
+        self._redraw_blocks(self._blocks.set_doubtful(labels))
+
+    def _redraw_blocks(self, others: Sequence[int]) -> None:
         for sampling, lines in self._lines.items():
             part = box_of(self._blocks.mask_of(lines.labels, others)) if others else None
             if part is not None:

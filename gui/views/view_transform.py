@@ -56,6 +56,12 @@ class ViewTransform:
         width, height = max(right - left, 1) * spread, max(bottom - top, 1) * spread
         self.set_scale(min(self._view[0] / width, self._view[1] / height))
 
+    def look_at(self, x: float, y: float, scale: float) -> None:
+        """Show an image point in the middle, at `scale` screen pixels per image pixel, within the limits."""
+        self.x, self.y = x, y
+        self.set_scale(scale)
+        self._keep_in_frame()
+
     def pan(self, dx: float, dy: float) -> None:
         """Move the image by screen pixels."""
         self.x -= dx / self.scale

@@ -9,7 +9,7 @@ from gui.work.pace import Pace
 
 
 class WorkRow(QWidget):
-    """A bar with share and time left, and *Cancel*; hidden while nothing is under way.
+    """A bar with share and time left, and *Cancel*; hidden while nothing is under way. `left` says what stays then.
 
     Signals
     -------
@@ -19,15 +19,15 @@ class WorkRow(QWidget):
 
     cancelled = Signal()
 
-    def __init__(self, what: str, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, what: str, left: str = "what has come so far stays") -> None:
+        super().__init__()
         self._pace = Pace()
         self.bar = QProgressBar()
         self.bar.setRange(0, 1000)
         self.bar.setAccessibleName(f"Progress of the {what}")
         self.bar.setToolTip(f"How far the {what} is, and how long it still takes")
         self.cancel_button = QPushButton("Cancel", autoDefault=False)
-        self.cancel_button.setToolTip(f"End the {what}; what has come so far stays")
+        self.cancel_button.setToolTip(f"End the {what}; {left}")
         self.cancel_button.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.cancel_button.clicked.connect(self._cancel)
         row = QHBoxLayout(self)

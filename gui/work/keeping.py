@@ -129,7 +129,7 @@ class RunKeeper(QObject):
         self, run: Run, results: dict[int, BlockResult], ended: Ended, edit: str = "", live: bool = False
     ) -> KeptRun:
         session = ended.session
-        number = next(session.run_numbers)
+        number, session.next_run = session.next_run, session.next_run + 1
         kept = KeptRun(
             number,
             run_name(session, number, run, edit, live),

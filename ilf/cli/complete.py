@@ -14,7 +14,7 @@ from ..frame import doubtful_scale
 from ..io import frame_folder
 from ..io.label_files import read_mask
 from ..outcomes import Completion
-from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
+from ..parameters import DEFAULT_PRESET, PRESETS, Parameters
 from ..run import ExportOptions, Replay, Run, check_write, output_folder_name, replay, write
 from ..run.options import CLOUD_AXES, CLOUD_FILES, CLOUD_UNITS, DEPTH_FILES
 from .given_blocks import add_given_blocks, check_given_blocks, filled, given_blocks
@@ -29,7 +29,7 @@ from .parsing import (
     add_preset,
     add_truth,
     frame_from,
-    given_parameters,
+    parameter_flags,
     preset_from,
     with_given,
 )
@@ -184,8 +184,7 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
     also += _cloud_flags(arguments)
     also += ["--no-expected-error"] * arguments.no_expected_error + ["--dense"] * arguments.dense
     also += ["--fill-gaps"] * arguments.fill_gaps
-    for kind, prefix in ((Parameters, ""), (BlockParameters, BLOCK_PREFIX)):
-        also += [f"--{prefix}{name.replace('_', '-')}" for name in given_parameters(arguments, kind)]
+    also += parameter_flags(arguments)
     if also:
         raise UsageError(f"--replay takes all but --no-cloud from the record: leave out {', '.join(also)}.")
     again = replay(arguments.replay, *_present_files(arguments.inputs))

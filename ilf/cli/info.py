@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..camera import CameraIntrinsics, camera_text
 from ..errors import InputError
-from ..frame import CameraIntrinsics, check_depth_scale
+from ..frame import check_depth_scale
 from ..io import META_NAME, FrameFiles, default_depth_units, frame_beside, frame_folder, read_colour, read_depth_values
 from ..io.camera_files import intrinsics_from
 from ..io.depth_files import depth_in_metres
@@ -19,7 +20,7 @@ from ..run import missing_or_changed, read_record
 from ..run.options import RECORD_FILE
 from ..run.staging import interrupted
 from .parsing import Commands, UsageError, add_frame, add_truth
-from .record_facts import camera_text, record_facts
+from .record_facts import record_facts
 from .report import outcome_lines
 
 

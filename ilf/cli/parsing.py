@@ -12,7 +12,7 @@ from ..errors import IlfError, ParameterError
 from ..frame import RGBDFrame
 from ..io import load_frame
 from ..io.label_files import read_mask
-from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters
+from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..preset_files import OwnPreset, find_preset
 
 Commands = Any
@@ -82,6 +82,17 @@ def add_truth(parser: argparse.ArgumentParser) -> None:
         type=float,
         metavar="N",
         help="its units per metre (default: what meta.json says, otherwise those of the depth; 1 for floats)",
+    )
+
+
+def add_look_in(parser: argparse.ArgumentParser) -> None:
+    """Add the argument that says where else the files of a project's frames may be."""
+    parser.add_argument(
+        "--look-in",
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="folder where files of frames may be that are not where they were; can be given several times",
     )
 
 
@@ -174,6 +185,15 @@ def given_parameters(arguments: argparse.Namespace, kind: type[ParameterSet]) ->
     return {
         name: values[_destination(kind, name)] for name in kind.declarations() if _destination(kind, name) in values
     }
+
+
+def parameter_flags(arguments: argparse.Namespace) -> list[str]:
+    """The flags of parameters, of filter and extraction, that were given on the command line."""
+    return [
+        f"--{prefix}{name.replace('_', '-')}"
+        for kind, prefix in ((Parameters, ""), (BlockParameters, BLOCK_PREFIX))
+        for name in given_parameters(arguments, kind)
+    ]
 
 
 def with_given(base: Set, arguments: argparse.Namespace) -> Set:

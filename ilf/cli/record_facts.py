@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from ..camera import camera_text
 from ..declarations import ParameterSet, Value
-from ..frame import CameraIntrinsics
 from ..io.camera_files import intrinsics_from
 from ..parameters import BlockParameters
 from ..preset_words import likeness
@@ -59,11 +59,3 @@ def _changes(values: ParameterSet, base: ParameterSet) -> str:
 
 def _text(values: Mapping[str, Value]) -> str:
     return ", ".join(f"{name} {value}" for name, value in values.items())
-
-
-def camera_text(camera: CameraIntrinsics | None) -> str:
-    """Intrinsics in words."""
-    if camera is None:
-        return "not known"
-    name = f" ({camera.name})" if camera.name else ""
-    return f"fx {camera.fx:g}, fy {camera.fy:g}, cx {camera.cx:g}, cy {camera.cy:g}{name}"

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 from functools import lru_cache
-from typing import overload
+from typing import Any, Self, overload
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .convergence import IterationRecord
 
@@ -34,9 +36,35 @@ class CompactHistory(Sequence[IterationRecord]):
 
     def __init__(self, records: Sequence[IterationRecord]) -> None:
         self._first = records[0]
-        self._columns = {
+        self._columns: dict[str, NDArray[Any]] = {
             field.name: np.array([getattr(record, field.name) for record in records]) for field in fields(self._first)
         }
+
+    @classmethod
+    def of_columns(cls, kind: type[IterationRecord], columns: Mapping[str, NDArray[Any]]) -> Self:
+        """Inverse of `columns`: records of a kind, one at least, each value from the array of its name.
+
+        Examples
+        --------
+        >>> record = IterationRecord(1, 1, 0.1, 20.0, 0.01, float("nan"), 0.002)
+        >>> history = CompactHistory([record])
+        >>> CompactHistory.of_columns(history.kind, history.columns)[0] == record
+        True
+        """
+        made = cls.__new__(cls)
+        made._columns = dict(columns)
+        made._first = kind(**dict(zip(columns, next(_rows(made._columns)), strict=True)))
+        return made
+
+    @property
+    def kind(self) -> type[IterationRecord]:
+        """What its records are."""
+        return type(self._first)
+
+    @property
+    def columns(self) -> Mapping[str, NDArray[Any]]:
+        """Name of a value -> that of every record, shape (N,), or (N, 2) for pairs; int64, float64 or bool."""
+        return self._columns
 
     def __len__(self) -> int:
         return len(self._columns["i"])
@@ -59,8 +87,12 @@ class CompactHistory(Sequence[IterationRecord]):
 @lru_cache(maxsize=_AT_HAND)
 def _records(history: CompactHistory) -> tuple[IterationRecord, ...]:
     first, columns = history._first, history._columns
+    others = itertools.islice(_rows(columns), 1, None)
+    return first, *(type(first)(**dict(zip(columns, row, strict=True))) for row in others)
+
+
+def _rows(columns: Mapping[str, NDArray[Any]]) -> Iterator[tuple[Any, ...]]:
     values = [
         [tuple(row) for row in column.tolist()] if column.ndim > 1 else column.tolist() for column in columns.values()
     ]
-    others = list(zip(*values, strict=True))[1:]
-    return first, *(type(first)(**dict(zip(columns, row, strict=True))) for row in others)
+    return zip(*values, strict=True)

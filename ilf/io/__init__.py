@@ -20,6 +20,7 @@ from .frames import META_NAME, FrameFiles, frame_beside, frame_folder, load_fram
 from .images import read_colour
 from .interchange import BLOCK_FORMATS, LoadedBlocks, read_blocks, write_blocks
 from .label_files import read_labels, write_labels, write_mask
+from .listing import Listing, list_frames
 from .truth_files import load_truth, with_truth_file
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "META_NAME",
     "UINT16_MAX",
     "FrameFiles",
+    "Listing",
     "LoadedBlocks",
     "atomic_path",
     "check_cloud_format",
@@ -37,6 +39,7 @@ __all__ = [
     "frame_beside",
     "frame_folder",
     "intrinsics_from",
+    "list_frames",
     "load_frame",
     "load_open3d",
     "load_truth",

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import os
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from .naming import name_by
 
 if TYPE_CHECKING:
     from ..frame import RGBDFrame
@@ -30,6 +33,19 @@ class FrameSource:
     def key(self) -> str:
         """Tells frames apart: the path of what holds the depth."""
         return str(Path(self.depth or self.rgb).absolute())
+
+    @property
+    def name(self) -> str:
+        """What to call the frame as long as it has not been read."""
+        path = Path(self.rgb).absolute()
+        return path.name if self.depth is None else name_by(path)
+
+    def absolute(self) -> FrameSource:
+        """The same with absolute paths; itself if it has them."""
+        if all(path is None or os.path.isabs(path) for path in (self.rgb, self.depth, self.truth)):
+            return self
+        paths = {name: getattr(self, name) for name in ("rgb", "depth", "truth")}
+        return replace(self, **{name: os.path.abspath(path) for name, path in paths.items() if path is not None})
 
     def load(self) -> RGBDFrame:
         """Read the frame; raises what `ilf.load_frame` does."""

@@ -14,14 +14,12 @@ from .camera_files import IntrinsicsSpec, intrinsics_from
 from .depth_files import checked_units, default_depth_units, depth_in_metres, read_depth_values
 from .files import FileContent, read_file, read_json
 from .images import read_colour
+from .naming import name_by
 from .truth_files import is_truth, with_truth_file
 
 META_NAME = "meta.json"
 COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
 DEPTH_FILE_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy")
-
-# file names that say nothing about the frame: its folder's name is used instead
-_PLAIN_NAMES = frozenset({"rgb", "color", "colour", "image"})
 
 
 @dataclass(frozen=True)
@@ -253,8 +251,7 @@ def _input_file(content: FileContent) -> InputFile:
 
 def _two_files(rgb: Path, depth: Path) -> FrameFiles:
     rgb, depth = rgb.absolute(), depth.absolute()
-    name = rgb.parent.name if rgb.stem.lower() in _PLAIN_NAMES and rgb.parent.name else rgb.stem
-    return FrameFiles(rgb, depth, None, None, None, name)
+    return FrameFiles(rgb, depth, None, None, None, name_by(rgb))
 
 
 def _named_image(root: Path, named: str | None) -> Path | None:

@@ -55,7 +55,7 @@ def read_image(path: FileSource) -> NDArray[Any]:
     check_pixel_count(path, header.width, header.height)
     if header.kind == "PNG":
         check_checksums(path, content)
-    image = _decoded(data)
+    image = quietly(lambda: cv2.imdecode(data, cv2.IMREAD_UNCHANGED))
     if image is not None and header.orientation in _AS_STORED:
         image = np.ascontiguousarray(_AS_STORED[header.orientation](image))
     if image is None or image.shape[:2] != (header.height, header.width):
@@ -106,13 +106,13 @@ def encode_image(suffix: str, image: NDArray[Any]) -> bytes:
     return cv2.imencode(suffix, image)[1].tobytes()
 
 
-def _decoded(data: NDArray[np.uint8]) -> NDArray[Any] | None:
-    """What the decoder makes of `data`; None where it fails, without its chatter on stderr."""
+def quietly(decode: Callable[[], NDArray[Any] | None]) -> NDArray[Any] | None:
+    """What the decoder makes of its data; None where it fails, without its chatter on stderr."""
     with _decoding:
         level = cv2.utils.logging.getLogLevel()
         cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
         try:
-            return cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+            return decode()
         except cv2.error:
             return None
         finally:

@@ -43,6 +43,11 @@ class BlockNotes:
         Blocks that stayed as they were at that extraction, and do not come from it.
     handmade : frozenset of int
         Those of them that had been made by hand.
+    carried_from : str
+        Name of the frame from which the blocks were carried here; "" if they were not. `extracted` is the map as they
+        came then.
+    reasons : dict
+        Block label -> why it needed a look when it came, a sentence.
     """
 
     infos: dict[int, BlockInfo] = field(default_factory=dict)
@@ -53,3 +58,5 @@ class BlockNotes:
     extracted: NDArray[np.int32] | None = None
     kept: frozenset[int] = frozenset()
     handmade: frozenset[int] = frozenset()
+    carried_from: str = ""
+    reasons: dict[int, str] = field(default_factory=dict)

@@ -20,6 +20,9 @@ from .kept_run import Guess, KeptRun
 Point = tuple[float, float]
 """Image coordinates x, y [px]."""
 
+_STRIP = 64
+"""Rows that are compared at a time: the first difference is enough."""
+
 
 @dataclass(frozen=True, eq=False)
 class Looked:
@@ -126,4 +129,17 @@ class FrameState:
 
 def is_edited(notes: BlockNotes, labels: NDArray[np.int32]) -> bool:
     """Whether a label map differs from what its extraction gave."""
-    return notes.extracted is None or bool(notes.kept) or not np.array_equal(notes.extracted, labels)
+    return bool(notes.kept) or not _as_extracted(notes, labels)
+
+
+def is_carried(notes: BlockNotes, labels: NDArray[np.int32]) -> bool:
+    """Whether a label map is as it was carried from another frame: nobody has edited it since."""
+    return bool(notes.carried_from) and _as_extracted(notes, labels)
+
+
+def _as_extracted(notes: BlockNotes, labels: NDArray[np.int32]) -> bool:
+    extracted = notes.extracted
+    if extracted is None:
+        return False
+    strips = (slice(top, top + _STRIP) for top in range(0, labels.shape[0], _STRIP))
+    return all(np.array_equal(extracted[strip], labels[strip]) for strip in strips)

@@ -33,7 +33,9 @@ class Guess(NamedTuple):
     def of(cls, completion: Completion) -> Self:
         """The guess in a completion."""
         pixels = np.flatnonzero(completion.guessed)
-        return cls(pixels, completion.depth.ravel()[pixels], completion.notes, completion.guess_network)
+        depth = completion.depth.ravel()[pixels]
+        depth.setflags(write=False)
+        return cls(pixels, depth, completion.notes, completion.guess_network)
 
     def added_to(self, completion: Completion) -> Completion:
         """The same completion with the guess in it."""

@@ -12,10 +12,11 @@ from ..parameters import BlockParameters, Parameters, preset
 
 
 class Stage(StrEnum):
-    """How far the work on a frame has come."""
+    """How far the work on a frame has come; carried: its blocks are those of another frame, as they came."""
 
     UNTOUCHED = "untouched"
     EXTRACTED = "extracted"
+    CARRIED = "carried"
     EDITED = "edited"
     RUN = "run"
     FAILED = "failed"
@@ -38,6 +39,8 @@ class FrameSummary:
         Blocks, those of them that have a result as they are now, and those that need a look.
     problem : str
         Why it has failed.
+    own_parameters : bool
+        Whether its parameters are its own where they are for all frames.
     """
 
     stage: Stage = Stage.UNTOUCHED
@@ -48,6 +51,12 @@ class FrameSummary:
     completed: int = 0
     to_check: int = 0
     problem: str = ""
+    own_parameters: bool = False
+
+    @property
+    def is_worked_on(self) -> bool:
+        """Whether anybody has done more with the frame than open it."""
+        return bool(self.note) or self.stage not in (Stage.UNTOUCHED, Stage.EXTRACTED)
 
 
 @dataclass(frozen=True)
@@ -59,8 +68,8 @@ class ProjectFrame:
     id : str
         Stays with the frame.
     name : str
-    source : FrameSource
-        Where it is and how it is read; paths are absolute.
+    source : FrameSource or None
+        Where it is and how it is read; paths are absolute. None if it can be had from its stored state alone.
     summary : FrameSummary
     has_state : bool
         Whether the project holds a state of it; without one it is opened from its source.
@@ -68,7 +77,7 @@ class ProjectFrame:
 
     id: str
     name: str
-    source: FrameSource
+    source: FrameSource | None
     summary: FrameSummary = field(default_factory=FrameSummary)
     has_state: bool = False
 

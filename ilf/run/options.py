@@ -31,6 +31,9 @@ CLOUD_FILES = {
 CLOUD_AXES = AXES
 CLOUD_UNITS = tuple(UNITS_PER_METRE)
 
+_LONGEST_NAME = 60
+"""Letters of a frame's name in the names of files, which may have 255 bytes."""
+
 
 @dataclass(frozen=True)
 class ExportOptions:
@@ -102,7 +105,18 @@ class ExportOptions:
 
 def output_folder_name(frame_name: str) -> str:
     """Name of the folder that a frame's results go into unless someone says otherwise."""
-    return re.sub(r"[^\w.-]+", "_", frame_name) + "-ilf"
+    return f"{as_file_name(frame_name)}-ilf"
+
+
+def as_file_name(frame_name: str) -> str:
+    """A frame's name without what names of files cannot have.
+
+    Examples
+    --------
+    >>> as_file_name("the room: 2 / 3")
+    'the_room_2_3'
+    """
+    return re.sub(r"[^\w.-]+", "_", frame_name)[:_LONGEST_NAME] or "frame"
 
 
 def _require(value: str, known: tuple[str, ...], what: str) -> None:

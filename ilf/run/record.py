@@ -158,7 +158,7 @@ def to_json(record: RunRecord) -> bytes:
         "versions": record.versions,
         "processor": record.processor,
         "name": record.name,
-        "inputs": None if record.inputs is None else _inputs_to_dict(record.inputs),
+        "inputs": None if record.inputs is None else inputs_to_dict(record.inputs),
         "distrusted": None if record.distrusted is None else dataclasses.asdict(record.distrusted),
         "extraction": None if record.extraction is None else record.extraction.to_dict(),
         "blocks": {
@@ -185,8 +185,8 @@ def to_json(record: RunRecord) -> bytes:
     return f"{json.dumps(data, indent=2, allow_nan=False)}\n".encode()
 
 
-def _inputs_to_dict(inputs: FrameInputs) -> dict[str, Any]:
-    """Of a frame without truth nothing says so, as before there were any."""
+def inputs_to_dict(inputs: FrameInputs) -> dict[str, Any]:
+    """A frame's files, ready for JSON. Of a frame without truth nothing says so, as before there were any."""
     return {key: value for key, value in dataclasses.asdict(inputs).items() if key != "truth" or value is not None}
 
 

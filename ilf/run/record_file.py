@@ -5,16 +5,14 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from ..errors import FormatError, InputError, ParameterError
 from ..frame import FrameInputs, InputFile, TruthFile
 from ..io.files import read_json
-from ..numbers import as_float
 from ..outcomes import BlockOutcome, Status
 from ..parameters import BlockParameters, Parameters
+from ..sections import Section, is_plain
 from .options import DISTRUSTED_FILE, DRAWN_FILE, ExportOptions
 from .record import PROGRAM, SCHEMA, RecordedMask, RunRecord
 
@@ -34,60 +32,12 @@ def read_record(path: str | os.PathLike[str]) -> RunRecord:
     if not isinstance(data, dict) or data.get("program") != PROGRAM:
         raise FormatError(f"{Path(path).absolute()} is no run record: give the run.json that an export has written.")
     try:
-        return _parsed(_Section("run record", data))
+        return _parsed(Section("run record", data))
     except (InputError, ParameterError) as error:
         raise FormatError(f"{Path(path).absolute()}: {error} Was the record made by another version?") from error
 
 
-@dataclass(frozen=True)
-class _Section:
-    """An object of the record, with a clear message for everything that may be wrong with its values."""
-
-    name: str
-    values: dict[str, Any]
-
-    def get(self, key: str, *kinds: type) -> Any:
-        """The value of a key, checked to be of one of these kinds."""
-        if key not in self.values:
-            raise FormatError(f"The {self.name} lacks {key!r}.")
-        return _checked(self.values[key], kinds, f"{key!r} in the {self.name}")
-
-    def items(self, key: str, kind: type) -> list[Any]:
-        """A list of values of one kind."""
-        return [_checked(value, (kind,), f"{key!r} in the {self.name}") for value in self.get(key, list)]
-
-    def texts(self, key: str, *kinds: type) -> dict[str, Any]:
-        """An object whose values are texts, or of other kinds."""
-        section = self.section(key)
-        return {name: section.get(name, str, *kinds) for name in section.values}
-
-    def filename(self, key: str) -> str | None:
-        """A plain file name or null."""
-        name = self.get(key, str, type(None))
-        if name is not None and not _is_plain(name):
-            raise FormatError(f"{key!r} in the {self.name} must be a plain file name, not {name!r:.60}.")
-        return name
-
-    def section(self, key: str) -> _Section:
-        """An object inside this one."""
-        return _Section(key, self.get(key, dict))
-
-
-def _checked(value: Any, kinds: tuple[type, ...], what: str) -> Any:
-    """`value` of one of these kinds: whole numbers pass as float, true and false never as numbers."""
-    if float in kinds and type(value) is int:
-        value = as_float(value)
-    if type(value) in kinds and not (type(value) is float and not math.isfinite(value)):
-        return value
-    wanted = " or ".join("null" if kind is type(None) else kind.__name__ for kind in kinds)
-    raise FormatError(f"{what} must be {wanted}, not {value!r:.60}.")
-
-
-def _is_plain(name: str) -> bool:
-    return name not in {"", ".", ".."} and not any(mark in name for mark in "/\\\0")
-
-
-def _parsed(record: _Section) -> RunRecord:
+def _parsed(record: Section) -> RunRecord:
     schema = record.get("schema", int) if "schema" in record.values else 0
     if not 0 <= schema <= SCHEMA:
         raise FormatError(
@@ -102,12 +52,12 @@ def _parsed(record: _Section) -> RunRecord:
     common = Parameters.from_dict(record.get("parameters", dict))
     own = record.section("block_parameters")
     outcomes = tuple(
-        _parsed_outcome(_Section("blocks_outcome", values)) for values in record.items("blocks_outcome", dict)
+        parsed_outcome(Section("blocks_outcome", values)) for values in record.items("blocks_outcome", dict)
     )
     export = record.section("export")
     known = RunRecord(
         name="",
-        inputs=None if inputs is None else _parsed_inputs(_Section("inputs", inputs)),
+        inputs=None if inputs is None else parsed_inputs(Section("inputs", inputs)),
         distrusted=None,
         extraction=None if extraction is None else BlockParameters.from_dict(extraction),
         labels_sha256=blocks.get("sha256", str),
@@ -136,9 +86,9 @@ def _parsed(record: _Section) -> RunRecord:
     return known if schema == 0 else _with_what_schema_1_brought(known, record)
 
 
-def _with_what_schema_1_brought(known: RunRecord, record: _Section) -> RunRecord:
+def _with_what_schema_1_brought(known: RunRecord, record: Section) -> RunRecord:
     networks, outputs = record.section("networks"), record.texts("outputs")
-    if not all(map(_is_plain, outputs)):
+    if not all(map(is_plain, outputs)):
         raise FormatError("'outputs' must have plain file names.")
     return dataclasses.replace(
         known,
@@ -155,14 +105,15 @@ def _with_what_schema_1_brought(known: RunRecord, record: _Section) -> RunRecord
     )
 
 
-def _parsed_mask(record: _Section, key: str, usual_file: str) -> RecordedMask | None:
+def _parsed_mask(record: Section, key: str, usual_file: str) -> RecordedMask | None:
     if record.get(key, dict, type(None)) is None:
         return None
     mask = record.section(key)
     return RecordedMask(mask.get("sha256", str), mask.filename("file") or usual_file)
 
 
-def _parsed_inputs(inputs: _Section) -> FrameInputs:
+def parsed_inputs(inputs: Section) -> FrameInputs:
+    """Inverse of `inputs_to_dict`; raises FormatError for what is missing or of the wrong kind."""
     rgb, depth = (
         InputFile(section.get("path", str), section.get("sha256", str))
         for section in (inputs.section("rgb"), inputs.section("depth"))
@@ -174,14 +125,14 @@ def _parsed_inputs(inputs: _Section) -> FrameInputs:
     return FrameInputs(rgb, depth, inputs.get("depth_units", float), camera, _parsed_truth(inputs))
 
 
-def _parsed_truth(inputs: _Section) -> TruthFile | None:
+def _parsed_truth(inputs: Section) -> TruthFile | None:
     if "truth" not in inputs.values:  # the frame had none
         return None
     truth = inputs.section("truth")
     return TruthFile(truth.get("path", str), truth.get("sha256", str), truth.get("units", float))
 
 
-def _parsed_options(options: _Section) -> ExportOptions:
+def _parsed_options(options: Section) -> ExportOptions:
     return ExportOptions(
         depth_formats=tuple(options.items("depth_formats", str)),
         depth_units=options.get("depth_units", float),
@@ -196,7 +147,8 @@ def _parsed_options(options: _Section) -> ExportOptions:
     )
 
 
-def _parsed_outcome(outcome: _Section) -> BlockOutcome:
+def parsed_outcome(outcome: Section) -> BlockOutcome:
+    """Inverse of `outcome_to_dict`; raises FormatError for what is missing or of the wrong kind."""
     status = outcome.get("status", str)
     if status not in list(Status):
         raise FormatError(f"'status' of a block must be one of {', '.join(Status)}, not {status!r:.60}.")

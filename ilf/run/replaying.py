@@ -77,15 +77,15 @@ class Replay:
                 f"The depth is not bit for bit the recorded one{self._because()}. By how much cannot be said: neither "
                 f"{DEPTH_FILES['npy']} nor {DEPTH_FILES['tiff']} of the record is beside it, as it was written.",
             )
-        return (f"{_how_far(completion.depth, self._depth)}{self._because()}.",)
+        return (f"{how_far(completion.depth, self._depth)}{self._because()}.",)
 
     def _because(self) -> str:
         causes = [text for text in (version_differences(self.record), processor_difference(self.record)) if text]
         return f"; by {' and '.join(causes)}" if causes else ""
 
 
-def _how_far(depth: NDArray[np.float32], recorded: NDArray[np.float32]) -> str:
-    """By how much depth differs from the recorded depth, in words."""
+def how_far(depth: NDArray[np.float32], recorded: NDArray[np.float32]) -> str:
+    """By how much depth [m] differs from the recorded depth, both (H, W), in words."""
     both = np.isfinite(depth) & np.isfinite(recorded)
     apart = np.abs(depth[both].astype(np.float64) - recorded[both])
     largest = float(apart.max(initial=0.0))

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 from ..blocks import Box
 
-KINDS = ("jump", "surfaces", "border", "error", "island", "sliver")
+KINDS = ("jump", "surfaces", "border", "error", "island", "sliver", "carried")
 """Depth jumps inside a block; a block holds two surfaces; an edge is weak under a border, and a stronger one runs
-beside it; high expected error; a part that is parted from its block or lies inside another; a thin part."""
+beside it; high expected error; a part that is parted from its block or lies inside another; a thin part; a block
+that came from another frame and needs a look."""
 
 
 @dataclass(frozen=True)

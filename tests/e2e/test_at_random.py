@@ -28,6 +28,8 @@ GIVEN = (
     *("run", "run_all", "cancel", "pause", "step", "guess", "clear_results", "undo", "undo", "redo", "extract"),
     *("next_frame", "next_frame", "merge_blocks", "compare_runs", "accept_run", "restore_run", "delete_runs"),
     *("swipe", "blink", "look_before", "swap_sides", "compare_two", "live", "layout_inspect", "layout_tune"),
+    *("carry_next", "carry_next", "carry_previous", "carry_copied", "carry_auto", "stop_carrying", "looked_at"),
+    *("share_values", "keep_values", "reset_values", "part_values", "next_suspect", "leave_suspect"),
 )
 
 

@@ -17,7 +17,6 @@ from gui.accuracy.truth_dialog import TruthDialog
 from gui.blocks.block_model import Column
 from gui.desk import Part
 from gui.main_window import MainWindow
-from gui.numbers import millimetres
 from gui.presets.part import PresetsPart
 from gui.sweep.part import SweepPart
 from gui.views.colour_maps import depth_table
@@ -25,6 +24,7 @@ from ilf.ebs.edit import patch_between
 from ilf.frame import RGBDFrame
 from ilf.io.frame_source import FrameSource
 from ilf.judgement import judge_blocks, judge_completion
+from ilf.number_words import millimetres
 from ilf.parameters import PRESETS
 from ilf.project.kept_run import KeptRun
 

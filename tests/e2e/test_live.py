@@ -143,7 +143,7 @@ def test_a_frame_closes_without_a_question_during_a_re_solve(
     opened.filter_panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))
     assert opened.runs.state is RunState.RESOLVING
     session = opened.workspace.session
-    opened.workspace.note_saved(session, session.saving())
+    opened.workspace.note_saved(session, session.stamp)
     opened.actions_["close_frame"].trigger()
     assert not opened.workspace.has_session
     qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE, timeout=WAIT_MS)

@@ -10,7 +10,7 @@ from PySide6.QtCore import QEvent, QPoint, QPointF
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from gui.curves.axes import LengthAxis, SumAxis, length_text
+from gui.curves.axes import LengthAxis, SumAxis
 from gui.curves.curve import FLOOR, Curve
 from gui.curves.curves_panel import EMPTY_TEXT, CurvesPanel
 from gui.curves.presenter import CurvesPresenter
@@ -20,6 +20,7 @@ from ilf.completion import complete
 from ilf.filter.edge_aware.record import EdgeAwareRecord
 from ilf.filter.pass_band.record import PassBandRecord
 from ilf.frame import RGBDFrame
+from ilf.number_words import length_text
 from ilf.run import Run
 
 

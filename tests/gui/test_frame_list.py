@@ -1,63 +1,200 @@
-"""The list of frames reports clicks and closes nothing by itself."""
+"""The frame list: what is shown of it, in which order, and what its rows say and report."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import cv2
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QAbstractItemModelTester
 
-from gui.frames.frame_list import FrameList
+from gui.frame_list import thumbnails as thumbnails_module
+from gui.frame_list.frames_panel import FramesPanel
+from gui.frame_list.list_model import FrameListModel
+from gui.frame_list.sieve import Sieve, counts
+from gui.frame_list.thumbnails import Thumbnails
+from gui.frame_list.words import whole_text
+from gui.state.entries import Entries, Entry
+from gui.state.workspace import Workspace
+from ilf.io.frame_source import FrameSource
+from ilf.project import FrameSummary, Stage
+from tests.gui.naming import unnamed
+
+SUMMARIES = {
+    "frame-10": FrameSummary(),
+    "frame-2": FrameSummary(Stage.RUN, "glass door", (480, 640), 0.25, 14, 12, 3),
+    "Frame-1": FrameSummary(Stage.EDITED, "", (480, 640), 0.5, 3),
+    "broken": FrameSummary(Stage.FAILED, problem="its depth is truncated"),
+}
+
+
+def _entries() -> list[Entry]:
+    found = []
+    for name, summary in SUMMARIES.items():
+        entry = Entry.of(FrameSource(f"/nowhere/{name}"))
+        entry.set_summary(summary)
+        found.append(entry)
+    return found
+
+
+def _names(entries: list[Entry]) -> list[str]:
+    return [entry.name for entry in entries]
+
+
+@pytest.mark.parametrize(
+    ("sieve", "names"),
+    [
+        (Sieve(), ["frame-10", "frame-2", "Frame-1", "broken"]),
+        (Sieve("FRAME"), ["frame-10", "frame-2", "Frame-1"]),
+        (Sieve("glass fra"), ["frame-2"]),
+        (Sieve(state="failed"), ["broken"]),
+        (Sieve(state="note"), ["frame-2"]),
+        (Sieve(state="check"), ["frame-2"]),
+        (Sieve(state="unsaved"), []),
+        (Sieve("1", "edited"), ["Frame-1"]),
+        (Sieve(order="name"), ["broken", "Frame-1", "frame-2", "frame-10"]),
+        (Sieve(order="state"), ["frame-10", "Frame-1", "frame-2", "broken"]),
+        (Sieve(order="missing"), ["Frame-1", "frame-2", "frame-10", "broken"]),
+    ],
+)
+def test_sieve_leaves_out_and_sorts(sieve: Sieve, names: list[str]) -> None:
+    entries = _entries()
+    assert _names(sieve.shown(entries)) == names
+    assert entries[0] in sieve.shown(entries, entries[0]), "the frame that is looked at stays"
+
+
+def test_states_are_counted() -> None:
+    found = counts(_entries())
+    assert (found["all"], found["run"], found["note"], found["check"], found["unsaved"]) == (4, 1, 1, 1, 0)
+
+
+def test_removal_takes_stretches_out_and_tells_of_each() -> None:
+    entries, told = Entries(), []
+    all_of_them = [Entry.of(FrameSource(f"/nowhere/{number}")) for number in range(8)]
+    entries.add(all_of_them)
+    entries.removed.connect(lambda first, last: told.append((first, last)))
+    entries.remove([all_of_them[number] for number in (6, 1, 2, 4)])
+    assert [entry.name for entry in entries] == ["0", "3", "5", "7"]
+    assert told == [(6, 6), (4, 4), (1, 2)]
+    assert entries.of(all_of_them[1].id) is None
+    assert entries.of_key(all_of_them[4].key) is None
+
+
+def test_model_changes_row_by_row_where_that_is_little(qapp: object) -> None:
+    model = FrameListModel(lambda entry: None)
+    QAbstractItemModelTester(model, QAbstractItemModelTester.FailureReportingMode.Fatal)
+    entries = [Entry.of(FrameSource(f"/nowhere/{number}")) for number in range(300)]
+    resets: list[int] = []
+    model.modelReset.connect(lambda: resets.append(len(model.entries)))
+    model.set_entries(entries[:100])
+    assert len(resets) == 1
+    for shown in (entries[5:90], [*entries[:3], *entries[10:50], *entries[80:120]], entries):
+        model.set_entries(shown)
+        assert model.entries == shown
+        assert [model.row_of(entry) for entry in shown] == list(range(len(shown)))
+    assert len(resets) == 1, "what stays was not taken anew"
+    for shown in (entries[::-1], entries[::2]):
+        model.set_entries(shown)
+        assert model.entries == shown
+    assert model.row_of(entries[1]) == -1
+
+
+def test_row_says_all_in_words(qapp: object) -> None:
+    entry = _entries()[1]
+    text = whole_text(entry)
+    for words in ("frame-2", "Run, 12 of 14 blocks, 3 to check", "640 x 480, 25.0% missing", "Note: glass door"):
+        assert words in text
+    assert "its depth is truncated" in whole_text(_entries()[3])
+    model = FrameListModel(lambda entry: None)
+    model.set_entries([entry])
+    assert model.index(0, 0).data(Qt.ItemDataRole.AccessibleTextRole) == (
+        "frame-2, Run, 12 of 14 blocks, 3 to check, glass door"
+    )
 
 
 @pytest.fixture
-def frames(qtbot):
-    frames = FrameList()
-    qtbot.addWidget(frames)
-    frames.resize(260, 240)
-    for key in ("a", "b", "c"):
-        frames.add_frame(key, f"Frame {key}", np.full((30, 40, 3), 90, np.uint8), "640 x 480, 12% missing")
-    frames.set_current("a")
-    frames.show()
-    qtbot.waitExposed(frames)
-    return frames
+def panel(qtbot) -> FramesPanel:
+    panel = FramesPanel()
+    qtbot.addWidget(panel)
+    panel.resize(300, 400)
+    panel.model.set_entries(_entries())
+    panel.show_counts(counts(panel.model.entries))
+    panel.show_present(panel.model.entries[0])
+    panel.show()
+    qtbot.waitExposed(panel)
+    yield panel
+    panel.shutdown()
 
 
-def _row(frames: FrameList, row: int):
-    return frames.view.visualItemRect(frames.view.item(row))
+def _row(panel: FramesPanel, row: int):
+    return panel.view.visualRect(panel.model.index(row, 0))
 
 
-def test_click_activates_another_frame_only(frames, qtbot):
-    viewport = frames.view.viewport()
-    with qtbot.assertNotEmitted(frames.activated):
-        qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=_row(frames, 0).center())
-        frames.set_current("c")
-    with qtbot.waitSignal(frames.activated) as blocker:
-        qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=_row(frames, 1).center())
-    assert blocker.args == ["b"]
+def test_click_opens_and_cross_takes_out(panel, qtbot):
+    viewport, entries = panel.view.viewport(), panel.model.entries
+    assert unnamed(panel) == []
+    with qtbot.waitSignal(panel.view.opened) as blocker:
+        qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=_row(panel, 1).center())
+    assert blocker.args == [entries[1]]
+    at = _row(panel, 2).topRight() + QPoint(-14, 14)
+    with qtbot.assertNotEmitted(panel.view.opened), qtbot.waitSignal(panel.view.removal_wished) as blocker:
+        qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=at)
+    assert blocker.args == [[entries[2]]]
+    with qtbot.assertNotEmitted(panel.view.opened), qtbot.waitSignal(panel.view.removal_wished) as blocker:
+        shift = Qt.KeyboardModifier.ShiftModifier
+        qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, shift, _row(panel, 3).center())
+        qtbot.keyClick(panel.view, Qt.Key.Key_Delete)
+    assert blocker.args == [entries[1:]]
 
 
-def test_cross_asks_to_close_and_activates_nothing(frames, qtbot):
-    at = _row(frames, 2).topRight() + QPoint(-14, 14)
-    with qtbot.assertNotEmitted(frames.activated), qtbot.waitSignal(frames.removeRequested) as blocker:
-        qtbot.mouseClick(frames.view.viewport(), Qt.MouseButton.LeftButton, pos=at)
-    assert blocker.args == ["c"]
-    assert frames.keys() == ["a", "b", "c"]
+def test_note_is_of_the_row_that_is_chosen(panel, qtbot):
+    told = []
+    panel.noted.connect(lambda entry, text: told.append((entry.name, text)))
+    panel.view.setCurrentIndex(panel.model.index(1, 0))
+    assert panel.note.text() == "glass door"
+    panel.view.note_wished.connect(panel.write_note)
+    qtbot.keyClick(panel.view, Qt.Key.Key_F2)
+    assert panel.note.isVisible()
+    qtbot.keyClicks(panel.note, "mirror")
+    panel.view.setCurrentIndex(panel.model.index(2, 0))
+    assert told == [("frame-2", "mirror")], "what was written belongs to the frame that it was written of"
+    assert panel.note.text() == ""
 
 
-def test_remove_and_add_again(frames):
-    frames.remove_frame("a")
-    assert frames.keys() == ["b", "c"]
-    with pytest.raises(ValueError, match="already"):
-        frames.add_frame("b", "again", np.zeros((2, 2, 3), np.uint8))
-    frames.add_frame("a", "again", np.zeros((2, 2, 3), np.uint8))
-    assert frames.keys() == ["b", "c", "a"]
+def test_note_of_a_frame_that_is_not_open_goes_with_it(workspace: Workspace, session) -> None:
+    entry = Entry.of(FrameSource("/nowhere/a"))
+    workspace.add_entries([entry])
+    workspace.set_note(entry, "dark")
+    assert (entry.note, entry.unsaved) == ("dark", True)
+    session.id, session.key = entry.id, entry.key
+    workspace.entries.attach(session)
+    assert session.note == "dark"
+    assert session.unsaved
 
 
-def test_empty_list_says_what_to_do(frames):
-    before = frames.grab().toImage()
-    for key in frames.keys():  # noqa: SIM118
-        frames.remove_frame(key)
-    empty = frames.grab().toImage()
-    colours = {empty.pixel(x, y) for x in range(empty.width()) for y in range(90, 150)}
-    assert len(colours) > 1, "the hint is not painted"
-    assert empty != before
+def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path: Path, qtbot, monkeypatch) -> None:
+    red, green = (
+        (np.full((60, 80, 3), 0, np.uint8) + np.array(colour, np.uint8)) for colour in ((0, 0, 255), (0, 255, 0))
+    )
+    cv2.imwrite(str(tmp_path / "rgb.png"), red)
+    of_file, of_store, broken = (
+        Entry.of(FrameSource(str(tmp_path / name), "depth.png")) for name in ("rgb.png", "rgb.png", "gone.png")
+    )
+    thumbnails = Thumbnails()
+    jpeg = cv2.imencode(".jpg", green)[1].tobytes()
+    thumbnails.stored = lambda id: jpeg if id == of_store.id else None
+    wanted = [of_file, of_store, broken]
+    assert [thumbnails.of(entry) for entry in wanted] == [None] * 3
+    qtbot.waitUntil(lambda: all(thumbnails.of(entry) is not None for entry in wanted))
+    colours = [thumbnails.of(entry).toImage().pixelColor(5, 5) for entry in wanted[:2]]
+    assert [(colour.red() > 200, colour.green() > 200) for colour in colours] == [(True, False), (False, True)]
+    assert thumbnails.of(broken).isNull()
+    monkeypatch.setattr(thumbnails_module, "MOST_KEPT", 2)
+    thumbnails.of(of_file)
+    other = Entry.of(FrameSource(str(tmp_path / "rgb.png"), "other.png"))
+    thumbnails.of(other)
+    qtbot.waitUntil(lambda: not thumbnails.busy)
+    assert len(thumbnails._made) == 2
+    assert thumbnails.shutdown()

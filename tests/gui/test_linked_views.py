@@ -12,7 +12,6 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from gui import theme
-from gui.views.block_names import inner_points
 from gui.views.colour_bar import log_ticks, round_ticks, tick_text
 from gui.views.colour_maps import depth_table, error_table
 from gui.views.layouts import GRIDS, correct_places
@@ -21,6 +20,7 @@ from gui.views.overlay import BlockOverlay
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
 from gui.views.view_transform import ViewTransform
+from ilf.drawing.inner_points import inner_points
 from ilf.drawing.levels import robust_difference_level, robust_error_levels, to_indices
 
 HEIGHT, WIDTH = 48, 64

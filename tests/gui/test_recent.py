@@ -7,39 +7,39 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QSettings
 
-from gui.recent.store import MOST, RecentFrames, is_missing, name_of
+from gui.recent.store import MOST, RecentOrigins, is_missing, name_of
 from ilf.io.frame_source import FrameSource
 
 pytestmark = pytest.mark.usefixtures("qapp")
 
 
 def test_the_last_comes_first_once_and_how_it_was_read_is_kept(tmp_path: Path) -> None:
-    frames = RecentFrames(remembers=True)
+    frames = RecentOrigins("frames", remembers=True)
     folder, record = FrameSource(str(tmp_path)), tmp_path / "out" / "run.json"
     colour, depth, truth = (str(tmp_path / name) for name in ("a.png", "b.png", "t.npy"))
     pair = FrameSource(colour, depth, 5000.0, (525.0, 525.0, 319.5, 239.5), truth, 1.0)
     for origin in (folder, pair, record, folder):
         frames.note(origin)
-    later = RecentFrames(remembers=True)
+    later = RecentOrigins("frames", remembers=True)
     assert later.origins == [folder, record, pair]
     assert [name_of(origin) for origin in later.origins] == [tmp_path.name, "out/run.json", f"{tmp_path.name}/a.png"]
     assert [is_missing(origin) for origin in later.origins] == [False, True, True]
     later.remove_missing()
-    assert RecentFrames(remembers=True).origins == [folder]
+    assert RecentOrigins("frames", remembers=True).origins == [folder]
     for number in range(MOST + 3):
         later.note(FrameSource(str(tmp_path / str(number))))
     assert len(later.origins) == MOST
 
 
 def test_a_window_that_does_not_remember_neither_reads_nor_writes(tmp_path: Path) -> None:
-    RecentFrames(remembers=True).note(FrameSource(str(tmp_path)))
-    apart = RecentFrames(remembers=False)
+    RecentOrigins("frames", remembers=True).note(FrameSource(str(tmp_path)))
+    apart = RecentOrigins("frames", remembers=False)
     assert apart.origins == []
     apart.note(FrameSource("elsewhere"))
-    assert RecentFrames(remembers=True).origins == [FrameSource(str(tmp_path))]
+    assert RecentOrigins("frames", remembers=True).origins == [FrameSource(str(tmp_path))]
 
 
 @pytest.mark.parametrize("kept", ["", "{", "[1]", '[{"rgb": "a"}]', "7"])
 def test_settings_that_are_damaged_offer_nothing(kept: str) -> None:
     QSettings().setValue("recent/frames", kept)
-    assert RecentFrames(remembers=True).origins == []
+    assert RecentOrigins("frames", remembers=True).origins == []

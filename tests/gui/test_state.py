@@ -117,28 +117,28 @@ def test_results_count_as_long_as_the_block_has_the_very_pixels(session: Session
 
 def test_what_is_unsaved(workspace: Workspace, session: Session, results: list[BlockResult]) -> None:
     assert not session.unsaved
-    session.add_results(results)
+    workspace.store_results(session, results)
     assert session.unsaved
-    early = session.saving()
-    session.add_results(results)
+    early = session.stamp
+    workspace.store_results(session, results)
     workspace.note_saved(session, early)
     assert session.unsaved, "more has come since"
-    workspace.note_saved(session, session.saving())
+    workspace.note_saved(session, session.stamp)
     assert not session.unsaved
 
     edit(workspace, 2)
     assert session.unsaved
-    state = session.saving()
+    state = session.stamp
     workspace.note_saved(session, state)
     assert not session.unsaved
     session.undo_stack.undo()
     assert session.unsaved
     session.undo_stack.redo()
     assert not session.unsaved
-    state = session.saving()
+    state = session.stamp
     edit(workspace, 2, columns=np.s_[8:12])
     workspace.note_saved(session, state)
-    assert session.unsaved, "what was exported is not what there is"
+    assert session.unsaved, "what was saved is not what there is"
 
 
 # results while a run goes on

@@ -291,7 +291,7 @@ def test_a_preview_is_not_shown_where_its_block_is_no_more(bench: Bench, until: 
 def test_an_export_during_a_drag_has_not_saved_what_came_after(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("gui.state.commands.time.monotonic", lambda: 1.0)
     bench.workspace.set_parameters(bench.workspace.parameters.replace(max_iterations=7))
-    state = bench.session.saving()
+    state = bench.session.stamp
     bench.workspace.set_parameters(bench.workspace.parameters.replace(max_iterations=8))
     bench.workspace.note_saved(bench.session, state)
     assert bench.session.unsaved

@@ -1,0 +1,41 @@
+"""The autosave: the work is kept in a side file as it goes, and offered again after a sudden end."""
+
+from __future__ import annotations
+
+from gui.autosave.unkept_label import UnkeptLabel
+from gui.desk import Desk, Part
+
+
+class AutosavePart(Part):
+    """Has the work recorded, and says so where that fails."""
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__(desk)
+        self.label = UnkeptLabel()
+        desk.window.statusBar().addPermanentWidget(self.label)
+        desk.recorder.failed.connect(self._tell_failure)
+        desk.recorder.kept.connect(self._tell_kept)
+        self._failing = False
+
+    def begin(self) -> None:
+        """Follow the work, in a window that remembers."""
+        if self.desk.panels.remembers:
+            self.desk.recorder.start()
+
+    def shutdown(self) -> bool:
+        """Stop for good; what is left has been saved, or is not to be kept. True if no thread of it is left."""
+        ended = self.desk.recorder.shutdown()
+        self.desk.store.discard()
+        return ended
+
+    def _tell_failure(self, error: Exception) -> None:
+        self.label.say(str(error))
+        if not self._failing:
+            self._failing = True
+            self.desk.notes.report("Autosave", error)
+
+    def _tell_kept(self) -> None:
+        if self._failing:
+            self._failing = False
+            self.label.say("")
+            self.desk.notes.tell("The autosave works again: all is kept.")

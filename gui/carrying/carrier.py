@@ -1,0 +1,218 @@
+"""Carries blocks from frame to frame, off the GUI's thread."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from PySide6.QtCore import QObject, Signal
+
+from gui.carrying.states import reading, session_of
+from gui.frames.loader import FrameLoader
+from gui.state.entries import Entry
+from gui.state.session import Session
+from gui.state.workspace import Workspace
+from gui.widgets.problems import error_text
+from gui.work.worker import Worker
+from ilf.project import Carried, FrameState, Stage, carry
+
+_WORKED_ON = Stage.EDITED, Stage.RUN, Stage.FAILED
+
+
+class Arrival(NamedTuple):
+    """What came of carrying blocks to one frame: how, how many blocks it has, and how many of them are new, need a
+    look, or are gone."""
+
+    name: str
+    how: str
+    blocks: int
+    new: int
+    to_check: int
+    gone: int
+    notes: tuple[str, ...]
+
+
+@dataclass(eq=False)
+class Journey:
+    """Blocks on their way through frames of the list.
+
+    Attributes
+    ----------
+    source : Entry
+        Whose blocks are carried first.
+    how : str
+        "auto", "copied" or "flow".
+    replaces : bool
+        Whether frames that have been worked on get other blocks, too; those that do not, keep theirs, which are carried
+        on from there.
+    shows : bool
+        Whether frames are shown as soon as they are read.
+    total : int
+        How many frames there are after the source.
+    done : list of Arrival
+        Frames that have got blocks.
+    kept : list of str
+        Names of frames that have kept theirs.
+    problems : list of str
+        Frames that could not be read, or carried to, a sentence each.
+    """
+
+    source: Entry
+    how: str
+    replaces: bool
+    shows: bool
+    total: int
+    done: list[Arrival] = field(default_factory=list)
+    kept: list[str] = field(default_factory=list)
+    problems: list[str] = field(default_factory=list)
+    stopped: bool = False
+
+    @property
+    def over(self) -> int:
+        """How many frames are done with."""
+        return len(self.done) + len(self.kept) + len(self.problems)
+
+
+class Carrier(QObject):
+    """One journey at a time: every frame is read and opened, and gets the blocks of the one before as an undoable step.
+
+    Signals
+    -------
+    changed()
+        A journey has begun, has come to another frame, or has ended.
+    ended(object)
+        The `Journey` that is over.
+    """
+
+    changed = Signal()
+    ended = Signal(object)
+
+    def __init__(self, workspace: Workspace, loader: FrameLoader, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._workspace = workspace
+        self._loader = loader
+        self.journey: Journey | None = None
+        """The one under way."""
+        self._waiting: deque[Entry] = deque()
+        self._present: Entry | None = None
+        self._before: FrameState | None = None
+        """The frame whose blocks are carried next."""
+        self._read: FrameState | None = None
+        """The frame that blocks are carried to, as it was."""
+        self._worker = Worker(self)
+        self._worker.progressed.connect(self._take_read)
+        self._worker.finished.connect(self._take)
+        self._worker.failed.connect(self._fail)
+        self._worker.cancelled.connect(self._end)
+
+    @property
+    def present(self) -> str:
+        """Name of the frame that blocks are carried to; "" for none."""
+        return "" if self.journey is None or self._present is None else self._present.name
+
+    def start(
+        self, source: Entry, targets: Sequence[Entry], how: str, replaces: bool = False, shows: bool = False
+    ) -> None:
+        """Carry blocks from a frame to others, from one to the next; nothing if a journey is under way."""
+        if self.journey is None and targets:
+            self.journey = Journey(source, how, replaces, shows, len(targets))
+            self._waiting = deque((source, *targets))
+            self._before = None
+            self._next()
+
+    def stop(self) -> None:
+        """Carry no further; `ended` follows."""
+        if self.journey is not None:
+            self.journey.stopped = True
+            self._waiting.clear()
+            self._worker.cancel()
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the thread has ended."""
+        self._waiting.clear()
+        return self._worker.shutdown()
+
+    def _next(self) -> None:
+        journey = self.journey
+        if journey is None or not self._waiting:
+            self._end()
+            return
+        self._present = entry = self._waiting.popleft()
+        self._read = None
+        if self._workspace.entries.of(entry.id) is not entry:  # it has been taken out of the list
+            journey.total -= 1
+            self._next()
+            return
+        before, how = self._before, journey.how
+        read = reading(entry, self._loader.stored)
+        stays = before is None or (entry is not journey.source and self._keeps(entry, journey))
+
+        def job() -> Generator[FrameState, None, Carried | FrameState]:
+            state = read()
+            yield state
+            return state if stays or before is None else carry(before, state, how)
+
+        self._worker.start(job)
+        self.changed.emit()
+
+    @staticmethod
+    def _keeps(entry: Entry, journey: Journey) -> bool:
+        summary = entry.summary
+        return not journey.replaces and summary.blocks > 0 and summary.stage in _WORKED_ON
+
+    def _take_read(self, states: list[FrameState]) -> None:
+        """A frame has been read; it is shown while blocks are on their way to it."""
+        entry, self._read = self._present, states[-1]
+        if self.journey is not None and self.journey.shows and entry is not None and entry is not self.journey.source:
+            self._workspace.show_session(self._open(entry, self._read))
+
+    def _take(self, outcome: Carried | FrameState) -> None:
+        journey, entry = self.journey, self._present
+        if journey is None or entry is None:
+            return
+        if isinstance(outcome, Carried) and self._read is not None:
+            session, source = self._open(entry, self._read), outcome.state.notes.carried_from
+            self._workspace.take_carried(session, outcome.state, f"Carry blocks from {source}")
+            journey.done.append(_arrival(session, outcome))
+            self._before = outcome.state
+        elif isinstance(outcome, FrameState) and outcome.labels.any():
+            if entry is not journey.source:
+                journey.kept.append(entry.name)
+            self._before = outcome
+        else:
+            journey.problems.append(f"{entry.name} has no blocks to carry: extract or draw some first.")
+            self._waiting.clear()
+        self._next()
+
+    def _open(self, entry: Entry, state: FrameState) -> Session:
+        """The session of a frame, which is opened if it is not."""
+        if entry.session is None:
+            session = session_of(entry, state)
+            self._workspace.add_session(session, restored=entry.has_state, show=False)
+            return session
+        return entry.session
+
+    def _fail(self, error: Exception) -> None:
+        journey, entry = self.journey, self._present
+        if journey is not None and entry is not None:
+            journey.problems.append(f"{entry.name}: {error_text(error)}")
+            if self._read is None:
+                self._workspace.note_problem(entry, error_text(error))
+            if self._before is None:
+                self._waiting.clear()
+        self._next()
+
+    def _end(self) -> None:
+        journey, self.journey = self.journey, None
+        self._present = self._before = self._read = None
+        self.changed.emit()
+        if journey is not None:
+            self.ended.emit(journey)
+
+
+def _arrival(session: Session, carried: Carried) -> Arrival:
+    followed, marked = carried.followed, len(carried.state.to_check)
+    counts = len(session.counts()), len(followed.new), marked, len(followed.gone)
+    return Arrival(session.name, followed.how, *counts, followed.notes)

@@ -1,0 +1,272 @@
+"""The list of frames: what is shown of it, going through it, and what is done to its frames."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QPoint, QSettings, QTimer, QUrl
+from PySide6.QtGui import QAction, QDesktopServices, QGuiApplication
+from PySide6.QtWidgets import QFileDialog, QMenu
+
+from gui import theme
+from gui.desk import Desk, Part
+from gui.frame_list.commands import COMMANDS
+from gui.frame_list.frames_panel import FramesPanel
+from gui.frame_list.open_frames import OpenFrames
+from gui.frame_list.sieve import counts
+from gui.project.store import WorkStore
+from gui.state.entries import Entry
+from gui.state.session import Session
+from gui.widgets.messages import last_folder
+from ilf.io import Listing
+from ilf.io.frame_source import FrameSource
+from ilf.project import Stage
+from ilf.project.thumbnail import thumbnail_part
+
+_FOLDER_KEY = "open/frames"
+_SOON_MS = 120
+"""What the list says as a whole may wait for this long."""
+
+
+class FramesPart(Part):
+    """Brings the frames to their panel, and what is chosen there to the workspace."""
+
+    def __init__(self, desk: Desk, panel: FramesPanel) -> None:
+        super().__init__(desk)
+        self.panel = panel
+        store, loader = desk.store, desk.loader
+        loader.stored = store
+        panel.thumbnails.stored = partial(_stored_picture, store)
+        self.open_frames = OpenFrames(
+            desk.workspace,
+            self._is_busy,
+            loader.is_waiting,
+            store.has,
+            desk.recorder.settle,
+            self,
+        )
+        self._wanted: Entry | None = None
+        """The frame that is being opened; the next one is that after it."""
+        self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
+        self._soon.timeout.connect(self.show)
+        desk.actions.add(COMMANDS)
+        self._connect_commands()
+        self._connect_list()
+        self._follow()
+        self.show()
+        self._allow()
+
+    def _connect_commands(self) -> None:
+        actions = self.desk.actions
+        handlers: dict[str, Callable[[], object]] = {
+            "open_folder": self.ask_folder,
+            "next_frame": lambda: self.turn(1),
+            "previous_frame": lambda: self.turn(-1),
+            "next_untouched": self.next_untouched,
+            "note_frame": self.write_note,
+        }
+        for name, handler in handlers.items():
+            actions[name].triggered.connect(lambda _=False, handler=handler: handler())
+
+    def _connect_list(self) -> None:
+        panel, desk = self.panel, self.desk
+        panel.sieve_changed.connect(self.show)
+        panel.noted.connect(desk.workspace.set_note)
+        panel.view.opened.connect(self.open)
+        panel.view.note_wished.connect(panel.write_note)
+        panel.view.removal_wished.connect(self.remove)
+        panel.view.customContextMenuRequested.connect(self._show_menu)
+        desk.loader.listed.connect(self._tell_listed)
+
+    def _follow(self) -> None:
+        """What changes the list, or what it says of a frame."""
+        workspace, desk = self.desk.workspace, self.desk
+        entries = workspace.entries
+        for signal in (entries.added, entries.removed):
+            signal.connect(lambda *_: self._note_listed())
+        entries.changed.connect(self._note_changed)
+        workspace.touched.connect(self._note_touched)
+        desk.refresh.add(
+            "frames",
+            self._show_present,
+            (
+                workspace.session_changed,
+                workspace.sessions_changed,
+                workspace.labels_changed,
+                workspace.results_changed,
+            ),
+            (workspace.results_added,),
+        )
+
+    def _is_busy(self, session: Session) -> bool:
+        """Whether anything is under way on a frame."""
+        desk = self.desk
+        return (
+            session in desk.runs.running
+            or desk.loader.is_at(session)
+            or any(way.session is session for way in desk.under_way())
+        )
+
+    # what is shown
+
+    def show(self) -> None:
+        """All of the list: which frames there are, in which order, and how many of which state."""
+        self._soon.stop()
+        entries = self.desk.workspace.entries
+        self.panel.show_counts(counts(entries))
+        self.panel.model.set_entries(self.panel.sieve.shown(entries, self._present()))
+        self._show_present()
+
+    def _show_present(self) -> None:
+        """The frame that is shown, and what there is to say of it now."""
+        present = self._present()
+        if present is not None and self.panel.model.row_of(present) < 0:
+            self._soon.start()
+        if present is not self.panel.model.present:
+            self._wanted = None
+            self.panel.show_present(present)
+        elif present is not None:
+            self.panel.model.note_changed(present)
+
+    def _present(self) -> Entry | None:
+        workspace = self.desk.workspace
+        return workspace.entries.of(workspace.session.id) if workspace.has_session else None
+
+    def _note_listed(self) -> None:
+        self._soon.start()
+        self._allow()
+
+    def _note_touched(self, session: Session) -> None:
+        entry = self.desk.workspace.entries.of(session.id)
+        if entry is not None:
+            self._note_changed(entry)
+
+    def _note_changed(self, entry: Entry) -> None:
+        self.panel.model.note_changed(entry)
+        if not self._soon.isActive():
+            self._soon.start()
+
+    def _allow(self) -> None:
+        entries, actions = self.desk.workspace.entries, self.desk.actions
+        no_other = "" if len(entries) > 1 else "There is no other frame in the list: open more, or a folder of frames."
+        actions.allow(no_other, "next_frame", "previous_frame", "next_untouched")
+        actions.allow("" if len(entries) else "Open a frame first.", "note_frame")
+
+    # going through it
+
+    def open(self, entry: Entry) -> None:
+        """Show a frame of the list."""
+        if entry is not self._present():
+            self._wanted = entry
+        self.desk.loader.open_entry(entry)
+
+    def turn(self, steps: int) -> None:
+        """Next or previous frame, as the list is shown; after the last comes the first."""
+        shown, row = self._shown()
+        if len(shown) > 1:
+            self._go_to(shown[(row + steps) % len(shown)] if row >= 0 else shown[0 if steps > 0 else -1])
+
+    def next_untouched(self) -> None:
+        """The next frame that nothing has been done to."""
+        shown, row = self._shown()
+        following = (entry for entry in (*shown[row + 1 :], *shown[: row + 1]) if _is_untouched(entry))
+        entry = next(following, None)
+        if entry is None:
+            self.desk.notes.tell("All frames that are shown in the list have been opened.")
+        else:
+            self._go_to(entry)
+
+    def _shown(self) -> tuple[list[Entry], int]:
+        """The list as it is shown, and the row of the frame that is looked at, or about to be; -1 if it is in none."""
+        if self._soon.isActive():
+            self.show()
+        return self.panel.model.entries, self.panel.model.row_of(self._wanted or self._present())
+
+    def _go_to(self, entry: Entry) -> None:
+        self.panel.view.setCurrentIndex(self.panel.model.index_of(entry))
+        self.open(entry)
+
+    # what is done to its frames
+
+    def ask_folder(self) -> None:
+        """Open a folder of frames that the user chooses."""
+        chosen = QFileDialog.getExistingDirectory(self.desk.window, "Open folder of frames", last_folder(_FOLDER_KEY))
+        if chosen:
+            QSettings().setValue(_FOLDER_KEY, str(Path(chosen).parent))
+            self.desk.documents.open_source(FrameSource(chosen))
+
+    def write_note(self) -> None:
+        """Let the user write the note on the chosen frame."""
+        index = self.panel.view.currentIndex()
+        entry = self.panel.model.entries[index.row()] if index.isValid() else self._present()
+        if entry is not None:
+            self.desk.panels.reveal("Frames")
+            self.panel.write_note(entry)
+
+    def remove(self, entries: Sequence[Entry]) -> None:
+        """Take frames out of the list, and close those that are open."""
+        row = self.panel.model.row_of(entries[0])
+
+        def go_on() -> None:
+            self.show()
+            shown = self.panel.model.entries
+            if shown and not self.desk.workspace.has_session:
+                self._go_to(shown[min(max(row, 0), len(shown) - 1)])
+
+        self.desk.documents.remove_entries(entries, go_on)
+
+    def _tell_listed(self, folder: str, listing: Listing) -> None:
+        count = len(listing.sources)
+        self.desk.panels.offer("Frames")
+        said = f"{Path(folder).name}: {count} frame{'s' * (count != 1)}."
+        self.desk.notes.tell(" ".join((said, *listing.notes)))
+
+    def _show_menu(self, at: QPoint) -> None:
+        chosen = self.panel.view.chosen()
+        if not chosen:
+            return
+        menu = QMenu(self.panel)
+        for icon, text, do in self._deeds(chosen):
+            action = QAction(theme.icon(icon, menu.palette()), text, menu)
+            action.triggered.connect(lambda _=False, do=do: do())
+            menu.addAction(action)
+        menu.aboutToHide.connect(menu.deleteLater)
+        menu.popup(self.panel.view.viewport().mapToGlobal(at))
+
+    def _deeds(self, chosen: Sequence[Entry]) -> list[tuple[str, str, Callable[[], object]]]:
+        """What can be done to the chosen frames: icon, text, and what does it."""
+        first, several = chosen[0], len(chosen) > 1
+        paths = "\n".join(entry.key for entry in chosen)
+        removal = f"&Remove {len(chosen)} frames from the list" if several else "&Remove from the list"
+        of_one: list[tuple[str, str, Callable[[], object]]] = [
+            ("ph.image", "&Open", lambda: self.open(first)),
+            ("ph.note-pencil", "&Note…", lambda: self.panel.write_note(first)),
+            ("ph.folder-open", "Show in &file manager", lambda: _show_files(first)),
+        ]
+        return [
+            *([] if several else of_one),
+            ("ph.copy", "&Copy paths" if several else "&Copy path", lambda: QGuiApplication.clipboard().setText(paths)),
+            ("ph.x", removal, lambda: self.remove(chosen)),
+        ]
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if no thread of it is left."""
+        self._soon.stop()
+        return self.panel.shutdown()
+
+
+def _stored_picture(store: WorkStore, id: str) -> bytes | None:
+    """The small picture that is stored of a frame."""
+    name = thumbnail_part(id)
+    return store.part(name) if store.has_part(name) else None
+
+
+def _is_untouched(entry: Entry) -> bool:
+    return entry.session is None and entry.summary.stage is Stage.UNTOUCHED
+
+
+def _show_files(entry: Entry) -> None:
+    place = Path(entry.key)
+    QDesktopServices.openUrl(QUrl.fromLocalFile(str(place if place.is_dir() else place.parent)))

@@ -1,0 +1,242 @@
+"""Keeps the window's work in its journal, soon after every change and off the GUI's thread."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Collection, Generator
+from dataclasses import dataclass, field, replace
+from weakref import WeakSet
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from gui.project.capture import SessionCapture
+from gui.project.store import WorkStore
+from gui.project.whole import project_of
+from gui.state.session import Session
+from gui.state.workspace import Workspace
+from gui.work.worker import Worker
+from ilf.errors import IlfError
+from ilf.project import FrameState, JournalNote, Project
+from ilf.project.encoding import Encoder, frame_part
+from ilf.project.project_json import PROJECT, encode_project
+from ilf.project.thumbnail import thumbnail, thumbnail_part
+
+PACE_MS = 300
+"""From one look at the work to the next."""
+_STROKE_MS = 40
+_RETRY_MS = 4000
+
+Then = Callable[[Exception | None], None]
+
+
+@dataclass
+class _Batch:
+    """The work as it was at one moment, as far as it has changed."""
+
+    frames: dict[str, Callable[[], FrameState]] = field(default_factory=dict)
+    project: Project | None = None
+    then: list[Then] = field(default_factory=list)
+    again: bool = False
+    """Whether the journal lacks something of before."""
+
+    def __bool__(self) -> bool:
+        return bool(self.frames or self.project or self.then or self.again)
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """What has become of a batch: the errors that have kept it from being encoded, and from being written."""
+
+    encoding: Exception | None
+    writing: Exception | None
+
+
+class Recorder(QObject):
+    """Takes what has changed, and stores it: one batch at a time, each as a whole, always the newest.
+
+    Signals
+    -------
+    kept()
+        The journal holds all that was taken.
+    failed(object)
+        The exception that kept it from that. It is tried again by itself.
+    """
+
+    kept = Signal()
+    failed = Signal(object)
+
+    def __init__(self, workspace: Workspace, store: WorkStore, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.project = ""
+        """Path of the project file; "" if there is none yet."""
+        self.is_unsaved: Callable[[], bool] = lambda: any(session.unsaved for session in workspace.sessions)
+        """Whether there is work that the project file does not hold."""
+        self._workspace = workspace
+        self._store = store
+        self._encoder = Encoder()
+        self._captures: dict[Session, SessionCapture] = {}
+        self._touched = WeakSet[Session]()
+        self._project_touched = True
+        self._frames: frozenset[str] = frozenset()
+        """Ids of all frames."""
+        self._waiting = _Batch()
+        self._under_way = _Batch()
+        self._begun = JournalNote()
+        self._taken = 0.0
+        self._follows = False
+        workspace.touched.connect(self._note_touched)
+        workspace.project_touched.connect(self.note_project)
+        self._timer = QTimer(self, singleShot=True)
+        self._timer.timeout.connect(self._take)
+        self._worker = Worker(self)
+        self._worker.finished.connect(self._finish)
+        self._worker.failed.connect(lambda error: self._finish(_Outcome(error, None)))
+
+    def start(self) -> None:
+        """Store what changes from now on by itself, and not only when somebody asks for it."""
+        self._follows = True
+
+    def settle(self, then: Then) -> None:
+        """Take all that has changed, at once. When it is stored, in the journal or, while that cannot be written, in
+        memory, `then` is called: with None, or with what has kept a frame from being stored."""
+        self._waiting.then.append(then)
+        self._project_touched = True
+        self._end_stroke()
+        self._take()
+
+    def revert(self, frames: Collection[str], then: Callable[[], None]) -> None:
+        """What is stored of these frames is not wanted, but what the file has; `then` follows."""
+
+        def drop(_: Exception | None) -> None:
+            for frame in frames:
+                self._waiting.frames.pop(frame, None)
+            self._store.arrived(frames)
+            self._store.revert(frames)
+            then()
+
+        self.settle(drop)
+
+    def keep(self, session: Session) -> None:
+        """Take a frame that is about to be put away: it can be read from now on."""
+        self._touched.add(session)
+        self._end_stroke()
+        self._take()
+
+    def note_project(self) -> None:
+        """The list of frames, what is set for all of them, or what is saved has changed."""
+        self._project_touched = True
+        self._soon()
+
+    def shutdown(self) -> bool:
+        """Stop for good, before the window closes. True if the thread has ended."""
+        self._timer.stop()
+        return self._worker.shutdown()
+
+    def _note_touched(self, session: Session) -> None:
+        self._touched.add(session)
+        self._soon()
+
+    def _soon(self) -> None:
+        if not self._follows:
+            return
+        wait = max(round(PACE_MS - (time.monotonic() - self._taken) * 1000), 0)
+        if not self._timer.isActive() or self._timer.remainingTime() > wait:
+            self._timer.start(wait)
+
+    def _end_stroke(self) -> None:
+        if self._workspace.stroke_under_way:
+            self._workspace.prepare_change(self._workspace.session)
+
+    def _take(self) -> None:
+        """Note how all that has changed is now; it is stored as soon as what was taken before is."""
+        if self._workspace.stroke_under_way:  # what comes of it is there as a whole or not at all
+            self._timer.start(_STROKE_MS)
+            return
+        self._timer.stop()
+        self._taken = time.monotonic()
+        batch, there = self._waiting, self._workspace.sessions
+        self._captures = {session: capture for session, capture in self._captures.items() if session in there}
+        for session in there:
+            if session in self._touched:
+                if session not in self._captures:
+                    self._captures[session] = SessionCapture(session)
+                if session.id not in batch.frames:
+                    self._store.expect(session.id)
+                batch.frames[session.id] = self._captures[session].take()
+        self._touched.clear()
+        if self._project_touched:
+            self._project_touched = False
+            batch.project = project_of(self._workspace)
+            self._frames = frozenset(frame.id for frame in batch.project.frames)
+        self._start()
+
+    def _start(self) -> None:
+        if self._worker.busy or not self._waiting:
+            return
+        self._under_way, self._waiting = self._waiting, _Batch()
+        batch, frames = self._under_way, self._frames
+        note = replace(self._begun, project=self.project, unsaved=self.is_unsaved())
+
+        def job() -> Generator[None, None, _Outcome]:
+            yield None
+            try:
+                return self._store_batch(batch, frames, note)
+            finally:
+                self._store.arrived(batch.frames.keys())
+
+        self._worker.start(job)
+
+    def _finish(self, outcome: _Outcome) -> None:
+        batch, self._under_way = self._under_way, _Batch()
+        for then in batch.then:
+            then(outcome.encoding)
+        error = outcome.encoding or outcome.writing
+        if error is None:
+            self._start()
+            if not self._worker.busy:
+                self.kept.emit()
+            return
+        # what was taken may be lost with the file: all that is open is taken again
+        self._touched.update(self._workspace.sessions)
+        self._waiting.again = self._project_touched = True
+        self._timer.start(_RETRY_MS)
+        self.failed.emit(error)
+
+    # in the thread
+
+    def _store_batch(self, batch: _Batch, frames: Collection[str], note: JournalNote) -> _Outcome:
+        store, encoder = self._store, self._encoder
+        for decoded in store.take_read():
+            encoder.learn(decoded.origins, decoded.names)
+        encoding: Exception | None = None
+        put: dict[str, bytes] = {}
+        refers: dict[str, frozenset[str]] = {}
+        for frame_id, whole in batch.frames.items():
+            try:
+                refers[frame_id] = self._encode(whole(), put)
+            except Exception as error:  # whatever it is, it costs this frame alone
+                encoding = error
+        if batch.project is not None:
+            put[PROJECT] = encode_project(batch.project, store.places)
+        store.keep(put, refers)
+        encoder.forget(store.tidy(frames))
+        try:
+            store.commit(note)
+        except IlfError as error:
+            return _Outcome(encoding, error)
+        return _Outcome(encoding, None)
+
+    def _encode(self, state: FrameState, put: dict[str, bytes]) -> frozenset[str]:
+        """Add the parts of a state to others; the arrays that it refers to."""
+        store, encoder = self._store, self._encoder
+        encoded = encoder.encode(state)
+        arrays = dict(encoded.arrays)
+        lacking = {name for name in encoded.names if name not in arrays and name not in put and store.lacks(name)}
+        try:
+            arrays |= {name: store.part(name) for name in lacking}
+        except IlfError:  # the project file is not what it was
+            encoder.forget(lacking)
+            encoded = encoder.encode(state)
+            arrays |= encoded.arrays
+        put |= arrays | {frame_part(state.id): encoded.frame, thumbnail_part(state.id): thumbnail(state)}
+        return encoded.names

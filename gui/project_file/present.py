@@ -1,0 +1,143 @@
+"""The project of the window: which file holds it, and what of it that file does not hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from PySide6.QtCore import QObject
+
+from gui.project.whole import project_of
+from gui.state.entries import Entry
+from gui.state.workspace import Workspace
+from ilf.io.frame_source import FrameSource
+from ilf.parameters import BlockParameters, Parameters
+from ilf.project import FrameSummary, Project
+
+
+class Set(NamedTuple):
+    """What is work of a project beside its frames' states."""
+
+    frames: tuple[tuple[str, FrameSource | None], ...]
+    shared: Parameters | None
+    """Parameters for all frames; None where each has its own."""
+    extraction: BlockParameters
+    keeps_handmade: bool
+
+
+class FileMark(NamedTuple):
+    """Tells a file from what another program has made of it since."""
+
+    size: int
+    changed_ns: int
+    number: int
+
+    @classmethod
+    def of(cls, path: Path) -> FileMark | None:
+        """Of a file as it is now; None if it is not there."""
+        try:
+            status = path.stat()
+        except OSError:
+            return None
+        return cls(status.st_size, status.st_mtime_ns, status.st_ino)
+
+
+class PresentProject(QObject):
+    """Knows the file, and what it lacks.
+
+    Attributes
+    ----------
+    path : Path or None
+        None for a project that has no file yet.
+    read_only : str
+        Why the file cannot be written over, as a sentence; "" if it can.
+    """
+
+    def __init__(self, workspace: Workspace, parent: QObject) -> None:
+        super().__init__(parent)
+        self._workspace = workspace
+        self.path: Path | None = None
+        self.read_only = ""
+        self._mark: FileMark | None = None
+        self._is_new = False
+        self._saved = self.set_now()
+        self._unfound: dict[str, FrameSummary] = {}
+        self._found_elsewhere = False
+        self._summaries: dict[str, FrameSummary] = {}
+
+    @property
+    def name(self) -> str:
+        """What it is called; "" as long as it has no file."""
+        return "" if self.path is None else self.path.stem
+
+    @property
+    def unsaved(self) -> bool:
+        """Whether there is anything that the file does not hold."""
+        return bool(self.words()) or any(entry.unsaved for entry in self._workspace.entries)
+
+    def words(self) -> str:
+        """What is unsaved beside the frames' states; "" for nothing. Which frames there are is no work as long as there
+        is no file."""
+        now, saved = self.set_now(), self._saved
+        texts = ["list of frames"] * (self.path is not None and now.frames != saved.frames)
+        texts += ["parameters for all frames"] * (now.shared != saved.shared)
+        texts += ["parameters of the extraction"] * (now[2:] != saved[2:])
+        texts += ["places of files"] * self._found_elsewhere
+        return ", ".join(texts)
+
+    def set_now(self) -> Set:
+        """What there is now beside the frames' states."""
+        workspace = self._workspace
+        frames = tuple((entry.id, entry.source) for entry in workspace.entries)
+        shared = workspace.shared.values if workspace.shared.on else None
+        return Set(frames, shared, workspace.extraction_parameters, workspace.keeps_handmade)
+
+    def snapshot(self, view: Mapping[str, Any]) -> Project:
+        """All of it as it is now, to be saved."""
+        project = project_of(self._workspace)
+        unfound = self._unfound
+        frames = (replace(frame, summary=unfound.get(frame.id, frame.summary)) for frame in project.frames)
+        return replace(project, frames=tuple(frames), view=view)
+
+    def take(
+        self,
+        path: Path | None,
+        project: Project | None = None,
+        read_only: str = "",
+        saved: Set | None = None,
+        new: bool = False,
+    ) -> None:
+        """The project has this file now, in which `project` stands; it holds what was `saved`, or else all. If it is
+        `new`, there must be none when it is saved."""
+        self._is_new = new
+        self.path, self.read_only = path, read_only
+        self._mark = None if path is None else FileMark.of(path)
+        self._summaries = {frame.id: frame.summary for frame in project.frames} if project is not None else {}
+        self._saved = saved or self.set_now()
+        self._found_elsewhere = False
+        self._unfound.clear()
+
+    def take_extraction(self) -> None:
+        """What blocks are extracted with has come with a frame: that is no work."""
+        self._saved = self._saved._replace(extraction=self._workspace.extraction_parameters)
+
+    def saved_summary(self, entry: Entry) -> FrameSummary | None:
+        """What the file says of a frame; None if it is not in it."""
+        return self._summaries.get(entry.id)
+
+    def changed_on_disk(self) -> bool:
+        """Whether somebody else has written the file since it was opened or saved, or has taken it away."""
+        if self.path is not None and self._is_new:
+            return self.path.exists()
+        return self.path is not None and self._mark is not None and FileMark.of(self.path) != self._mark
+
+    def note_unfound(self, entry: Entry) -> None:
+        """The files of a frame are missing: what is said of it in the file stays as it is now."""
+        self._unfound.setdefault(entry.id, entry.summary)
+
+    def note_found(self, entry: Entry) -> FrameSummary | None:
+        """They have been found elsewhere; what was said of the frame before."""
+        self._found_elsewhere = True
+        return self._unfound.pop(entry.id, None)

@@ -1,0 +1,219 @@
+"""Writing the project's file, off the GUI's thread: what is to be saved is taken in no time, and may change then."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Generator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from gui.desk import Desk
+from gui.project.store import WorkStore
+from gui.project.whole import is_begun
+from gui.project_file.present import PresentProject, Set
+from gui.project_file.view_state import ViewState
+from gui.state.session import Session
+from gui.work.worker import Worker
+from ilf.errors import InputError
+from ilf.io.folders import made_folder
+from ilf.project import Parts, Project
+from ilf.project.archive import Archive
+from ilf.project.encoding import frame_part
+from ilf.project.file import OpenedProject, open_project, save_project
+from ilf.project.thumbnail import thumbnail_part
+
+_TELL_EVERY_MS = 100
+
+
+@dataclass(frozen=True, eq=False)
+class Wish:
+    """What is to be saved.
+
+    Attributes
+    ----------
+    path : Path
+    embed : bool or None
+        Whether the frames' own files go in; None: as it was.
+    only : frozenset of str or None
+        Ids of the frames whose work is saved, the others staying as they were; None for all.
+    then : callable
+        Told whether it has been saved.
+    """
+
+    path: Path
+    embed: bool | None = None
+    only: frozenset[str] | None = None
+    then: Callable[[bool], None] = lambda done: None
+
+
+@dataclass(frozen=True, eq=False)
+class _Taken:
+    """What is being saved, as it was at one moment."""
+
+    wish: Wish
+    project: Project
+    stamps: Mapping[Session, tuple[int, int, int]]
+    put_away: Collection[str]
+    """Ids of frames that are not open, and saved, too."""
+    set: Set
+
+
+class Saving(QObject):
+    """Saves one thing at a time; what is wished meanwhile is saved afterwards.
+
+    Signals
+    -------
+    changed()
+        `busy` or `share` has changed.
+    saved(object, object)
+        The Path, and what could not be saved as asked for, a sentence each.
+    failed(object)
+        The exception that kept it from being saved.
+    """
+
+    changed = Signal()
+    saved = Signal(object, object)
+    failed = Signal(object)
+
+    def __init__(self, desk: Desk, present: PresentProject, view: ViewState) -> None:
+        super().__init__(desk.window)
+        self._desk = desk
+        self._present = present
+        self._view = view
+        self._waiting: list[Wish] = []
+        self._taken: _Taken | None = None
+        self.share = 0.0
+        """How much of the file is written, 0-1."""
+        self._worker = Worker(self)
+        self._pace = QTimer(self, interval=_TELL_EVERY_MS)
+        self._pace.timeout.connect(self.changed)
+        self._worker.finished.connect(self._finish)
+        self._worker.failed.connect(self._fail)
+
+    @property
+    def busy(self) -> bool:
+        """Whether something is being saved."""
+        return self._taken is not None
+
+    def save(self, wish: Wish) -> None:
+        """Save the project as it is when its turn comes."""
+        self._waiting.append(wish)
+        self._next()
+
+    def shutdown(self) -> bool:
+        """Wait for what is being saved, before the window closes. True if the thread has ended."""
+        self._waiting.clear()
+        self._pace.stop()
+        return self._worker.shutdown()
+
+    def _next(self) -> None:
+        if self._taken is not None or not self._waiting:
+            return
+        self._taken = self._take(self._waiting.pop(0))
+        self.share = 0.0
+        self._pace.start()
+        self.changed.emit()
+        self._desk.recorder.settle(self._write)
+
+    def _take(self, wish: Wish) -> _Taken:
+        """Have all that is to be saved stored, as it is now."""
+        workspace, store = self._desk.workspace, self._desk.store
+        if workspace.stroke_under_way:
+            workspace.prepare_change(workspace.session)
+        self._view.remember()
+        wanted = [entry for entry in workspace.entries if wish.only is None or entry.id in wish.only]
+        stamps = {entry.session: entry.session.stamp for entry in wanted if entry.session is not None}
+        for session in stamps:
+            if is_begun(session) and (session.unsaved or not store.has(session.id)):
+                self._desk.recorder.keep(session)
+        project = self._present.snapshot(self._view.of_window())
+        put_away = [entry.id for entry in wanted if entry.session is None]
+        return _Taken(wish, project, stamps, put_away, self._present.set_now())
+
+    def _write(self, error: Exception | None) -> None:
+        """All of it is stored, or cannot be."""
+        taken, store = self._taken, self._desk.store
+        if taken is None:
+            return
+        if error is not None:
+            self._fail(error)
+            return
+
+        def job() -> Generator[None, None, tuple[OpenedProject, tuple[str, ...]]]:
+            yield None
+            return self._written(taken, store)
+
+        self._worker.start(job)
+
+    def _written(self, taken: _Taken, store: WorkStore) -> tuple[OpenedProject, tuple[str, ...]]:
+        """Called in the thread."""
+        wish, project = taken.wish, taken.project
+        made_folder(wish.path.parent)
+        archive = store.project
+        with store.held():
+            left = [] if wish.only is None else [frame.id for frame in project.frames if frame.id not in wish.only]
+            base: list[Parts] = [_Stored(store, left), *([] if archive is None else [archive])]
+            problems = save_project(
+                wish.path, project, base=base, places=store.places, embed=wish.embed, on_part=self._note_share
+            )
+        return open_project(wish.path), problems
+
+    def _note_share(self, done: int, total: int) -> None:
+        self.share = done / max(total, 1)
+
+    def _finish(self, outcome: tuple[OpenedProject, tuple[str, ...]]) -> None:
+        taken, self._taken = self._taken, None
+        if taken is None:
+            return
+        opened, problems = outcome
+        workspace, store = self._desk.workspace, self._desk.store
+        former = store.project
+        if isinstance(former, Archive) and former.path == opened.path:
+            opened.close()  # it has been read anew
+        else:
+            store.project = opened.parts
+        store.places = opened.places
+        there = {frame.id for frame in opened.project.frames if frame.has_state}
+        for entry in workspace.entries:
+            if entry.id in there:
+                entry.has_state = True
+            if entry.session is None and entry.id in taken.put_away:
+                entry.set_unsaved(False)
+        for session, stamp in taken.stamps.items():
+            if session in workspace.sessions:
+                workspace.note_saved(session, stamp)
+        self._present.take(opened.path, opened.project, saved=taken.set)
+        self._tell(lambda: self.saved.emit(opened.path, problems), taken, True)
+
+    def _fail(self, error: Exception) -> None:
+        taken, self._taken = self._taken, None
+        if taken is not None:
+            self._tell(lambda: self.failed.emit(error), taken, False)
+
+    def _tell(self, tell: Callable[[], None], taken: _Taken, done: bool) -> None:
+        self._pace.stop()
+        self.changed.emit()
+        tell()
+        taken.wish.then(done)
+        self._next()
+
+
+class _Stored:
+    """What the window's store holds over the project's file, frames' states as they are now; some are left out."""
+
+    def __init__(self, store: WorkStore, left_out: Collection[str]) -> None:
+        self._store = store
+        without = {name for frame in left_out for name in (frame_part(frame), thumbnail_part(frame))}
+        self._states = {name: content for name, content in store.own_states().items() if name not in without}
+        self._arrays = {name for name in store.all_names() if name.startswith("arrays/") and not store.lacks(name)}
+
+    def names(self) -> Collection[str]:
+        return self._states.keys() | self._arrays
+
+    def read(self, name: str) -> bytes:
+        if name in self._states:
+            return self._states[name]
+        if name in self._arrays:
+            return self._store.part(name)
+        raise InputError(f"There is no part {name}.")

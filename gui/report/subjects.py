@@ -1,0 +1,44 @@
+"""Frames of the window as subjects of a report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from gui.project.store import WorkStore
+from gui.state.entries import Entry
+from gui.state.session import Session
+from ilf.errors import IlfError
+from ilf.io.frame_source import FrameSource
+from ilf.outcomes import compose
+from ilf.report import Subject, Unreadable
+
+
+def subject_of(session: Session) -> Subject:
+    """A frame that is open, as it is now; what becomes of it afterwards does not show."""
+    completion = session.completion() or compose(session.frame, {})
+    infos = {label: session.info(label) for label in session.counts()}
+    return Subject(
+        session.run(session.common, dense=session.guessed),
+        completion,
+        {label: info.name for label, info in infos.items()},
+        {label: info.colour for label, info in infos.items()},
+        session.note,
+        tuple(session.kept_runs),
+    )
+
+
+def subjects_of(entries: Sequence[Entry], store: WorkStore) -> Iterator[Subject | Unreadable]:
+    """Frames that have been worked on, open or not; those that are not are read when it is their turn.
+
+    To be called in the GUI's thread, and gone through in any.
+    """
+    open_ones = {entry.id: subject_of(entry.session) for entry in entries if entry.session is not None}
+    return (open_ones.get(entry.id) or _stored(entry.id, entry.name, entry.source, store) for entry in entries)
+
+
+def _stored(id: str, name: str, source: FrameSource | None, store: WorkStore) -> Subject | Unreadable:
+    try:
+        decoded = store.read(id, source)
+    except IlfError as error:
+        return Unreadable(name, str(error))
+    return Subject.of_state(decoded.state, problems=decoded.problems)

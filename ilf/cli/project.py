@@ -1,0 +1,213 @@
+"""`ilf project`: project files without the window: made, told of, exported and made again."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import secrets
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from ..errors import InputError
+from ..io.frame_source import FrameSource
+from ..io.listing import list_frames
+from ..io.naming import name_by
+from ..outcomes import Completion
+from ..project import FrameState, Project, ProjectFrame
+from ..project.facts import frame_facts
+from ..project.file import SUFFIX, OpenedProject, open_project, save_project
+from ..project.stored import differences, stored_completion, stored_run
+from ..run import ExportOptions, Run, write
+from ..run.options import as_file_name
+from .parsing import Commands, UsageError, add_look_in
+from .progress import RunProgress
+from .project_facts import counted, facts_as_json, print_facts
+from .report import warn
+
+
+def add_command(commands: Commands) -> None:
+    """Add the command to the parser."""
+    parser = commands.add_parser(
+        "project",
+        help="make, show, export and replay project files",
+        description="Work with project files (.ilf), which hold frames with all work on them, without the window.",
+        allow_abbrev=False,
+    )
+    actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
+
+    making = actions.add_parser(
+        "new",
+        help="make a project of frames",
+        usage="ilf project new FILE.ilf (FOLDER... | RGB DEPTH) [options]",
+        description="Make a project of frames that nobody has worked on yet.",
+        allow_abbrev=False,
+    )
+    making.set_defaults(command=run_new)
+    making.add_argument("file", metavar="FILE.ilf", help="where to write it; nothing is replaced")
+    making.add_argument(
+        "inputs", nargs="+", metavar="FRAME", help="folder of a frame or of frames, or a colour file and a depth file"
+    )
+    making.add_argument("--depth-units", type=float, metavar="N", help="units of the depth files per metre")
+    making.add_argument("--intrinsics", metavar="CAMERA", help="of all frames, as for `ilf complete`")
+    making.add_argument("--embed", action="store_true", help="put the frames' files into the project")
+
+    telling = _action(actions, "info", run_info, "show what is in a project, and what is wrong with it")
+    telling.add_argument("--json", action="store_true", help="print it as JSON")
+
+    exporting = _action(
+        actions, "export", run_export, "write the stored results of frames, as `ilf complete` writes them"
+    )
+    exporting.add_argument(
+        "--out", required=True, metavar="DIR", help="folder for a folder per frame; files in them are overwritten"
+    )
+    _add_choice(exporting)
+
+    again = _action(actions, "replay", run_replay, "run frames again, and see whether what is stored comes out")
+    _add_choice(again)
+    again.add_argument(
+        "--progress",
+        action=argparse.BooleanOptionalAction,
+        help="progress bar on stderr (default: if that is a terminal)",
+    )
+
+
+def _action(actions: Commands, name: str, command: object, text: str) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = actions.add_parser(
+        name, help=text, description=f"{text[0].upper()}{text[1:]}.", allow_abbrev=False
+    )
+    parser.set_defaults(command=command)
+    parser.add_argument("file", metavar="FILE.ilf")
+    add_look_in(parser)
+    return parser
+
+
+def _add_choice(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--frame",
+        action="append",
+        default=[],
+        metavar="NAME_OR_ID",
+        help="just this frame; can be given several times (default: all that have results)",
+    )
+
+
+def run_new(arguments: argparse.Namespace) -> None:
+    """Make a project."""
+    path = Path(arguments.file)
+    if path.suffix.lower() != SUFFIX:
+        raise UsageError(f"A project file ends in {SUFFIX}; this is {path.name!r}.")
+    if path.exists():
+        raise InputError(f"{path} is there already. Choose another name, or delete it first.")
+    sources = list(_sources(arguments))
+    frames = tuple(ProjectFrame(secrets.token_hex(8), _name(source), source) for source in sources)
+    warn(save_project(path, Project(frames), embed=True if arguments.embed else None))
+    print(f"Written to {path}: {counted(len(frames), 'frame')}.")
+
+
+def run_info(arguments: argparse.Namespace) -> None:
+    """Tell of a project."""
+    with _opened(arguments) as opened:
+        facts = [frame_facts(opened, frame) for frame in opened.project.frames]
+        if arguments.json:
+            print(json.dumps(facts_as_json(opened, facts), indent=2, allow_nan=False))
+        else:
+            print_facts(opened, facts)
+
+
+def run_export(arguments: argparse.Namespace) -> None:
+    """Write the stored results of frames."""
+    folders: set[str] = set()
+    with _opened(arguments) as opened:
+        for frame, state in _with_results(opened, arguments.frame):
+            folder = Path(arguments.out) / _folder_name(frame, folders)
+            run, options, notes = stored_run(state), ExportOptions(), list[str]()
+            if state.frame.intrinsics is None:
+                options = replace(options, cloud=None)
+                notes.append("No point cloud is written, because the camera's intrinsics are not known.")
+            written = write(folder, run, stored_completion(state), options)
+            warn(f"{frame.name}: {note}" for note in (*notes, *written.notes))
+            print(f"{frame.name}: {counted(len(state.results), 'block')}, written to {folder}")
+
+
+def run_replay(arguments: argparse.Namespace) -> None:
+    """Run frames again and compare."""
+    other, count = [], 0
+    shown = sys.stderr.isatty() if arguments.progress is None else arguments.progress
+    with _opened(arguments) as opened:
+        for frame, state in _with_results(opened, arguments.frame):
+            sentences = differences(state, _completed(stored_run(state), shown))
+            count += 1
+            if sentences:
+                other.append(frame.name)
+            print(f"{frame.name}: {' '.join(sentences) or 'as stored, bit for bit.'}")
+    if other:
+        raise InputError(f"{len(other)} of {counted(count, 'frame')} did not come out as stored: {', '.join(other)}.")
+
+
+def _completed(run: Run, shown: bool) -> Completion:
+    with run.steps() as steps, RunProgress(steps, shown=shown) as progress:
+        for step in steps:
+            progress.update(step)
+    return steps.completion()
+
+
+def _sources(arguments: argparse.Namespace) -> Iterator[FrameSource]:
+    """The frames that the arguments name."""
+    inputs, how = arguments.inputs, (arguments.depth_units, arguments.intrinsics)
+    if all(Path(path).is_dir() for path in inputs):
+        for path in inputs:
+            listing = list_frames(path, depth_units=how[0], intrinsics=how[1])
+            warn(listing.notes)
+            yield from listing.sources
+        return
+    if len(inputs) != 2 or any(Path(path).is_dir() for path in inputs):
+        raise UsageError("Give folders, or the colour and the depth file of one frame.")
+    rgb, depth = (str(Path(path).absolute()) for path in inputs)
+    source = FrameSource(rgb, depth, *how)
+    source.load()  # a wrong file is told of now
+    yield source
+
+
+def _name(source: FrameSource) -> str:
+    path = Path(source.rgb)
+    return path.name if source.depth is None else name_by(path)
+
+
+def _opened(arguments: argparse.Namespace) -> OpenedProject:
+    opened = open_project(arguments.file)
+    places = replace(opened.places, folders=tuple(map(Path, arguments.look_in)))
+    return replace(opened, read=replace(opened.read, places=places))
+
+
+def _with_results(opened: OpenedProject, chosen: Sequence[str]) -> Iterator[tuple[ProjectFrame, FrameState]]:
+    """The chosen frames, or all, with their states, one after the other; those without results are told of."""
+    warn(opened.problems)
+    frames = opened.project.frames
+    for name in chosen:
+        if not any(name in (frame.id, frame.name) for frame in frames):
+            raise InputError(f"The project has no frame {name!r:.60}. `ilf project info` lists those that it has.")
+    wanted = [frame for frame in frames if not chosen or frame.id in chosen or frame.name in chosen]
+    found = False
+    for frame in wanted:
+        if not (frame.has_state or chosen):
+            continue
+        decoded = opened.state(frame.id)
+        warn(f"{frame.name}: {problem}" for problem in decoded.problems)
+        if decoded.state.results:
+            found = True
+            yield frame, decoded.state
+        else:
+            warn([f"{frame.name} has no results."])
+    if not found:
+        raise InputError("No frame has any results: run the blocks of a frame and save the project first.")
+
+
+def _folder_name(frame: ProjectFrame, taken: set[str]) -> str:
+    """A folder's name that no other frame of the project has taken, whatever the case of letters."""
+    name = as_file_name(frame.name)
+    if name.casefold() in taken:
+        name = f"{name}-{frame.id}"
+    taken.add(name.casefold())
+    return name

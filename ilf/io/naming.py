@@ -1,0 +1,19 @@
+"""What to call a frame, by the names of its files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+_PLAIN_NAMES = frozenset({"rgb", "color", "colour", "image"})
+"""File names that say nothing about the frame."""
+
+
+def name_by(rgb: Path) -> str:
+    """The name of a frame whose colour file has this absolute path: the file's, or its folder's where that says more.
+
+    Examples
+    --------
+    >>> name_by(Path("/data/desk/rgb.png")), name_by(Path("/data/0001_rgb.png"))
+    ('desk', '0001_rgb')
+    """
+    return rgb.parent.name if rgb.stem.lower() in _PLAIN_NAMES and rgb.parent.name else rgb.stem

@@ -1,0 +1,87 @@
+"""Which colour file belongs to which depth file, by their names alone."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+from .frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
+
+_COLOUR_WORD = re.compile(r"(?<![a-z])(?:rgb|colou?rs?|images?|img)(?![a-z])|^r(?=[-_.])")
+_DEPTH_WORD = re.compile(r"(?<![a-z])depths?(?![a-z])|^d(?=[-_.])")
+_NUMBER = re.compile(r"\d+")
+
+
+class Pairs(NamedTuple):
+    """Names of colour files with those of their depth files, in natural order, and how many files have no partner."""
+
+    pairs: list[tuple[str, str]]
+    lonely_colours: int
+    lonely_depths: int
+
+
+def natural(name: str) -> list[tuple[int, str]]:
+    """Sorts names as people count: frame-2 before frame-10."""
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", name.casefold()) if part]
+
+
+def told_apart(names: Iterable[str]) -> tuple[list[str], list[str]]:
+    """Colour and depth files among the names of one folder.
+
+    Depth files have the word depth in their name, or begin with d-; those of colour have rgb, color, colour or image,
+    begin with r-, or have neither.
+    """
+    colours, depths = [], []
+    for name in names:
+        stem, suffix = _parts(name)
+        if _DEPTH_WORD.search(stem):
+            if suffix in DEPTH_FILE_SUFFIXES:
+                depths.append(name)
+        elif suffix in COLOUR_SUFFIXES:
+            colours.append(name)
+    return colours, depths
+
+
+def paired(colours: Iterable[str], depths: Iterable[str]) -> Pairs:
+    """Match names of colour files with those of depth files.
+
+    Two belong together if their names are the same but for the words that tell colour from depth; if no two are, by the
+    last number in their names, where it is that of one file alone. Files of other kinds are left out.
+    """
+    colour_names = [name for name in colours if _parts(name)[1] in COLOUR_SUFFIXES]
+    depth_names = [name for name in depths if _parts(name)[1] in DEPTH_FILE_SUFFIXES]
+    for tell in _rest, _last_number:
+        by_colour, by_depth = _single(colour_names, tell), _single(depth_names, tell)
+        shared = by_colour.keys() & by_depth.keys()
+        if shared:
+            pairs = sorted(((by_colour[key], by_depth[key]) for key in shared), key=lambda pair: natural(pair[0]))
+            return Pairs(pairs, len(colour_names) - len(pairs), len(depth_names) - len(pairs))
+    return Pairs([], len(colour_names), len(depth_names))
+
+
+def _single(names: Iterable[str], tell: Callable[[str], str | None]) -> dict[str, str]:
+    """Names by what tells them apart, without those that share it with others."""
+    found: dict[str, list[str]] = {}
+    for name in names:
+        key = tell(name)
+        if key is not None:
+            found.setdefault(key, []).append(name)
+    return {key: same[0] for key, same in found.items() if len(same) == 1}
+
+
+def _rest(name: str) -> str | None:
+    """A name without its ending and the words that say what it holds."""
+    stem = _DEPTH_WORD.sub("", _COLOUR_WORD.sub("", _parts(name)[0]))
+    return "-".join(re.findall(r"[^\W_]+", stem))
+
+
+def _last_number(name: str) -> str | None:
+    numbers = _NUMBER.findall(_parts(name)[0])
+    return str(int(numbers[-1])) if numbers else None
+
+
+def _parts(name: str) -> tuple[str, str]:
+    stem, suffix = os.path.splitext(name.lower())
+    return stem, suffix

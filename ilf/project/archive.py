@@ -1,0 +1,277 @@
+"""The project file: a zip whose members are the parts, uncompressed, since they are compressed in themselves."""
+
+from __future__ import annotations
+
+import mmap
+import os
+import re
+import stat
+import struct
+import threading
+import time
+import zipfile
+import zlib
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO, Self
+
+from ..errors import FormatError, InputError
+from ..io.atomic import atomic_path
+
+MAX_INFLATED = 2**28
+"""Bytes that a member may have which some other program has compressed."""
+
+_PART = re.compile(r"project\.json|(?:frames|arrays|thumbnails|sources)/[\w.-]+")
+_FIRST = "project.json"
+_TEMPORARY = re.compile(r"\.ilf-[0-9a-f]{16}")
+_LEFT_OVER = 3600.0
+"""Seconds after which a temporary file is nobody's any more."""
+
+_LOCAL = struct.Struct("<4s5H3L2H")
+_DIRECTORY_ERRORS = (zipfile.BadZipFile, OSError, LookupError, RuntimeError, ValueError, struct.error)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part to be written. With a checksum that is not that of its content it stays marked as damaged."""
+
+    name: str
+    content: bytes
+    checksum: int | None = None
+
+
+@dataclass(frozen=True)
+class _Member:
+    """Where a member's local header is, and what the directory says of it."""
+
+    header: int
+    size: int
+    checksum: int
+    packed: int
+    method: int
+
+
+class Archive:
+    """The parts of a project file. It is read part by part, when they are asked for; from any thread.
+
+    Parameters
+    ----------
+    path : path-like
+
+    Attributes
+    ----------
+    path : Path
+        Absolute.
+    problems : tuple of str
+        What is wrong with the file as a whole, and what that means; a sentence each.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it cannot be read.
+    FormatError
+        If it is no project file.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = Path(path).absolute()
+        self.problems: tuple[str, ...] = ()
+        self._lock = threading.RLock()
+        self._stream: BinaryIO | None = None
+        self._members: dict[str, _Member] = {}
+        self._identity: tuple[int, ...] = ()
+        self._open()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let go of the file; parts can no longer be read."""
+        with self._lock:
+            if self._stream is not None:
+                self._stream.close()
+            self._stream = None
+
+    def names(self) -> Collection[str]:
+        """All names."""
+        return self._members.keys()
+
+    def size_of(self, name: str) -> int:
+        """Bytes of a part."""
+        return self._members[name].size
+
+    def read(self, name: str) -> bytes:
+        """The bytes of a part.
+
+        Raises
+        ------
+        InputError
+            If there is no such part, or the file cannot be read.
+        FormatError
+            If the part is damaged.
+        """
+        part = self.as_it_is(name)
+        if part.checksum is not None:
+            raise FormatError(f"The part {name:.40} of {self.path.name} is damaged: its checksum does not fit.")
+        return part.content
+
+    def as_it_is(self, name: str) -> Part:
+        """A part to be copied, with its checksum if that does not fit; raises as `read` if there is nothing to copy."""
+        with self._lock:
+            if name not in self._members:
+                raise InputError(f"{self.path.name} has no part {name:.40}.")
+            member = self._members[name]
+            content = self._content(name, member)
+        return Part(name, content, None if zlib.crc32(content) == member.checksum else member.checksum)
+
+    def replaced(self) -> bool:
+        """Whether another file is there now than the one that was opened."""
+        try:
+            return _identity(os.stat(self.path)) != self._identity
+        except OSError:
+            return True
+
+    @contextmanager
+    def let_go(self) -> Iterator[None]:
+        """Close the file while it is replaced, which some systems ask for, and read it anew afterwards."""
+        with self._lock:
+            self.close()
+            try:
+                yield
+            finally:
+                self._open()
+
+    def _open(self) -> None:
+        try:
+            if not self.path.is_file():
+                raise InputError(f"{self.path}: there is no such file. Check the name.")
+            self._stream = stream = open(self.path, "rb")  # noqa: SIM115 - kept open
+            self._identity = _identity(os.fstat(stream.fileno()))
+        except (OSError, ValueError) as error:
+            raise InputError(f"{self.path}: cannot be read ({error}). Check its permissions.") from error
+        self._members, self.problems = _listed(stream), ()
+        if _FIRST not in self._members:
+            self._members = _scanned(stream)
+            if not self._members:
+                self.close()
+                raise FormatError(f"{self.path} is no project file, or nothing of it is left.")
+            self.problems = (
+                f"{self.path.name} is damaged or cut short; {len(self._members)} of its parts were found all the same.",
+            )
+
+    def _content(self, name: str, member: _Member) -> bytes:
+        if self._stream is None:
+            raise InputError(f"{self.path} is closed.")
+        try:
+            self._stream.seek(member.header)
+            header = self._stream.read(_LOCAL.size)
+            if len(header) < _LOCAL.size or not header.startswith(b"PK\3\4"):
+                raise FormatError(f"The part {name:.40} of {self.path.name} is not where it should be.")
+            *_, name_length, extra_length = _LOCAL.unpack(header)
+            start = member.header + _LOCAL.size + name_length + extra_length
+            if start + member.packed > os.fstat(self._stream.fileno()).st_size:
+                raise FormatError(f"The part {name:.40} of {self.path.name} is cut short.")
+            self._stream.seek(start)
+            packed = self._stream.read(member.packed)
+        except (OSError, ValueError) as error:
+            raise InputError(f"{self.path}: cannot be read ({error}).") from error
+        if member.method == zipfile.ZIP_STORED:
+            return packed
+        if member.method != zipfile.ZIP_DEFLATED or member.size > MAX_INFLATED:
+            raise FormatError(f"The part {name:.40} of {self.path.name} is compressed in a way that is not read.")
+        try:
+            return zlib.decompressobj(-zlib.MAX_WBITS).decompress(packed, member.size + 1)
+        except zlib.error as error:
+            raise FormatError(f"The part {name:.40} of {self.path.name} is damaged ({error}).") from error
+
+
+def write_archive(path: str | os.PathLike[str], parts: Iterable[Part], replacing: Collection[Archive] = ()) -> None:
+    """Write a project file as a whole, or leave what is there as it is.
+
+    A link stays one: what it points to is replaced. A file that is there already keeps its permissions.
+
+    Parameters
+    ----------
+    path : path-like
+    parts : iterable of Part
+        Asked for one at a time. What it raises leaves the file as it was.
+    replacing : collection of Archive
+        Those that may have this very file open; they read it anew afterwards.
+
+    Raises
+    ------
+    ExportError
+        If it cannot be written.
+    """
+    target = Path(os.path.realpath(path))
+    with ExitStack() as released, atomic_path(target) as temporary:
+        with zipfile.ZipFile(temporary, "w", zipfile.ZIP_STORED) as archive:
+            for part in parts:
+                archive.writestr(zipfile.ZipInfo(part.name), part.content)
+                if part.checksum is not None:
+                    archive.getinfo(part.name).CRC = part.checksum
+        if target.exists():
+            os.chmod(temporary, stat.S_IMODE(os.stat(target).st_mode))
+        for opened in replacing:
+            if os.path.realpath(opened.path) == str(target):
+                released.enter_context(opened.let_go())
+
+
+def _clear_left_over(target: Path) -> None:
+    """Take away what saving has left in the folder when its process was killed, some time ago."""
+    with suppress(OSError):
+        for path in target.parent.glob(f".ilf-*{target.suffix}"):
+            if _TEMPORARY.fullmatch(path.stem) and time.time() - path.stat().st_mtime > _LEFT_OVER:
+                path.unlink(missing_ok=True)
+
+
+def _listed(stream: BinaryIO) -> dict[str, _Member]:
+    """Members by the directory at the file's end; none if it cannot be read. Of a file that is cut short, it may be
+    that of a part, which are zips themselves."""
+    try:
+        with zipfile.ZipFile(stream) as directory:
+            return {
+                entry.filename: _Member(
+                    entry.header_offset, entry.file_size, entry.CRC, entry.compress_size, entry.compress_type
+                )
+                for entry in directory.infolist()
+                if _PART.fullmatch(entry.filename)
+            }
+    except _DIRECTORY_ERRORS:
+        return {}
+
+
+def _scanned(stream: BinaryIO) -> dict[str, _Member]:
+    """Members by their local headers, for a file whose directory cannot be read."""
+    try:
+        with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+            return _members_in(data)
+    except (OSError, ValueError):  # which an empty file is
+        return {}
+
+
+def _members_in(data: mmap.mmap) -> dict[str, _Member]:
+    found: dict[str, _Member] = {}
+    place = data.find(b"PK\3\4")
+    while place >= 0:
+        after = place + 4
+        header = data[place : place + _LOCAL.size]
+        if len(header) == _LOCAL.size:
+            _, _, flags, method, _, _, checksum, packed, size, name_length, extra_length = _LOCAL.unpack(header)
+            start = place + _LOCAL.size + name_length + extra_length
+            name = data[place + _LOCAL.size : place + _LOCAL.size + name_length].decode("ascii", "replace")
+            if _PART.fullmatch(name) and not flags & 8 and start + packed <= len(data):
+                found.setdefault(name, _Member(place, size, checksum, packed, method))
+                if data[start + packed : start + packed + 2] == b"PK":
+                    after = start + packed
+        place = data.find(b"PK\3\4", after)
+    return found
+
+
+def _identity(status: os.stat_result) -> tuple[int, ...]:
+    return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns

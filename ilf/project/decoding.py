@@ -1,0 +1,394 @@
+"""A frame's state from its parts: a part that cannot be read costs that part only, and is told of in words."""
+
+from __future__ import annotations
+
+import datetime
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import FormatError, InputError
+from ..frame import RGBDFrame, TruthFile
+from ..io.frame_source import FrameSource
+from ..judgement import HiddenTest
+from ..outcomes import BlockResult
+from ..parameters import BlockParameters, Parameters, preset
+from ..run import Run
+from ..sections import Section
+from .block_notes import BlockNotes
+from .encoding import SCHEMA, Origin, measured_sha256
+from .frame_state import FrameState
+from .json_fields import block_infos, chosen_labels, colour_of, looked_at, number_or_none, reasons_of, result_rows
+from .kept_run import Guess, KeptRun
+from .own_values import OwnValues
+from .packing import (
+    Npz,
+    labels_from_bytes,
+    mask_from_bytes,
+)
+from .parameter_values import own_values_from, parameters_from
+from .parts import Parts
+from .recorded import UNREADABLE, array_content, bare_state, read_frame_part, recorded_frame, recorded_shape
+from .result_packs import unpack_results
+from .sources import ChangedSource, MissingSource, Places, with_truth
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, eq=False)
+class Decoded:
+    """A frame's state, as far as it could be read.
+
+    Attributes
+    ----------
+    state : FrameState
+    problems : tuple of str
+        What could not be read, and what that means; a sentence each.
+    origins : tuple
+        Arrays and results with the part that each comes from, for `Encoder.learn`.
+    names : frozenset of str
+        All parts with arrays that were read.
+    """
+
+    state: FrameState
+    problems: tuple[str, ...] = ()
+    origins: tuple[tuple[object, Origin], ...] = ()
+    names: frozenset[str] = frozenset()
+
+
+def load_state(frame_id: str, parts: Parts, source: FrameSource | None = None, places: Places | None = None) -> Decoded:
+    """A frame, from its files or from the project, with all work on it.
+
+    Parameters
+    ----------
+    frame_id : str
+    parts : Parts
+    source : FrameSource, optional
+        What it is opened from if the project does not tell any more what its files are.
+    places : Places, optional
+        Where its files may be.
+
+    Raises
+    ------
+    MissingSource, ChangedSource
+        If one of its files is nowhere to be found, or has changed.
+    InputError
+        If there is no frame to be had.
+    """
+    try:
+        frame = recorded_frame(read_frame_part(frame_id, parts).section("frame"), parts, places)
+    except (MissingSource, ChangedSource):
+        raise
+    except UNREADABLE as error:
+        if source is None:
+            raise InputError(f"What the frame is cannot be read from the project: {error}") from error
+        frame = source.load()
+    return decode(frame_id, parts, frame, places)
+
+
+def decode(frame_id: str, parts: Parts, frame: RGBDFrame, places: Places | None = None) -> Decoded:
+    """The state of a frame.
+
+    Parameters
+    ----------
+    frame_id : str
+    parts : Parts
+        Where `frames/<id>.json` and what it refers to are kept.
+    frame : RGBDFrame
+        As it was read from its files: distrusted depth and truth are those of the state.
+    places : Places, optional
+        Where the file of its truth may be.
+
+    Returns
+    -------
+    Decoded
+        What could not be read is as in a new frame, and told of in `problems`.
+    """
+    decoding = _Decoding(parts, frame, places)
+    state = decoding.state(frame_id)
+    return Decoded(state, tuple(dict.fromkeys(decoding.problems)), tuple(decoding.origins), frozenset(decoding.names))
+
+
+class _Decoding:
+    """A state on its way out of parts."""
+
+    def __init__(self, parts: Parts, frame: RGBDFrame, places: Places | None) -> None:
+        self.parts, self.frame, self.places = parts, frame, places
+        self.problems: list[str] = []
+        self.origins: list[tuple[object, Origin]] = []
+        self.names: set[str] = set()
+        self.arrays: dict[tuple[str, object], NDArray[Any]] = {}
+        self.frames: dict[str, RGBDFrame] = {}
+        self.packs: dict[str, list[BlockResult]] = {}
+        self.same_depth = True
+
+    def state(self, frame_id: str) -> FrameState:
+        """All of the state."""
+        bare = bare_state(frame_id, self.frame)
+        try:
+            data = read_frame_part(frame_id, self.parts)
+            if data.get("schema", int) > SCHEMA:
+                self.problems.append("A newer version has written this frame's work: some of it may be missing here.")
+            described = data.section("frame")
+            shape = recorded_shape(described)
+        except UNREADABLE as error:
+            self.problems.append(f"The work on this frame cannot be read, so it is opened without: {error}")
+            return bare
+        if shape != self.frame.shape:
+            height, width = self.frame.shape
+            self.problems.append(
+                f"The frame is {width} x {height} pixels, but the work was done on one of {shape[1]} x {shape[0]}: it "
+                "is opened without."
+            )
+            return bare
+        self.same_depth = described.values.get("measured") == measured_sha256(self.frame)
+        frame = self._tell("The frame's distrusted depth and truth are", lambda: self._seen(data), self.frame)
+        labels = self._tell("The blocks, and their results with them, are", lambda: self._labels(data, "labels"), None)
+        notes = self._tell(
+            "Names and other notes of blocks are", lambda: self._notes(data.section("notes")), BlockNotes()
+        )
+        results, guess = {}, None
+        if labels is not None:
+            results = self._results(data, data)
+            guess = self._tell("The guess of the rest is", lambda: self._guess(data, "guess"), None)
+        state = FrameState(
+            id=frame_id,
+            frame=frame,
+            labels=bare.labels if labels is None else labels,
+            notes=notes,
+            common=self._tell("Parameters are", lambda: self._parameters(data, "The parameters"), preset()),
+            results=results,
+            guess=guess,
+            runs=self._kept_runs(data),
+            **self._small(data),
+        )
+        self._tell("Colour and depth of the frame are", lambda: self._made(described), None)
+        return state
+
+    def _small(self, data: Section) -> dict[str, Any]:
+        """What needs no arrays."""
+        readers: dict[str, Callable[[], Any]] = {
+            "compared": lambda: tuple(data.items("compared", int)),
+            "next_number": lambda: data.get("next_number", int),
+            "dense": lambda: data.get("dense", bool),
+            "own_parameters": lambda: data.get("own_parameters", bool),
+            "note": lambda: data.get("note", str),
+            "to_check": lambda: frozenset(data.items("to_check", int)),
+            "selected": lambda: tuple(data.items("selected", int)),
+            "looked": lambda: looked_at(data.section("looked")),
+            "view": lambda: data.get("view", dict),
+        }
+        return self._each(data, readers)
+
+    def _each(self, data: Section, readers: dict[str, Callable[[], Any]]) -> dict[str, Any]:
+        """What readers give by the names of their fields. What an older version did not write, or cannot be read, is
+        left out."""
+        found = {}
+        for name, read in readers.items():
+            if name in data.values:
+                try:
+                    found[name] = read()
+                except UNREADABLE as error:
+                    self.problems.append(f"The frame's {name.replace('_', ' ')!r} is lost: {error}")
+        return found
+
+    def _tell(self, what: str, read: Callable[[], T], default: T) -> T:
+        """What `read` gives; the default, and a sentence about it, if it cannot."""
+        try:
+            return read()
+        except UNREADABLE as error:
+            self.problems.append(f"{what} lost: {error}")
+            return default
+
+    def _content(self, name: str) -> bytes:
+        content = array_content(self.parts, name)
+        self.names.add(name)
+        return content
+
+    def _array(self, data: Section, key: str, read: Callable[[str, bytes, tuple[int, int]], Any]) -> Any:
+        """An array, the very one for all who refer to the same part."""
+        name = data.get(key, str, type(None))
+        if name is None:
+            return None
+        if (name, read) not in self.arrays:
+            array = read(name, self._content(name), self.frame.shape)
+            self.arrays[name, read] = array
+            self.origins.append((array, name))
+        return self.arrays[name, read]
+
+    def _labels(self, data: Section, key: str) -> NDArray[np.int32] | None:
+        labels: NDArray[np.int32] | None = self._array(data, key, labels_from_bytes)
+        return labels
+
+    def _mask(self, data: Section, key: str) -> NDArray[np.bool_] | None:
+        mask: NDArray[np.bool_] | None = self._array(data, key, mask_from_bytes)
+        return mask
+
+    def _seen(self, data: Section) -> RGBDFrame:
+        """The frame with the distrusted depth and the truth that are named; the very same for the same ones."""
+        key = json.dumps([data.values.get("distrusted"), data.values.get("truth")], sort_keys=True)
+        if key not in self.frames:
+            mask = self._tell("The distrusted depth is", lambda: self._mask(data, "distrusted"), None)
+            frame = self._tell("The truth is", lambda: self._judged(data), self.frame)
+            seen = frame.distrusting(mask)
+            if seen.truth is not None and seen.inputs is None:
+                self.origins.append((seen.truth, data.section("truth").get("array", str)))
+            self.frames[key] = seen
+        return self.frames[key]
+
+    def _made(self, described: Section) -> None:
+        """Note where colour and depth are kept of a frame that a program has made."""
+        if self.same_depth and "inputs" not in described.values:
+            colour, depth = described.get("rgb", str), described.get("depth", str)
+            self.names |= {colour, depth}
+            self.origins.append((self.frame.rgb, colour))
+            self.origins += [(frame.measured, depth) for frame in self.frames.values()]
+
+    def _judged(self, data: Section) -> RGBDFrame:
+        """The frame with the truth that is named."""
+        if data.get("truth", dict, type(None)) is None:
+            return self.frame if self.frame.truth is None else self.frame.with_truth(None)
+        truth = data.section("truth")
+        if "array" in truth.values:
+            return self.frame.with_truth(self._array(truth, "array", _depth))
+        file = TruthFile(truth.get("path", str), truth.get("sha256", str), truth.get("units", float))
+        known = None if self.frame.inputs is None else self.frame.inputs.truth
+        if self.frame.truth is not None and known and (known.sha256, known.units) == (file.sha256, file.units):
+            return self.frame
+        return with_truth(self.frame, file, self.parts, self.places)
+
+    def _notes(self, data: Section) -> BlockNotes:
+        readers: dict[str, Callable[[], Any]] = {
+            "infos": lambda: block_infos(data.section("infos")),
+            "own": lambda: self._own(data.section("own")),
+            "drawn": lambda: self._mask(data, "drawn"),
+            "extraction": lambda: self._extraction(data),
+            "network": lambda: data.get("network", str, type(None)),
+            "extracted": lambda: self._labels(data, "extracted"),
+            "kept": lambda: frozenset(data.items("kept", int)),
+            "handmade": lambda: frozenset(data.items("handmade", int)),
+            "carried_from": lambda: data.get("carried_from", str),
+            "reasons": lambda: reasons_of(data.section("reasons")),
+        }
+        return BlockNotes(**self._each(data, readers))
+
+    def _own(self, data: Section) -> dict[int, OwnValues]:
+        return {
+            int(label): own_values_from(data.get(label, dict), f"Of block {label}", self.problems)
+            for label in data.values
+        }
+
+    def _parameters(self, data: Section, what: str) -> Parameters:
+        return parameters_from(Parameters, data.get("parameters", dict), what, self.problems)
+
+    def _extraction(self, data: Section) -> BlockParameters | None:
+        values = data.get("extraction", dict, type(None))
+        if values is None:
+            return None
+        return parameters_from(BlockParameters, values, "What the blocks were extracted with", self.problems)
+
+    def _results(self, data: Section, frame_part: Section) -> dict[int, BlockResult]:
+        """Results by label, but for those that cannot be read."""
+        none: list[tuple[int, str, int]] = []
+        rows = self._tell("Results of blocks are", lambda: result_rows(data, frame_part), none)
+        results = {}
+        for label, name, place in rows:
+            found = self._pack(name)
+            if 0 <= place < len(found):
+                results[label] = found[place]
+            elif found:
+                self.problems.append(f"The result of block {label} is lost: its part does not have it.")
+        return results
+
+    def _pack(self, name: str) -> list[BlockResult]:
+        if name not in self.packs:
+            self.packs[name] = self._tell("Results of some blocks are", lambda: self._unpacked(name), [])
+            self.origins += [(result, (name, place)) for place, result in enumerate(self.packs[name])]
+        return self.packs[name]
+
+    def _unpacked(self, name: str) -> list[BlockResult]:
+        if not self.same_depth:
+            raise InputError("the frame's depth is not what it was then. Run the blocks again.")
+        return unpack_results(name, self._content(name), self.frame.measured)
+
+    def _guess(self, data: Section, key: str) -> Guess | None:
+        if data.get(key, dict, type(None)) is None:
+            return None
+        guess = data.section(key)
+        name, count = guess.get("array", str), guess.get("count", int)
+        height, width = self.frame.shape
+        if not 0 <= count <= height * width:
+            raise FormatError(f"{count} pixels cannot have been guessed in this frame.")
+        packed = Npz(name, self._content(name))
+        pixels = np.cumsum(packed.array("steps", np.int32, (count,)), dtype=np.int64)
+        if count and not 0 <= pixels.min() <= pixels.max() < height * width:
+            raise FormatError("The guessed pixels lie outside the frame.")
+        depth = packed.array("depth", np.float32, (count,))
+        depth.setflags(write=False)
+        self.origins.append((depth, name))
+        return Guess(pixels, depth, tuple(guess.items("notes", str)), guess.get("network", str, type(None)))
+
+    def _kept_runs(self, data: Section) -> tuple[KeptRun, ...]:
+        none: list[dict[str, Any]] = []
+        rows = self._tell("The kept runs are", lambda: data.items("runs", dict), none)
+        runs = []
+        for row in rows:
+            name = str(row.get("name", row.get("number", "?")))
+            try:
+                runs.append(self._kept(Section("kept run", row), data))
+            except UNREADABLE as error:
+                self.problems.append(f"The kept run {name!r:.60} is lost: {error}")
+        return tuple(runs)
+
+    def _kept(self, kept: Section, data: Section) -> KeptRun:
+        test = None
+        if kept.get("hidden_test", dict, type(None)) is not None:
+            stated = kept.section("hidden_test")
+            test = HiddenTest(stated.get("pattern", str), tuple(stated.items("seeds", int)))
+        run = self._run(kept.section("run"))
+        return KeptRun(
+            number=kept.get("number", int),
+            name=kept.get("name", str),
+            run=run,
+            results=self._results(kept, data),
+            seconds=kept.get("seconds", float),
+            colour=colour_of(kept),
+            note=kept.get("note", str),
+            when=datetime.datetime.fromisoformat(kept.get("when", str)),
+            done=frozenset(kept.items("done", int)),
+            how=kept.get("how", str),
+            guess=self._tell("The guess of a kept run is", lambda: self._guess(kept, "guess"), None),
+            truth_error=number_or_none(kept, "truth_error"),
+            hidden_error=number_or_none(kept, "hidden_error"),
+            expected_error=number_or_none(kept, "expected_error"),
+            hidden_test=test,
+        )
+
+    def _run(self, data: Section) -> Run:
+        only = data.get("only", list, type(None))
+        labels = self._labels(data, "blocks")
+        if labels is None:
+            raise FormatError("It has no blocks.")
+        parameters = self._parameters(data, "The parameters of a kept run")
+        own = self._own(data.section("own"))
+        return Run(
+            self._seen(data),
+            labels,
+            parameters,
+            {label: parameters.replace(**values) for label, values in own.items()},
+            only=None if only is None else chosen_labels(data),
+            dense=data.get("dense", bool),
+            extraction=self._extraction(data),
+            edited=data.get("edited", bool),
+            network=data.get("network", str, type(None)),
+            notes=tuple(data.items("notes", str)),
+            drawn=self._mask(data, "drawn"),
+        )
+
+
+def _depth(name: str, content: bytes, shape: tuple[int, int]) -> NDArray[np.float32]:
+    return Npz(name, content).array("depth", np.float32, shape)

@@ -1,0 +1,335 @@
+"""A frame's state as parts: its json, and the arrays that it refers to by name."""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..frame import RGBDFrame
+from ..outcomes import BlockResult
+from ..per_frame import once_per_frame
+from ..run import Run
+from ..run.record import array_sha256, inputs_to_dict
+from .block_notes import BlockNotes
+from .frame_state import FrameState, Looked
+from .json_values import plain, strict_json
+from .kept_run import Guess, KeptRun
+from .packing import array_name, colour_to_bytes, labels_to_bytes, mask_to_bytes, npz
+from .result_packs import PACK_BYTES, pack_results, packed_bytes
+
+SCHEMA = 1
+"""Number of the form that a project's parts have."""
+
+PROGRAM = "ilf-studio"
+
+Origin = str | tuple[str, int]
+"""Where something is kept: a part, or a part and a number in it."""
+
+
+@dataclass(frozen=True)
+class Encoded:
+    """A frame's state as bytes.
+
+    Attributes
+    ----------
+    frame : bytes
+        Of the part `frame_part(id)`.
+    arrays : dict of str to bytes
+        Parts that it refers to and that have not been given out before.
+    names : frozenset of str
+        All parts that it refers to.
+    """
+
+    frame: bytes
+    arrays: dict[str, bytes]
+    names: frozenset[str]
+
+
+def frame_part(frame_id: str) -> str:
+    """Name of the part with a frame's state."""
+    return f"frames/{frame_id}.json"
+
+
+class Encoder:
+    """Turns states into parts, each array and result once. To be used by one thread at a time.
+
+    Whoever uses it keeps what it gives out. What has gone again, or could not be kept, is given out again after
+    `forget`.
+
+    Examples
+    --------
+    >>> frame = RGBDFrame(np.zeros((2, 3, 3), np.uint8), np.full((2, 3), 2.0))
+    >>> state = FrameState("a1", frame, np.ones((2, 3), np.int32))
+    >>> encoder = Encoder()
+    >>> first, second = encoder.encode(state), encoder.encode(state)
+    >>> len(first.arrays), len(second.arrays), first.names == second.names
+    (3, 0, True)
+    """
+
+    def __init__(self) -> None:
+        self._given: set[str] = set()
+        self._known = Origins()
+
+    def encode(self, state: FrameState) -> Encoded:
+        """The parts of a state.
+
+        Parameters
+        ----------
+        state : FrameState
+            Nobody changes its arrays meanwhile. Those that nobody can ever write to, and results, are remembered: they
+            are not encoded again.
+        """
+        encoding = _Encoding(self._known)
+        try:
+            content = strict_json(encoding.state(state))
+        except BaseException:
+            self._known.forget(encoding.made.keys() - self._given)  # nobody will ever have them
+            raise
+        arrays = {name: content for name, content in encoding.made.items() if name not in self._given}
+        self._given.update(arrays)
+        return Encoded(content, arrays, frozenset(encoding.names))
+
+    def learn(self, origins: Iterable[tuple[object, Origin]], names: Collection[str]) -> None:
+        """Arrays and results come from these parts, which are kept already: see `Decoded.origins`."""
+        for thing, origin in origins:
+            self._known.put(thing, origin)
+        self._given.update(names)
+
+    def forget(self, names: Collection[str]) -> None:
+        """Parts are not kept, or no longer: what is in them is encoded and given out anew when it is needed."""
+        self._given.difference_update(names)
+        self._known.forget(set(names))
+
+
+class Origins:
+    """Which part an object is kept in, by its identity, as long as it is there."""
+
+    def __init__(self) -> None:
+        self._of: dict[int, tuple[weakref.ref[Any], Origin]] = {}
+
+    def get(self, thing: object) -> Origin | None:
+        """Where it is kept, if that is known."""
+        found = self._of.get(id(thing))
+        return None if found is None or found[0]() is not thing else found[1]
+
+    def put(self, thing: object, origin: Origin) -> None:
+        """It is kept there. Nothing is noted of arrays that somebody may write to."""
+        if isinstance(thing, np.ndarray) and (thing.flags.writeable or thing.base is not None):
+            return
+        number = id(thing)
+        self._of[number] = weakref.ref(thing, lambda gone: self._drop(number, gone)), origin
+
+    def forget(self, names: Collection[str]) -> None:
+        """Nothing is kept in these parts."""
+        for number, (_, origin) in self._of.copy().items():  # meanwhile, some may go
+            if (origin if isinstance(origin, str) else origin[0]) in names:
+                self._of.pop(number, None)
+
+    def _drop(self, number: int, gone: weakref.ref[Any]) -> None:
+        if number in self._of and self._of[number][0] is gone:
+            self._of.pop(number, None)
+
+
+class _Encoding:
+    """One state on its way into parts."""
+
+    def __init__(self, known: Origins) -> None:
+        self.known = known
+        self.made: dict[str, bytes] = {}
+        self.names: set[str] = set()
+        self.packs: list[str] = []
+
+    def state(self, state: FrameState) -> dict[str, Any]:
+        """All of a state, ready for JSON."""
+        frame, guess = state.frame, state.guess
+        self._pack_new(_all_results(state), frame.measured)
+        data = {
+            "program": PROGRAM,
+            "schema": SCHEMA,
+            "id": state.id,
+            "frame": self._frame(frame),
+            **self._seen(frame),
+            "labels": self._array(state.labels, labels_to_bytes),
+            "notes": self._notes(state.notes),
+            "parameters": state.common.to_dict(),
+            "results": self._results(state.results),
+            "guess": None if guess is None else self._guess(guess),
+            "runs": [self._kept(run) for run in state.runs],
+            "compared": list(state.compared),
+            "next_number": state.next_number,
+            "dense": state.dense,
+            "own_parameters": state.own_parameters,
+            "note": state.note,
+            "to_check": sorted(state.to_check),
+            "selected": list(state.selected),
+            "looked": _looked(state.looked),
+            "view": plain(state.view),
+        }
+        return data | {"packs": self.packs, "arrays": sorted(self.names)}
+
+    def _frame(self, frame: RGBDFrame) -> dict[str, Any]:
+        """What the frame is: by its files, or, if a program has made it, by itself."""
+        camera, inputs = frame.intrinsics, frame.inputs
+        data: dict[str, Any] = {
+            "name": frame.name,
+            "shape": list(frame.shape),
+            "measured": measured_sha256(frame),
+            "intrinsics": None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy, camera.name],
+        }
+        if inputs is not None:
+            return data | {"inputs": inputs_to_dict(inputs)}
+        return data | {"rgb": self._array(frame.rgb, colour_to_bytes), "depth": self._array(frame.measured, _depth)}
+
+    def _seen(self, frame: RGBDFrame) -> dict[str, Any]:
+        """What a frame has beside its files: its distrusted depth, and its truth by file or by itself."""
+        truth: dict[str, Any] | None = None
+        file = None if frame.inputs is None else frame.inputs.truth
+        if frame.truth is not None and file is not None:
+            truth = {"path": file.path, "sha256": file.sha256, "units": file.units}
+        elif frame.truth is not None:
+            truth = {"array": self._array(frame.truth, _depth)}
+        return {"distrusted": self._array(frame.distrusted, mask_to_bytes), "truth": truth}
+
+    def _notes(self, notes: BlockNotes) -> dict[str, Any]:
+        return {
+            "infos": {
+                str(label): {
+                    "name": info.name,
+                    "colour": list(info.colour),
+                    "visible": info.visible,
+                    "locked": info.locked,
+                }
+                for label, info in notes.infos.items()
+            },
+            "own": {str(label): dict(own) for label, own in notes.own.items()},
+            "drawn": self._array(notes.drawn, mask_to_bytes),
+            "extraction": None if notes.extraction is None else notes.extraction.to_dict(),
+            "network": notes.network,
+            "extracted": self._array(notes.extracted, labels_to_bytes),
+            "kept": sorted(notes.kept),
+            "handmade": sorted(notes.handmade),
+            "carried_from": notes.carried_from,
+            "reasons": {str(label): reason for label, reason in notes.reasons.items()},
+        }
+
+    def _kept(self, kept: KeptRun) -> dict[str, Any]:
+        test = kept.hidden_test
+        data = {
+            "number": kept.number,
+            "name": kept.name,
+            "run": self._run(kept.run),
+            "results": self._results(kept.results),
+            "seconds": kept.seconds,
+            "colour": list(kept.colour),
+            "note": kept.note,
+            "when": kept.when.isoformat(),
+            "done": sorted(kept.done),
+            "how": kept.how,
+            "guess": None if kept.guess is None else self._guess(kept.guess),
+            "hidden_test": None if test is None else {"pattern": test.pattern, "seeds": list(test.seeds)},
+        }
+        errors = ("truth_error", "hidden_error", "expected_error")
+        # one that has not been worked out is not named; one that there is none of is null
+        return data | {name: getattr(kept, name) for name in errors if getattr(kept, name) is not None}
+
+    def _run(self, run: Run) -> dict[str, Any]:
+        return {
+            **self._seen(run.frame),
+            "blocks": self._array(run.blocks, labels_to_bytes),
+            "parameters": run.parameters.to_dict(),
+            "own": {str(label): own.unlike(run.parameters) for label, own in run.own.items()},
+            "only": None if run.only is None else [int(label) for label in run.only],
+            "in_order": isinstance(run.only, Sequence),
+            "dense": run.dense,
+            "extraction": None if run.extraction is None else run.extraction.to_dict(),
+            "edited": run.edited,
+            "network": run.network,
+            "notes": list(run.notes),
+            "drawn": self._array(run.drawn, mask_to_bytes),
+        }
+
+    def _guess(self, guess: Guess) -> dict[str, Any]:
+        # steps from pixel to pixel are small numbers, which take little room
+        arrays = {"steps": np.diff(guess.pixels, prepend=np.int64(0)).astype(np.int32), "depth": guess.depth}
+        name = self._array(guess.depth, lambda _: (npz(arrays), ".npz"))
+        return {"array": name, "count": len(guess.pixels), "notes": list(guess.notes), "network": guess.network}
+
+    def _results(self, results: Mapping[int, BlockResult]) -> list[list[int]]:
+        """Label, number of the pack and number in it, of each."""
+        rows = []
+        for label, result in results.items():
+            origin = self.known.get(result)
+            assert isinstance(origin, tuple)  # all have been packed
+            name, place = origin
+            if name not in self.names:
+                self.names.add(name)
+                self.packs.append(name)
+            rows.append([int(label), self.packs.index(name), place])
+        return rows
+
+    def _pack_new(self, results: Sequence[BlockResult], measured: NDArray[np.float32]) -> None:
+        """Pack those that are in no part yet."""
+        waiting: list[BlockResult] = []
+        size = 0
+        for result in results:
+            if self.known.get(result) is None:
+                waiting.append(result)
+                size += packed_bytes(result)
+                if size >= PACK_BYTES:
+                    self._pack(waiting, measured)
+                    waiting, size = [], 0
+        if waiting:
+            self._pack(waiting, measured)
+
+    def _pack(self, results: Sequence[BlockResult], measured: NDArray[np.float32]) -> None:
+        content = pack_results(results, measured)
+        name = array_name(content, ".npz")
+        self.made[name] = content
+        for place, result in enumerate(results):
+            self.known.put(result, (name, place))
+
+    def _array(self, array: NDArray[Any] | None, to_bytes: Callable[[Any], tuple[bytes, str]]) -> str | None:
+        """The name of an array's part, which is made if it is not known."""
+        if array is None:
+            return None
+        name = self.known.get(array)
+        if not isinstance(name, str):
+            content, suffix = to_bytes(array)
+            name = array_name(content, suffix)
+            self.made[name] = content
+            self.known.put(array, name)
+        self.names.add(name)
+        return name
+
+
+def _all_results(state: FrameState) -> list[BlockResult]:
+    """The present results and those of the kept runs, each once."""
+    found = {id(result): result for result in state.results.values()}
+    for kept in state.runs:
+        found.update((id(result), result) for result in kept.results.values())
+    return list(found.values())
+
+
+def _depth(depth: NDArray[np.float32]) -> tuple[bytes, str]:
+    return npz({"depth": depth}), ".npz"
+
+
+@once_per_frame
+def measured_sha256(frame: RGBDFrame) -> str:
+    """Of a frame's measured depth, which results are kept as differences from."""
+    return array_sha256(frame.measured)
+
+
+def _looked(looked: Looked) -> dict[str, Any]:
+    region = looked.region
+    return {
+        "line": None if looked.line is None else [list(point) for point in looked.line],
+        "region": None if region is None else [[side.start, side.stop] for side in region],
+        "chains": [[list(point) for point in chain] for chain in looked.chains],
+        "reference": looked.reference,
+    }

@@ -1,0 +1,206 @@
+"""Which files of a project's frames are missing or have changed, and looking for them in a folder."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from collections.abc import Collection, Generator, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from ..frame import InputFile
+from ..io.frame_source import FrameSource
+from .encoding import frame_part
+from .parts import Parts
+from .project import ProjectFrame
+from .recorded import UNREADABLE, files_of
+from .sources import Places, source_part
+
+MOST_HASHED = 20_000
+"""Files of a folder that are compared by their content, at most."""
+
+
+@dataclass(frozen=True)
+class LostFile:
+    """A file of a frame that is not to be had.
+
+    Attributes
+    ----------
+    frame : str
+        Id of the frame.
+    wanted : InputFile
+        Where it was, and the SHA-256 of its content; "" where there is no work on the frame, and nobody knows.
+    changed : Path or None
+        What is there in its place, with another content; None if there is nothing.
+    """
+
+    frame: str
+    wanted: InputFile
+    changed: Path | None = None
+
+
+def lost_files(
+    frames: Iterable[ProjectFrame], parts: Parts, places: Places, since: float | None = None
+) -> Generator[None, None, list[LostFile]]:
+    """Look for the files of frames, one frame a step.
+
+    Parameters
+    ----------
+    frames : iterable of ProjectFrame
+    parts : Parts
+        With the states of the frames; what is embedded is at hand.
+    places : Places
+        Where the files may be.
+    since : float, optional
+        Files that were last changed before this time [s since 1970] are taken for what they were without reading them.
+
+    Yields
+    ------
+    None
+        After each frame.
+
+    Returns
+    -------
+    list of LostFile
+    """
+    lost: list[LostFile] = []
+    names = set(parts.names())
+    for frame in frames:
+        lost += [LostFile(frame.id, wanted, found) for wanted, found in _lost(frame, parts, names, places, since)]
+        yield
+    return lost
+
+
+def _lost(
+    frame: ProjectFrame, parts: Parts, names: Collection[str], places: Places, since: float | None
+) -> Iterator[tuple[InputFile, Path | None]]:
+    for wanted in _wanted(frame, parts, names):
+        if wanted.sha256 and source_part(wanted.sha256, wanted.path) in names:
+            continue
+        found = [path for path in places.candidates(wanted) if _is_there(path, folder=not wanted.sha256)]
+        if not found:
+            yield wanted, None
+        elif wanted.sha256 and not any(_is_same(path, wanted.sha256, since) for path in found):
+            yield wanted, found[0]
+
+
+def _wanted(frame: ProjectFrame, parts: Parts, names: Collection[str]) -> list[InputFile]:
+    """The files of a frame, by its state or else by what it is opened from."""
+    name = frame_part(frame.id)
+    if frame.has_state and name in names:
+        try:
+            return list(files_of(parts.read(name)))
+        except UNREADABLE:
+            pass  # what it is opened from is tried then
+    source = frame.source
+    paths = [] if source is None else [source.rgb, source.depth, source.truth]
+    return [InputFile(path, "") for path in paths if path is not None]
+
+
+def find_in(
+    folder: Path, wanted: Collection[InputFile], deep: bool = True
+) -> Generator[float, None, dict[InputFile, Path]]:
+    """Look for files in a folder, and with `deep` in all below it: first among those of the same name, then among
+    others of the same kind. What is found has the very content.
+
+    Parameters
+    ----------
+    folder : Path
+    wanted : collection of InputFile
+        Those without a SHA-256 are found by name alone.
+
+    Yields
+    ------
+    float
+        How much of the folder has been looked through, 0-1, a file a step.
+
+    Returns
+    -------
+    dict of InputFile to Path
+        Those that were found.
+    """
+    found: dict[InputFile, Path] = {}
+    left = list(dict.fromkeys(wanted))
+    names = {_name(file.path) for file in left}
+    kinds = {Path(name).suffix.lower() for name in names}
+    there = [folder, *(_below(folder) if deep else sorted(folder.iterdir()))]
+    for file in [file for file in left if not file.sha256]:  # it may be a folder
+        same = [path for path in there if path.name == _name(file.path) and path.is_dir()]
+        if same:
+            found[file] = same[0]
+    left = [file for file in left if file not in found]
+    files = [path for path in there if path.suffix.lower() in kinds and path.is_file()]
+    files.sort(key=lambda path: path.name not in names)
+    for number, path in enumerate(files[:MOST_HASHED]):
+        if not left:
+            break
+        yield number / len(files)
+        digest = _digest(path)
+        fitting = [file for file in left if (file.sha256 == digest if file.sha256 else _name(file.path) == path.name)]
+        found |= dict.fromkeys(fitting, path)
+        left = [file for file in left if file not in found]
+    return found
+
+
+def relocated(source: FrameSource, found: Mapping[str, Path]) -> FrameSource:
+    """What to open a frame from when files, by their paths as they were, have been found elsewhere.
+
+    Examples
+    --------
+    >>> relocated(FrameSource("/old/a"), {"/old/a/rgb.png": Path("/new/a/rgb.png")}).rgb
+    '/new/a'
+    """
+    return replace(
+        source,
+        rgb=_relocated(source.rgb, found),
+        depth=None if source.depth is None else _relocated(source.depth, found),
+        truth=None if source.truth is None else _relocated(source.truth, found),
+    )
+
+
+def _relocated(path: str, found: Mapping[str, Path]) -> str:
+    if path in found:
+        return str(found[path])
+    for former, now in found.items():  # it may be a folder, of which a file has been found
+        before, *inside = re.split(r"[\\/]", former.removeprefix(path))
+        if former.startswith(path) and not before and list(now.parts[-len(inside) :]) == inside:
+            return str(now.parents[len(inside) - 1])
+    return path
+
+
+def _below(folder: Path) -> Iterator[Path]:
+    """All files and folders in a folder."""
+    for root, folders, names in os.walk(folder):
+        folders.sort()
+        yield from (Path(root, name) for name in (*folders, *sorted(names)))
+
+
+def _name(path: str) -> str:
+    """The last part of a path of any system."""
+    return path.replace("\\", "/").rsplit("/", 1)[-1]
+
+
+def _is_there(path: Path, folder: bool) -> bool:
+    try:
+        return path.is_file() or (folder and path.is_dir())
+    except (OSError, ValueError):
+        return False
+
+
+def _is_same(path: Path, sha256: str, since: float | None) -> bool:
+    try:
+        if since is not None and path.stat().st_mtime < since:
+            return True
+    except OSError:
+        return False
+    return _digest(path) == sha256
+
+
+def _digest(path: Path) -> str:
+    """SHA-256 of a file; "" if it cannot be read."""
+    try:
+        with open(path, "rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError:
+        return ""

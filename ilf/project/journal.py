@@ -1,0 +1,306 @@
+"""The journal: the parts of a project while it is worked on, in a side file that outlives the program's sudden end."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import sqlite3
+import threading
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Self
+from zlib import crc32
+
+import numpy as np
+
+from ..errors import ExportError, InputError
+from ..version import __version__
+from .pieces import Change, Pieces
+
+SCHEMA = 1
+_APPLICATION = 0x494C464A  # "ILFJ"
+_WAIT_S = 2.0
+# pages are small as strokes are; a log of 4 MB is brought into the file; deleted pages need not be written over
+_SETTINGS = """
+    PRAGMA page_size = 1024;
+    PRAGMA locking_mode = EXCLUSIVE;
+    PRAGMA secure_delete = OFF;
+    PRAGMA wal_autocheckpoint = 4000;
+    PRAGMA journal_size_limit = 8000000;
+    PRAGMA synchronous = FULL;
+    PRAGMA fullfsync = ON;
+"""
+_TABLES = f"""
+    BEGIN IMMEDIATE;
+    CREATE TABLE parts (name TEXT PRIMARY KEY, checksum INTEGER NOT NULL, pieces BLOB NOT NULL);
+    CREATE TABLE pieces (id INTEGER PRIMARY KEY, content BLOB NOT NULL);
+    CREATE TABLE note (content TEXT NOT NULL);
+    PRAGMA application_id = {_APPLICATION};
+    PRAGMA user_version = {SCHEMA};
+    COMMIT;
+"""
+_REASONS = {
+    "SQLITE_FULL": "the disk is full. Free some space",
+    "SQLITE_READONLY": "writing is not permitted there",
+    "SQLITE_CANTOPEN": "its folder is not there, or writing is not permitted in it",
+    "SQLITE_IOERR": "the drive does not take it",
+    "SQLITE_CORRUPT": "the file is damaged",
+    "SQLITE_NOTADB": "the file is damaged, or no journal at all",
+}
+
+
+class JournalInUse(InputError):
+    """Another window works on this journal."""
+
+
+def _now() -> datetime:
+    return datetime.now(UTC)
+
+
+@dataclass(frozen=True)
+class JournalNote:
+    """Whose work a journal holds, and of when.
+
+    Attributes
+    ----------
+    project : str
+        Path of the project file; "" if there is none yet.
+    unsaved : bool
+        Whether it holds work that the project file does not.
+    host : str
+        Name of the machine that the window runs on.
+    process : int
+        Number of its process there.
+    program : str
+        Version of the program.
+    started, changed : datetime
+        When the journal was begun, and the time of the last commit.
+    """
+
+    project: str = ""
+    unsaved: bool = True
+    host: str = field(default_factory=socket.gethostname)
+    process: int = field(default_factory=os.getpid)
+    program: str = __version__
+    started: datetime = field(default_factory=_now)
+    changed: datetime = field(default_factory=_now)
+
+    def to_json(self) -> str:
+        """As `from_json` takes it."""
+        times = {"started": self.started.isoformat(), "changed": self.changed.isoformat()}
+        return json.dumps({**asdict(self), **times})
+
+    @classmethod
+    def from_json(cls, text: str) -> Self:
+        """Raises ValueError, TypeError or KeyError for what `to_json` has not made."""
+        values = json.loads(text)
+        times = {name: datetime.fromisoformat(values[name]) for name in ("started", "changed")}
+        return cls(**{**values, **times})
+
+
+class Journal:
+    """Parts of a project in an SQLite file of a window's own: what one commit brings is there as a whole or not at all.
+
+    Images that differ in a few strips share the others: what has not changed is not written again. It is locked as long
+    as it is open, and a lock ends with its process. Safe from several threads.
+
+    Parameters
+    ----------
+    path : path-like
+        Made with its folders if it is not there.
+
+    Raises
+    ------
+    JournalInUse
+        If another window, of this process or another, has it open.
+    InputError
+        If the file is no journal, damaged, or of a newer program.
+    ExportError
+        If it cannot be made or written.
+
+    Examples
+    --------
+    >>> journal = Journal("work.journal")
+    >>> journal.commit({"frames/1.json": b"{}", "arrays/2.png": b"..."})
+    >>> journal.commit({"frames/1.json": b"[]"}, drop=["arrays/2.png"])
+    >>> sorted(journal.names()), journal.read("frames/1.json")
+    (['frames/1.json'], b'[]')
+    >>> journal.discard()
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = Path(path).absolute()
+        self._lock = threading.RLock()
+        self._pieces: Pieces | None = None
+        """Of what is there; read when something is to be written for the first time."""
+        with self._telling(reading=self.path.exists()):
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            self._database = sqlite3.connect(self.path, timeout=_WAIT_S, isolation_level=None, check_same_thread=False)
+        try:
+            with self._telling(reading=True):
+                self._open()
+            self._file = _identity(self.path)
+        except BaseException:
+            self._database.close()
+            raise
+
+    def _open(self) -> None:
+        database = self._database
+        database.executescript(_SETTINGS)
+        (application,), (schema,) = (
+            database.execute(f"PRAGMA {name}").fetchone() for name in ("application_id", "user_version")
+        )
+        if application == 0 and not database.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
+            with self._telling(reading=False):
+                database.execute("PRAGMA journal_mode = WAL")
+                database.executescript(_TABLES)
+            self.note = JournalNote()
+            return
+        if application != _APPLICATION:
+            raise InputError(f"{self.path} is no journal of this program.")
+        if schema > SCHEMA:
+            raise InputError(f"{self.path} was made by a newer version of this program: open it with that.")
+        self.note = self._read_note()
+
+    def _read_note(self) -> JournalNote:
+        try:
+            row = self._database.execute("SELECT content FROM note").fetchone()
+            return JournalNote() if row is None else JournalNote.from_json(row[0])
+        except (sqlite3.DatabaseError, ValueError, TypeError, KeyError):
+            changed = datetime.fromtimestamp(self.path.stat().st_mtime, UTC)
+            return JournalNote("", True, "", 0, "", changed, changed)
+
+    @property
+    def is_there(self) -> bool:
+        """Whether its path still leads to the file that is written to."""
+        try:
+            return _identity(self.path) == self._file
+        except OSError:
+            return False
+
+    def names(self) -> frozenset[str]:
+        """All names; of a damaged file those that can be read."""
+        with self._lock:
+            return frozenset(self._names())
+
+    def _names(self) -> Iterator[str]:
+        # each way stops where the file is damaged: together they tell what lies before and behind, and in the index
+        for way in ("ORDER BY rowid", "ORDER BY rowid DESC", "ORDER BY name"):
+            try:
+                for (name,) in self._database.execute(f"SELECT name FROM parts {way}"):
+                    yield name
+            except sqlite3.DatabaseError:
+                continue
+            return
+
+    def read(self, name: str) -> bytes:
+        """The bytes of a name; raises InputError if there is no such part or it is damaged."""
+        with self._lock:
+            row = self._row(name)
+            content = None if row is None else self._joined(row[1])
+        if row is None:
+            raise InputError(f"{self.path} has no part {name}.")
+        if content is None or crc32(content) != row[0]:
+            raise InputError(f"The part {name} of {self.path} is damaged.")
+        return content
+
+    def _row(self, name: str) -> tuple[int, bytes] | None:
+        """Checksum and pieces of a part."""
+        damaged = None
+        for found in ("name = ?", "+name = ?"):  # by the index, or by looking through all
+            try:
+                row: tuple[int, bytes] | None
+                row = self._database.execute(f"SELECT checksum, pieces FROM parts WHERE {found}", (name,)).fetchone()
+                return row
+            except sqlite3.DatabaseError as error:
+                damaged = error
+        raise InputError(f"The part {name} of {self.path} is damaged.") from damaged
+
+    def _joined(self, pieces: bytes) -> bytes | None:
+        """The content of pieces, one after the other; None if one cannot be read."""
+        try:
+            numbers, read = np.frombuffer(pieces, np.int64).tolist(), self._database.execute
+            rows = (read("SELECT content FROM pieces WHERE id = ?", (number,)).fetchone() for number in numbers)
+            return b"".join(row[0] for row in rows)
+        except (sqlite3.DatabaseError, TypeError, ValueError):
+            return None
+
+    def commit(self, put: Mapping[str, bytes], drop: Collection[str] = (), note: JournalNote | None = None) -> None:
+        """Keep parts, take others out and say of whom all is, as one step that a power cut cannot divide.
+
+        Raises
+        ------
+        ExportError
+            If it cannot be written. What was there is as it was.
+        """
+        if not self.is_there:
+            raise ExportError(f"{self.path} is not there any more: it was moved or deleted, or its drive was removed.")
+        note = replace(self.note if note is None else note, changed=_now())
+        with self._lock, self._telling(reading=False):
+            if self._pieces is None:
+                rows = self._database.execute("SELECT name, pieces FROM parts")
+                self._pieces = Pieces({name: np.frombuffer(numbers, np.int64) for name, numbers in rows})
+            change = self._pieces.change(put, drop)
+            self._write(change, put, drop, note)
+            self._pieces.take(change)
+        self.note = note
+
+    def _write(self, change: Change, put: Mapping[str, bytes], drop: Collection[str], note: JournalNote) -> None:
+        with _transaction(self._database) as database:
+            gone = [(name,) for name in {*drop} - put.keys()]
+            database.executemany("DELETE FROM parts WHERE name = ?", gone)
+            database.executemany("DELETE FROM pieces WHERE id = ?", [(piece,) for piece in change.gone])
+            database.executemany("INSERT INTO pieces VALUES (?, ?)", change.made.items())
+            rows = [(name, crc32(put[name]), numbers.tobytes()) for name, numbers in change.parts.items()]
+            database.executemany("INSERT OR REPLACE INTO parts VALUES (?, ?, ?)", rows)
+            database.execute("DELETE FROM note")
+            database.execute("INSERT INTO note VALUES (?)", (note.to_json(),))
+
+    def close(self) -> None:
+        """Give the file free; nothing can be read any more."""
+        with self._lock:
+            self._database.close()
+
+    def discard(self) -> None:
+        """Close it and take the file away."""
+        there = self.is_there
+        self.close()
+        if there:
+            for suffix in ("-wal", ""):
+                self.path.with_name(self.path.name + suffix).unlink(missing_ok=True)
+
+    @contextmanager
+    def _telling(self, reading: bool) -> Iterator[None]:
+        """What goes wrong is said in words."""
+        try:
+            yield
+        except sqlite3.Error as error:
+            name = getattr(error, "sqlite_errorname", "")
+            if name.startswith(("SQLITE_BUSY", "SQLITE_LOCKED")):
+                raise JournalInUse(f"Another window works on {self.path}.") from error
+            reason = next((text for code, text in _REASONS.items() if name.startswith(code)), str(error))
+            kind, what = (InputError, "read") if reading else (ExportError, "write")
+            raise kind(f"Could not {what} {self.path}: {reason}.") from error
+        except OSError as error:
+            raise ExportError(f"Could not write {self.path}: {error.strerror or error}.") from error
+
+
+@contextmanager
+def _transaction(database: sqlite3.Connection) -> Iterator[sqlite3.Connection]:
+    database.execute("BEGIN IMMEDIATE")
+    try:
+        yield database
+        database.execute("COMMIT")
+    except BaseException:
+        if database.in_transaction:  # some errors have ended it already
+            database.execute("ROLLBACK")
+        raise
+
+
+def _identity(path: Path) -> tuple[int, int]:
+    status = path.stat()
+    return status.st_dev, status.st_ino

@@ -1,0 +1,193 @@
+"""The journals that windows have left behind: those that came to a sudden end with work that is in no project file."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import socket
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import platformdirs
+
+from ..errors import IlfError, InputError
+from .encoding import frame_part
+from .journal import Journal, JournalInUse, JournalNote
+from .parts import Parts
+from .project import Project, ProjectFrame
+from .project_json import ReadProject, decode_project, found_frames
+from .recorded import UNREADABLE, arrays_of
+from .thumbnail import thumbnail_part
+
+SUFFIX = ".journal"
+
+
+def journal_folder() -> Path:
+    """Where windows keep their journals: `ILF_AUTOSAVE`, or a folder in the user's data folder."""
+    chosen = os.environ.get("ILF_AUTOSAVE")
+    return Path(chosen) if chosen else platformdirs.user_data_path("ilf-studio", appauthor=False) / "autosave"
+
+
+@dataclass(frozen=True, eq=False)
+class LeftWork:
+    """What a window has left behind. Nobody else can take it as long as it is held.
+
+    Attributes
+    ----------
+    path : Path
+        Of the journal.
+    note : JournalNote or None
+        Whose work it is, and of when; None if the journal cannot be read.
+    read : ReadProject
+        The list of frames, with how they stand now.
+    changed : frozenset of str
+        Ids of the frames whose state is in the journal: what the project file has of them is older.
+    problem : str
+        Why the journal cannot be read; "" if it can.
+    """
+
+    path: Path
+    note: JournalNote | None = None
+    read: ReadProject = field(default_factory=lambda: ReadProject(Project()))
+    changed: frozenset[str] = frozenset()
+    problem: str = ""
+    _journal: Journal | None = None
+
+    @property
+    def parts(self) -> Parts:
+        """All that it holds; raises InputError if it cannot be read."""
+        if self._journal is None:
+            raise InputError(self.problem)
+        return self._journal
+
+    @property
+    def frames(self) -> tuple[ProjectFrame, ...]:
+        """Those with work in it."""
+        return tuple(frame for frame in self.read.project.frames if frame.id in self.changed)
+
+    def picture(self) -> bytes | None:
+        """A JPEG image of the frame that was looked at last, or of another one with work; None if there is none."""
+        for frame_id in (self.read.project.present, *sorted(self.changed)):
+            with contextlib.suppress(IlfError):
+                return self.parts.read(thumbnail_part(frame_id))
+        return None
+
+    def release(self) -> None:
+        """Leave it for another time."""
+        if self._journal is not None:
+            self._journal.close()
+
+    def discard(self) -> None:
+        """It is not wanted any more; raises OSError if it cannot be taken away."""
+        if self._journal is not None:
+            self._journal.discard()
+        for suffix in ("-wal", ""):
+            self.path.with_name(self.path.name + suffix).unlink(missing_ok=True)
+
+
+def left_work(folder: Path) -> list[LeftWork]:
+    """What windows that are no longer there have left in a folder, the newest first.
+
+    Journals that are in use are left alone. Those that hold nothing that is not saved are taken away.
+    """
+    found = [_left(path) for path in folder.glob(f"*{SUFFIX}")]
+    there = [left for left in found if left is not None]
+    return sorted(there, key=lambda left: left.note.changed.timestamp() if left.note else 0.0, reverse=True)
+
+
+def _left(path: Path) -> LeftWork | None:
+    try:
+        journal = Journal(path)
+    except JournalInUse:
+        return None
+    except IlfError as error:
+        return LeftWork(path, problem=str(error))
+    note, names = journal.note, journal.names()
+    changed = frozenset(name.split("/")[1].removesuffix(".json") for name in names if name.startswith("frames/"))
+    if not names or (not note.unsaved and note.host == socket.gethostname()):
+        with contextlib.suppress(OSError):
+            journal.discard()
+        return None
+    try:
+        read = decode_project(journal, Path(note.project) if note.project else None)
+    except IlfError as error:
+        journal.close()
+        return LeftWork(path, note, problem=str(error))
+    now = {frame.id: frame for frame in found_frames(journal)}
+    listed = [_as_it_is(frame, now.pop(frame.id, None)) for frame in read.project.frames]
+    project = replace(read.project, frames=(*listed, *now.values()))
+    return LeftWork(path, note, replace(read, project=project), changed, _journal=journal)
+
+
+def _as_it_is(listed: ProjectFrame, own: ProjectFrame | None) -> ProjectFrame:
+    """A frame of the list, with what its own part, which is newer, says of it."""
+    if own is None:
+        return listed
+    fresh = own.summary
+    summary = replace(
+        listed.summary, stage=fresh.stage, note=fresh.note, shape=fresh.shape, completed=fresh.completed, problem=""
+    )
+    return replace(listed, has_state=True, summary=summary)
+
+
+@dataclass(frozen=True)
+class Copied:
+    """Frames' parts under new ids.
+
+    Attributes
+    ----------
+    put : dict of str to bytes
+    refers : dict of str to frozenset of str
+        Id of a frame -> the arrays that its state refers to.
+    problems : tuple of str
+        What could not be read; a sentence each.
+    """
+
+    put: dict[str, bytes]
+    refers: dict[str, frozenset[str]]
+    problems: tuple[str, ...]
+
+
+def copied_frames(stores: Collection[Parts], ids: Mapping[str, str]) -> Copied:
+    """All that frames refer to, each part from the first store that has it and can give it.
+
+    Parameters
+    ----------
+    stores : collection of Parts
+    ids : mapping of str to str
+        Id of a frame in them -> the one that it is to have.
+    """
+    put: dict[str, bytes] = {}
+    refers: dict[str, frozenset[str]] = {}
+    problems: list[str] = []
+    for former, frame_id in ids.items():
+        try:
+            content = _first(stores, frame_part(former))
+            names = arrays_of(content)
+            put[frame_part(frame_id)] = content if former == frame_id else _renamed(content, frame_id)
+        except UNREADABLE as error:
+            problems.append(f"The work on a frame is lost: {error}")
+            continue
+        refers[frame_id] = names
+        for name in names - put.keys():
+            with contextlib.suppress(InputError):  # what that costs is told of when the frame is opened
+                put[name] = _first(stores, name)
+        with contextlib.suppress(InputError):
+            put[thumbnail_part(frame_id)] = _first(stores, thumbnail_part(former))
+    return Copied(put, refers, tuple(problems))
+
+
+def _first(stores: Collection[Parts], name: str) -> bytes:
+    problem = InputError(f"There is no part {name}.")
+    for parts in stores:
+        try:
+            return parts.read(name)
+        except InputError as error:
+            problem = error
+    raise problem
+
+
+def _renamed(content: bytes, frame_id: str) -> bytes:
+    return json.dumps(json.loads(content) | {"id": frame_id}).encode()

@@ -1,0 +1,175 @@
+"""Arrays as bytes and back: label maps and masks as PNG, everything else packed as npz; never larger than asked for."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import zipfile
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from ..errors import FormatError
+from ..io.files import FileContent
+from ..io.headers import image_header
+from ..io.images import encode_image, read_colour
+from ..io.label_files import read_labels
+from ..masks import fixed
+from .strips import png_in_strips
+
+ARRAYS = "arrays/"
+
+MAX_UNPACKED = 2**29
+"""Bytes that an array may have: the depth of the largest frame that is read."""
+
+_LONGEST_HEADER = 1024
+_NPY_ERRORS = (zipfile.BadZipFile, zlib.error, EOFError, OSError, LookupError, RuntimeError, ValueError, SyntaxError)
+"""What reading a damaged npz may raise: NotImplementedError is a RuntimeError, decoding errors are ValueErrors."""
+
+Array = TypeVar("Array", bound=NDArray[Any])
+
+
+def array_name(content: bytes, suffix: str) -> str:
+    """What a part with an array is called: by the SHA-256 of its bytes.
+
+    Examples
+    --------
+    >>> array_name(b"", ".png")[:20]
+    'arrays/e3b0c44298fc1'
+    """
+    return f"{ARRAYS}{hashlib.sha256(content).hexdigest()}{suffix}"
+
+
+def check_content(name: str, content: bytes) -> None:
+    """Raise FormatError if bytes are not those that a part is named after."""
+    digest = Path(name).stem
+    if hashlib.sha256(content).hexdigest() != digest:
+        raise FormatError(f"The part {name[:24]}... is damaged: its content does not fit its name.")
+
+
+def labels_to_bytes(labels: NDArray[np.int32]) -> tuple[bytes, str]:
+    """A label map as PNG with 16 bits, or as npz if it has larger labels; and the suffix."""
+    if labels.size and labels.max() > np.iinfo(np.uint16).max:
+        return npz({"labels": labels}), ".npz"
+    return png_in_strips(labels.astype(np.uint16)), ".png"
+
+
+def labels_from_bytes(name: str, content: bytes, shape: tuple[int, int]) -> NDArray[np.int32]:
+    """Inverse of `labels_to_bytes`, int32 (H, W), that nobody can write to; raises FormatError or InputError."""
+    if name.endswith(".npz"):
+        labels = Npz(name, content).array("labels", np.int32, shape)
+    else:
+        labels = read_labels(_image(name, content, shape), shape)
+    if labels.min(initial=0) < 0:
+        raise FormatError(f"The label map {name[:24]}... has negative labels.")
+    return _read_only(labels)
+
+
+def mask_to_bytes(mask: NDArray[np.bool_]) -> tuple[bytes, str]:
+    """A mask as PNG with 1 bit; and the suffix."""
+    return png_in_strips(mask), ".png"
+
+
+def mask_from_bytes(name: str, content: bytes, shape: tuple[int, int]) -> NDArray[np.bool_]:
+    """Inverse of `mask_to_bytes`, that nobody can write to; raises FormatError or InputError."""
+    return _read_only(read_labels(_image(name, content, shape), shape, what="mask") > 0)
+
+
+def colour_to_bytes(rgb: NDArray[np.uint8]) -> tuple[bytes, str]:
+    """Colour (H, W, 3), red first, as PNG; and the suffix."""
+    return encode_image(".png", np.ascontiguousarray(rgb[..., ::-1])), ".png"
+
+
+def colour_from_bytes(name: str, content: bytes, shape: tuple[int, int]) -> NDArray[np.uint8]:
+    """Inverse of `colour_to_bytes`, that nobody can write to; raises FormatError or InputError."""
+    return _read_only(read_colour(_image(name, content, shape)))
+
+
+def npz(arrays: Mapping[str, NDArray[Any]], texts: Mapping[str, bytes] | None = None) -> bytes:
+    """Arrays, and files of text beside them, as one npz; the same bytes for the same arrays."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as packed:
+        for name, text in (texts or {}).items():
+            packed.writestr(_entry(name), text)
+        for name, array in arrays.items():
+            content = io.BytesIO()
+            np.lib.format.write_array(content, np.ascontiguousarray(array), allow_pickle=False)
+            packed.writestr(_entry(f"{name}.npy"), content.getbuffer())
+    return buffer.getvalue()
+
+
+def _entry(name: str) -> zipfile.ZipInfo:
+    entry = zipfile.ZipInfo(name)  # which has a fixed date
+    entry.compress_type = zipfile.ZIP_DEFLATED
+    return entry
+
+
+class Npz:
+    """What is in the bytes of an npz: whoever asks for an array says how large it must be, and no more is unpacked.
+
+    Parameters
+    ----------
+    name : str
+        Of the part, for messages.
+    content : bytes
+
+    Raises
+    ------
+    FormatError
+        If it is damaged; so do the methods.
+    """
+
+    def __init__(self, name: str, content: bytes) -> None:
+        self._name = name
+        try:
+            self._zip = zipfile.ZipFile(io.BytesIO(content))
+        except _NPY_ERRORS as error:
+            raise self._damaged(error) from error
+
+    def array(self, name: str, dtype: DTypeLike, shape: tuple[int, ...]) -> NDArray[Any]:
+        """An array of just this type and shape."""
+        wanted = np.dtype(dtype)
+        size = wanted.itemsize * int(np.prod(shape, dtype=object))
+        content = io.BytesIO(self.text(f"{name}.npy", size + _LONGEST_HEADER))
+        try:
+            if np.lib.format.read_magic(content) != (1, 0):
+                raise ValueError(f"{name} is of another version")
+            found_shape, fortran, found = np.lib.format.read_array_header_1_0(content)
+        except _NPY_ERRORS as error:
+            raise self._damaged(error) from error
+        body = content.read()
+        if found != wanted or found_shape != shape or (fortran and len(shape) > 1) or len(body) != size:
+            raise FormatError(f"The part {self._name[:24]}... is damaged: {name} is not {shape} {wanted}.")
+        return np.frombuffer(body, wanted).reshape(shape).copy()
+
+    def text(self, name: str, at_most: int) -> bytes:
+        """The bytes of a file in it, which may not be more than so many."""
+        try:
+            entry = self._zip.getinfo(name)
+            if entry.file_size > min(at_most, MAX_UNPACKED):
+                raise ValueError(f"{name} is too large")
+            with self._zip.open(entry) as stream:
+                content = stream.read(entry.file_size + 1)
+        except _NPY_ERRORS as error:
+            raise self._damaged(error) from error
+        return content
+
+    def _damaged(self, error: Exception) -> FormatError:
+        return FormatError(f"The part {self._name[:24]}... is damaged ({str(error) or type(error).__name__}).")
+
+
+def _image(name: str, content: bytes, shape: tuple[int, int]) -> FileContent:
+    """An image whose header has been looked at: it is of this shape."""
+    header = image_header(name, content)
+    if header.kind != "PNG" or (header.height, header.width) != shape:
+        raise FormatError(f"The part {name[:24]}... is {header.width} x {header.height}, the frame is another size.")
+    return FileContent(Path(name), np.frombuffer(content, np.uint8))
+
+
+def _read_only(array: Array) -> Array:
+    array.setflags(write=False)
+    return fixed(array)

@@ -1,0 +1,314 @@
+"""project.json: which frames there are, where their files are, and what is set for all of them."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..camera import CameraIntrinsics
+from ..errors import FormatError, IlfError
+from ..io.camera_files import IntrinsicsSpec
+from ..io.frame_source import FrameSource
+from ..parameters import BlockParameters, Parameters
+from ..run.record_file import parsed_inputs
+from ..sections import Section
+from ..version import __version__
+from .encoding import PROGRAM, SCHEMA
+from .json_values import plain, strict_json
+from .parameter_values import parameters_from
+from .parts import Parts
+from .project import FrameSummary, Project, ProjectFrame, Stage
+from .recorded import UNREADABLE, read_frame_part
+from .sources import FilePlace, Places
+
+PROJECT = "project.json"
+
+
+@dataclass(frozen=True)
+class ReadProject:
+    """What project.json says, as far as it could be read.
+
+    Attributes
+    ----------
+    project : Project
+    places : Places
+        Where the files of its frames are.
+    embedded : bool
+        Whether the files of frames are to be embedded when it is saved.
+    problems : tuple of str
+        What could not be read, and what that means; a sentence each.
+    read_only : str
+        Why it can be looked at but not be saved in its place; "" if it can.
+    """
+
+    project: Project
+    places: Places = field(default_factory=Places)
+    embedded: bool = False
+    problems: tuple[str, ...] = ()
+    read_only: str = ""
+
+
+def encode_project(project: Project, places: Places | None = None, *, embedded: bool = False) -> bytes:
+    """The content of the part project.json.
+
+    Parameters
+    ----------
+    project : Project
+    places : Places, optional
+        Where the files of its frames are, seen from the project file.
+    embedded : bool
+        Whether they are embedded whenever it is saved.
+    """
+    known = places or Places()
+    data = {
+        "program": PROGRAM,
+        "schema": SCHEMA,
+        "version": __version__,
+        "folder": None if known.project is None else str(known.project.parent),
+        "frames": [
+            {
+                "id": frame.id,
+                "name": frame.name,
+                "source": None if frame.source is None else _source(frame.source),
+                "summary": vars(frame.summary),
+                "has_state": frame.has_state,
+            }
+            for frame in project.frames
+        ],
+        "present": project.present,
+        "parameters": project.common.to_dict(),
+        "for_all": project.for_all,
+        "extraction": project.extraction.to_dict(),
+        "keeps_handmade": project.keeps_handmade,
+        "view": plain(project.view),
+        "embedded": embedded,
+        "files": {path: vars(place) for path, place in known.files.items()},
+    }
+    return strict_json(data)
+
+
+def decode_project(parts: Parts, path: Path | None = None) -> ReadProject:
+    """The project that is kept in parts; where its json cannot be read, with the frames whose states are there.
+
+    Parameters
+    ----------
+    parts : Parts
+    path : Path, optional
+        Of the project file, from which relative paths are seen.
+
+    Raises
+    ------
+    FormatError
+        If there is neither a project nor a frame.
+    """
+    try:
+        data = json.loads(parts.read(PROJECT))
+        if not isinstance(data, dict) or data.get("program") != PROGRAM:
+            raise FormatError("It is of another program.")
+    except UNREADABLE as error:
+        frames = tuple(found_frames(parts))
+        if not frames:
+            raise FormatError(f"There is no project in it: {error}") from error
+        lost = f"The list of frames is lost, with what is set for all of them: {error} {len(frames)} were found."
+        return ReadProject(Project(frames), Places(path), problems=(lost,))
+    return _Reader(Section("project", data), path).project()
+
+
+def read_only_reason(parts: Parts) -> str:
+    """Why a project cannot be saved in place of what is kept in these parts; "" if it can, or there is none."""
+    try:
+        return _newer(json.loads(parts.read(PROJECT)))
+    except UNREADABLE:
+        return ""
+
+
+def _newer(data: dict[str, Any]) -> str:
+    schema = data.get("schema")
+    if type(schema) is not int or schema <= SCHEMA:
+        return ""
+    version = str(data.get("version", "?"))
+    return (
+        f"A newer version of the program ({version:.20}) has written this project: some of it may be missing here. It "
+        "can be looked at and saved under another name, but not in its place."
+    )
+
+
+class _Reader:
+    """A project on its way out of its json."""
+
+    def __init__(self, data: Section, path: Path | None) -> None:
+        self._data, self._path = data, path
+        self._problems: list[str] = []
+
+    def project(self) -> ReadProject:
+        data, problems = self._data, self._problems
+        places = Places(self._path, self._files())
+        moved = self._path is not None and self._value("folder", None, str, type(None)) != str(self._path.parent)
+        frames = []
+        for row in self._value("frames", [], list):
+            try:
+                frames.append(_frame(Section("frame", row), places if moved else None))
+            except UNREADABLE as error:
+                problems.append(f"A frame of the list is lost: {error}")
+        parameters = parameters_from(
+            Parameters, self._value("parameters", {}, dict), "The parameters for all frames", problems
+        )
+        extraction = parameters_from(
+            BlockParameters, self._value("extraction", {}, dict), "The parameters of the extraction", problems
+        )
+        project = Project(
+            tuple({frame.id: frame for frame in frames}.values()),
+            self._value("present", "", str),
+            parameters,
+            self._value("for_all", False, bool),
+            extraction,
+            self._value("keeps_handmade", True, bool),
+            self._value("view", {}, dict),
+        )
+        return ReadProject(project, places, self._value("embedded", False, bool), tuple(problems), _newer(data.values))
+
+    def _value(self, key: str, default: Any, *kinds: type) -> Any:
+        try:
+            return self._data.get(key, *kinds)
+        except IlfError as error:
+            self._problems.append(f"{error} The default is taken.")
+            return default
+
+    def _files(self) -> dict[str, FilePlace]:
+        found = {}
+        for path, place in self._value("files", {}, dict).items():
+            relative, absolute = (
+                place.get(key) if isinstance(place, dict) else None for key in ("relative", "absolute")
+            )
+            if isinstance(relative, str | None) and isinstance(absolute, str | None):
+                found[path] = FilePlace(relative, absolute)
+        return found
+
+
+def _frame(row: Section, moved: Places | None) -> ProjectFrame:
+    """A frame of the list; with `moved`, of a project that has come from elsewhere."""
+    source = None
+    if row.get("source", dict, type(None)) is not None:
+        source = _source_from(row.section("source"))
+        if moved is not None:
+            source = dataclasses.replace(
+                source,
+                rgb=_present(source.rgb, moved),
+                depth=None if source.depth is None else _present(source.depth, moved),
+                truth=None if source.truth is None else _present(source.truth, moved),
+            )
+    identity = row.get("id", str)
+    if not re.fullmatch(r"[A-Za-z0-9_-]{1,64}", identity):
+        raise FormatError(f"{identity!r:.40} is no id.")
+    return ProjectFrame(identity, row.get("name", str), source, _summary(row), row.get("has_state", bool))
+
+
+def _present(path: str, places: Places) -> str:
+    """Where a file of a moved project is now, if it has come along; where it was if not."""
+    beside = places.beside(path)
+    return str(beside) if beside is not None and beside.exists() else path
+
+
+def _summary(row: Section) -> FrameSummary:
+    """What the list says of the frame; nothing if that cannot be read, since it can be worked out again."""
+    try:
+        summary = row.section("summary")
+        shape = summary.get("shape", list, type(None))
+        return FrameSummary(
+            Stage(summary.get("stage", str)),
+            summary.get("note", str),
+            None if shape is None else (int(shape[0]), int(shape[1])),
+            summary.get("missing", float, type(None)),
+            summary.get("blocks", int),
+            summary.get("completed", int),
+            summary.get("to_check", int),
+            summary.get("problem", str),
+            summary.get("own_parameters", bool),
+        )
+    except UNREADABLE:
+        return FrameSummary()
+
+
+def _source(source: FrameSource) -> dict[str, Any]:
+    return {
+        "rgb": source.rgb,
+        "depth": source.depth,
+        "depth_units": source.depth_units,
+        "intrinsics": _camera(source.intrinsics),
+        "truth": source.truth,
+        "truth_units": source.truth_units,
+    }
+
+
+def _source_from(data: Section) -> FrameSource:
+    camera = data.values.get("intrinsics")
+    if isinstance(camera, dict) and "camera" in camera:
+        fx, fy, cx, cy, name = camera["camera"]
+        camera = CameraIntrinsics(float(fx), float(fy), float(cx), float(cy), str(name))
+    return FrameSource(
+        data.get("rgb", str),
+        data.get("depth", str, type(None)),
+        data.get("depth_units", float, type(None)),
+        camera,
+        data.get("truth", str, type(None)),
+        data.get("truth_units", float, type(None)),
+    )
+
+
+def _camera(given: IntrinsicsSpec | None) -> Any:
+    """Intrinsics as JSON has them; a camera as such, everything else as it was given."""
+    if isinstance(given, CameraIntrinsics):
+        return {"camera": [given.fx, given.fy, given.cx, given.cy, given.name]}
+    if isinstance(given, np.ndarray):
+        return given.tolist()
+    return plain(os.fspath(given) if isinstance(given, os.PathLike) else given)
+
+
+def found_frames(parts: Parts) -> list[ProjectFrame]:
+    """The frames whose states are there, with what these say of themselves."""
+    frames = []
+    for name in sorted(parts.names()):
+        if name.startswith("frames/"):
+            try:
+                frames.append(_of_its_own(name.removeprefix("frames/").removesuffix(".json"), parts))
+            except UNREADABLE:
+                continue
+    return frames
+
+
+def _of_its_own(identity: str, parts: Parts) -> ProjectFrame:
+    """A frame by its own part."""
+    data = read_frame_part(identity, parts)
+    frame, source = data.section("frame"), None
+    if "inputs" in frame.values:
+        inputs = parsed_inputs(frame.section("inputs"))
+        truth = inputs.truth
+        source = FrameSource(
+            inputs.rgb.path,
+            inputs.depth.path,
+            inputs.depth_units,
+            inputs.intrinsics,
+            None if truth is None else truth.path,
+            None if truth is None else truth.units,
+        )
+    height, width = frame.items("shape", int)
+    stage = _stage(data.values)
+    summary = FrameSummary(stage, data.get("note", str), (height, width), completed=len(data.get("results", list)))
+    return ProjectFrame(identity, frame.get("name", str), source, summary, True)
+
+
+def _stage(data: Mapping[str, Any]) -> Stage:
+    """How far a frame has come, by the names of its parts: the same content has the same name."""
+    if data.get("results"):
+        return Stage.RUN
+    notes = data.get("notes") or {}
+    as_extracted = notes.get("extracted") == data.get("labels") and not notes.get("kept")
+    return Stage.EXTRACTED if as_extracted else Stage.EDITED

@@ -1,0 +1,227 @@
+"""Results of blocks, many to a part: depth only where it differs from what was measured, histories as columns."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..blocks import Block, Box
+from ..errors import FormatError
+from ..filter.convergence import IterationRecord
+from ..filter.edge_aware.record import EdgeAwareRecord
+from ..filter.history import CompactHistory
+from ..filter.pass_band.record import PassBandRecord
+from ..outcomes import BlockResult, History
+from ..parameters import BlockParameters, Parameters
+from ..run.record import outcome_to_dict
+from ..run.record_file import parsed_outcome
+from ..sections import Section
+from .json_values import strict_json
+from .packing import MAX_UNPACKED, Npz, npz
+
+PACK_BYTES = 2**23
+"""Bytes of masks and depth, before they are compressed, after which another pack begins."""
+
+_RESULTS = "results.json"
+_KINDS: dict[str, type[IterationRecord]] = {
+    kind.__name__: kind for kind in (IterationRecord, EdgeAwareRecord, PassBandRecord)
+}
+_DTYPES = {"i": np.int64, "stage": np.int64, "cell": np.int64, "round": np.int64, "weighted": np.bool_}
+"""Values of records that are not float64."""
+_PAIRS = {"radii"}
+
+
+def pack_results(results: Sequence[BlockResult], measured: NDArray[np.float32]) -> bytes:
+    """The content of a part with these results.
+
+    Parameters
+    ----------
+    results : sequence of BlockResult
+    measured : ndarray of float32, shape (H, W)
+        The frame's `measured` depth [m], which it takes to unpack them.
+    """
+    parameters, edges = _Numbered(), _Numbered()
+    entries: list[dict[str, Any]] = []
+    masks, changed, depths, drawn = [], [], [], []
+    columns: dict[tuple[str, str], list[NDArray[Any]]] = {}
+    for result in results:
+        history = _compact(result.history)
+        entries.append(
+            {
+                "label": result.block.label,
+                "box": [int(end) for side in result.block.box for end in (side.start, side.stop)],
+                "outcome": outcome_to_dict(result.outcome),
+                "parameters": parameters.of(result.parameters.to_dict()),
+                "edges": None if result.edges is None else edges.of(result.edges.to_dict()),
+                "network": result.network,
+                "notes": list(result.notes),
+                "drawn": result.drawn is not None,
+                "history": None if history is None else [history.kind.__name__, len(history)],
+            }
+        )
+        before = measured[result.block.box][result.block.mask]
+        differs = _bits(result.depth) != _bits(before)
+        masks.append(np.packbits(result.block.mask))
+        changed.append(np.packbits(differs))
+        depths.append(result.depth[differs])
+        if result.drawn is not None:
+            drawn.append(np.packbits(result.drawn))
+        if history is not None:
+            for name, column in history.columns.items():
+                columns.setdefault((history.kind.__name__, name), []).append(column)
+    arrays = {"masks": _joined(masks, np.uint8), "changed": _joined(changed, np.uint8)}
+    arrays |= {"depth": _joined(depths, np.float32), "drawn": _joined(drawn, np.uint8)}
+    arrays |= {f"{kind}.{name}": _joined(parts, _dtype(name)) for (kind, name), parts in columns.items()}
+    head = {"results": entries, "parameters": parameters.values, "edges": edges.values}
+    return npz(arrays, {_RESULTS: strict_json(head)})
+
+
+def packed_bytes(result: BlockResult) -> int:
+    """About how much a result adds to what a pack has to hold, before it is compressed."""
+    return result.block.mask.size // 8 + result.depth.size * 4 + len(result.history) * 72
+
+
+def unpack_results(name: str, content: bytes, measured: NDArray[np.float32]) -> list[BlockResult]:
+    """Inverse of `pack_results`.
+
+    Raises
+    ------
+    FormatError
+        If the part is damaged, or is of another frame.
+    """
+    packed = Npz(name, content)
+    try:
+        head = Section("results", json.loads(packed.text(_RESULTS, MAX_UNPACKED // 8)))
+        return list(_unpacked(packed, head, measured))
+    except FormatError:
+        raise
+    except (ArithmeticError, LookupError, TypeError, ValueError, RecursionError) as error:
+        raise FormatError(f"The results in {name[:24]}... cannot be read ({error}).") from error
+
+
+class _Numbered:
+    """Each value once."""
+
+    def __init__(self) -> None:
+        self.values: list[dict[str, Any]] = []
+        self._places: dict[tuple[object, ...], int] = {}
+
+    def of(self, value: dict[str, Any]) -> int:
+        key = tuple(value.items())
+        if key not in self._places:
+            self._places[key] = len(self.values)
+            self.values.append(value)
+        return self._places[key]
+
+
+class _Stretch:
+    """An array that is read from its beginning to its end."""
+
+    def __init__(self, array: NDArray[Any]) -> None:
+        self.array, self.place = array, 0
+
+    def next(self, count: int) -> NDArray[Any]:
+        self.place += count
+        return self.array[self.place - count : self.place].copy()
+
+    def bits(self, count: int) -> NDArray[np.bool_]:
+        return np.unpackbits(self.next((count + 7) // 8), count=count).astype(bool)
+
+
+def _unpacked(packed: Npz, head: Section, measured: NDArray[np.float32]) -> list[BlockResult]:
+    entries = [Section("result", entry) for entry in head.items("results", dict)]
+    parameters = [Parameters.from_dict(values) for values in head.items("parameters", dict)]
+    edges = [BlockParameters.from_dict(values) for values in head.items("edges", dict)]
+    boxes = [_box(entry, measured.shape) for entry in entries]
+    shapes = [(box[0].stop - box[0].start, box[1].stop - box[1].start) for box in boxes]
+    mask_bits = _Stretch(packed.array("masks", np.uint8, (sum((h * w + 7) // 8 for h, w in shapes),)))
+    masks = [mask_bits.bits(h * w).reshape(h, w) for h, w in shapes]
+    pixels = [int(np.count_nonzero(mask)) for mask in masks]
+    changed_bits = _Stretch(packed.array("changed", np.uint8, (sum((count + 7) // 8 for count in pixels),)))
+    changed = [changed_bits.bits(count) for count in pixels]
+    depth = _Stretch(packed.array("depth", np.float32, (sum(int(np.count_nonzero(one)) for one in changed),)))
+    with_drawn = [entry.get("drawn", bool) for entry in entries]
+    size = sum((count + 7) // 8 for count, has in zip(pixels, with_drawn, strict=True) if has)
+    drawn = _Stretch(packed.array("drawn", np.uint8, (size,)))
+    histories = _histories(packed, entries)
+    results = []
+    for place, entry in enumerate(entries):
+        block = Block(entry.get("label", int), boxes[place], masks[place])
+        found = measured[block.box][block.mask]
+        found[changed[place]] = depth.next(int(np.count_nonzero(changed[place])))
+        found.setflags(write=False)
+        edge = entry.get("edges", int, type(None))
+        results.append(
+            BlockResult(
+                block,
+                found,
+                parsed_outcome(entry.section("outcome")),
+                histories[place],
+                parameters[entry.get("parameters", int)],
+                entry.get("network", str, type(None)),
+                tuple(entry.items("notes", str)),
+                None if edge is None else edges[edge],
+                drawn.bits(pixels[place]) if with_drawn[place] else None,
+            )
+        )
+    return results
+
+
+def _histories(packed: Npz, entries: Sequence[Section]) -> list[History]:
+    """The histories of all results, whose columns lie one after the other, kind by kind."""
+    lengths: dict[str, int] = {}
+    stated = [entry.get("history", list, type(None)) for entry in entries]
+    for kind, length in (history for history in stated if history is not None):
+        if kind not in _KINDS or type(length) is not int or length < 1:
+            raise FormatError(f"There is no history {kind!r:.40} of {length!r:.40} iterations.")
+        lengths[kind] = lengths.get(kind, 0) + length
+    columns = {
+        kind: {
+            field.name: _Stretch(
+                packed.array(
+                    f"{kind}.{field.name}", _dtype(field.name), (total, 2) if field.name in _PAIRS else (total,)
+                )
+            )
+            for field in dataclasses.fields(_KINDS[kind])
+        }
+        for kind, total in lengths.items()
+    }
+    return [
+        ()
+        if history is None
+        else CompactHistory.of_columns(
+            _KINDS[history[0]], {name: column.next(history[1]) for name, column in columns[history[0]].items()}
+        )
+        for history in stated
+    ]
+
+
+def _compact(history: History) -> CompactHistory | None:
+    if isinstance(history, CompactHistory):
+        return history
+    return CompactHistory(history) if history else None
+
+
+def _box(entry: Section, shape: tuple[int, ...]) -> Box:
+    top, bottom, left, right = entry.items("box", int)
+    if not (0 <= top < bottom <= shape[0] and 0 <= left < right <= shape[1]):
+        raise FormatError("A result lies outside the frame.")
+    return slice(top, bottom), slice(left, right)
+
+
+def _dtype(name: str) -> type[np.generic]:
+    return _DTYPES.get(name, np.float64)
+
+
+def _joined(parts: Sequence[NDArray[Any]], dtype: type[np.generic]) -> NDArray[Any]:
+    return np.concatenate(parts).astype(dtype, copy=False) if parts else np.empty(0, dtype)
+
+
+def _bits(depth: NDArray[np.float32]) -> NDArray[np.uint32]:
+    """Depth by its bits, which NaN has, too."""
+    return np.ascontiguousarray(depth).view(np.uint32)

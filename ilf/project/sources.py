@@ -1,0 +1,208 @@
+"""Where the files of a project's frames are now: in the project, beside it, where they were, or where the user says."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import os
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ..camera import CameraIntrinsics
+from ..errors import InputError
+from ..frame import FrameInputs, InputFile, RGBDFrame, TruthFile
+from ..io.depth_files import depth_in_metres, read_depth_values
+from ..io.files import FileContent, read_file
+from ..io.images import read_colour
+from ..io.truth_files import read_truth
+from .parts import Parts
+
+SOURCES = "sources/"
+
+
+class MissingSource(InputError):
+    """A file of a frame is nowhere to be found.
+
+    Attributes
+    ----------
+    wanted : InputFile
+        Where it was, and the SHA-256 of its content.
+    """
+
+    def __init__(self, message: str, wanted: InputFile) -> None:
+        super().__init__(message)
+        self.wanted = wanted
+
+
+class ChangedSource(InputError):
+    """A file of a frame is where it was, or where the user says, but its content is another.
+
+    Attributes
+    ----------
+    wanted : InputFile
+        Where it was, and the SHA-256 of its content.
+    found : Path
+        What has the other content.
+    """
+
+    def __init__(self, message: str, wanted: InputFile, found: Path) -> None:
+        super().__init__(message)
+        self.wanted, self.found = wanted, found
+
+
+@dataclass(frozen=True)
+class FilePlace:
+    """Where a file was when the project was saved: from the project's folder, with slashes, and on that machine."""
+
+    relative: str | None = None
+    absolute: str | None = None
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where to look for files that frames were read from.
+
+    Attributes
+    ----------
+    project : Path or None
+        The project file: what lies in its folder is found.
+    files : mapping of str to FilePlace
+        Path of a file as frames have it -> where it was when the project was saved.
+    given : mapping of str to Path
+        Path of a file as frames have it, or the SHA-256 of its content -> where it is now.
+    folders : tuple of Path
+        Folders that it may lie in, by its name or by the last parts of its path.
+    """
+
+    project: Path | None = None
+    files: Mapping[str, FilePlace] = field(default_factory=dict)
+    given: Mapping[str, Path] = field(default_factory=dict)
+    folders: tuple[Path, ...] = ()
+
+    def beside(self, path: str) -> Path | None:
+        """Where a file is if it has come along with the project."""
+        relative = self.files.get(path, FilePlace()).relative
+        if self.project is None or relative is None:
+            return None
+        return Path(os.path.normpath(self.project.parent / relative))
+
+    def candidates(self, wanted: InputFile) -> Iterator[Path]:
+        """All paths where a file may be, the likeliest first."""
+        yield from (self.given[key] for key in (wanted.path, wanted.sha256) if key in self.given)
+        came_along = self.beside(wanted.path)
+        if came_along is not None:
+            yield came_along
+        if absolute := self.files.get(wanted.path, FilePlace()).absolute:
+            yield Path(absolute)
+        yield Path(wanted.path)
+        steps = [step for step in re.split(r"[\\/]", wanted.path) if step not in {"", ".", ".."}]
+        for folder in (*([] if self.project is None else [self.project.parent]), *self.folders):
+            yield from (folder.joinpath(*steps[-count:]) for count in (1, 2, 3) if count <= len(steps))
+
+    def present(self, wanted: InputFile) -> Path | None:
+        """The first of them where there is a file, whatever its content; None if there is none."""
+        for path in self.candidates(wanted):
+            try:
+                if path.is_file():
+                    return path
+            except (OSError, ValueError):
+                continue
+        return None
+
+
+def source_part(sha256: str, path: str) -> str:
+    """Name of the part with an embedded file."""
+    suffix = re.search(r"\.\w{1,8}$", path)
+    return f"{SOURCES}{sha256}{suffix[0].lower() if suffix else ''}"
+
+
+def find_source(wanted: InputFile, parts: Parts | None = None, places: Places | None = None) -> FileContent:
+    """The very content of a file that a frame was read from, embedded or on disk.
+
+    Parameters
+    ----------
+    wanted : InputFile
+    parts : Parts, optional
+        Of the project, where it may be embedded.
+    places : Places, optional
+
+    Raises
+    ------
+    MissingSource, ChangedSource
+        If it is nowhere, or only with another content.
+    """
+    name = source_part(wanted.sha256, wanted.path)
+    if parts is not None and name in parts.names():
+        try:
+            content = parts.read(name)
+        except InputError:
+            pass  # it may still be on disk
+        else:
+            if hashlib.sha256(content).hexdigest() == wanted.sha256:
+                return FileContent(Path(wanted.path), np.frombuffer(content, np.uint8))
+    changed: Path | None = None
+    for path in (places or Places()).candidates(wanted):
+        try:
+            if not path.is_file():
+                continue
+            found = read_file(path)
+        except (InputError, OSError, ValueError):
+            continue
+        if found.sha256 == wanted.sha256:
+            return found
+        changed = changed or found.path
+    if changed is not None:
+        raise ChangedSource(
+            f"{changed} is not the file that the work was done on: its content has changed. Restore it, or say where "
+            "the one that was used is now.",
+            wanted,
+            changed,
+        )
+    raise MissingSource(
+        f"{wanted.path}: there is no such file any more, and it is not in the project. Say where it is now.", wanted
+    )
+
+
+def load_inputs(
+    inputs: FrameInputs,
+    name: str,
+    intrinsics: CameraIntrinsics | None,
+    parts: Parts | None = None,
+    places: Places | None = None,
+) -> RGBDFrame:
+    """A frame from the files that it was read from, wherever they are now; its truth is left to `load_truth_file`.
+
+    Returns
+    -------
+    RGBDFrame
+        Its `inputs` say where the files were found.
+
+    Raises
+    ------
+    MissingSource, ChangedSource
+        As `find_source`.
+    InputError
+        If they make no frame.
+    """
+    colour, depth = (find_source(wanted, parts, places) for wanted in (inputs.rgb, inputs.depth))
+    found = dataclasses.replace(
+        inputs,
+        rgb=InputFile(str(colour.path), inputs.rgb.sha256),
+        depth=InputFile(str(depth.path), inputs.depth.sha256),
+        truth=None,
+    )
+    metres = depth_in_metres(read_depth_values(depth), inputs.depth_units)
+    return RGBDFrame(read_colour(colour), metres, intrinsics, name, found)
+
+
+def with_truth(
+    frame: RGBDFrame, wanted: TruthFile, parts: Parts | None = None, places: Places | None = None
+) -> RGBDFrame:
+    """The same frame with the truth of a file, wherever it is now; raises as `find_source`, and InputError."""
+    content = find_source(wanted, parts, places)
+    truth, file = read_truth(content, frame.shape, wanted.units)
+    return frame.with_truth(truth, file)

@@ -1,0 +1,49 @@
+"""A frame with its blocks, as small as a list shows it."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..drawing.block_pictures import block_colour
+from .frame_state import FrameState
+
+_LONGER_SIDE = 240
+_BLOCKS = 0.45
+_QUALITY = 80
+
+
+def thumbnail_part(frame_id: str) -> str:
+    """Name of the part with a frame's small picture."""
+    return f"thumbnails/{frame_id}.jpg"
+
+
+def thumbnail(state: FrameState) -> bytes:
+    """A JPEG image of a frame, its longer side 240 pixels at most, tinted with the colours of its blocks.
+
+    Examples
+    --------
+    >>> from ilf.frame import RGBDFrame
+    >>> frame = RGBDFrame(np.zeros((30, 40, 3), np.uint8), np.full((30, 40), 2.0))
+    >>> thumbnail(FrameState("a1", frame, np.ones((30, 40), np.int32)))[:2]
+    b'\\xff\\xd8'
+    """
+    height, width = state.frame.shape
+    scale = min(_LONGER_SIDE / max(height, width), 1.0)
+    size = max(round(width * scale), 1), max(round(height * scale), 1)
+    small = cv2.resize(state.frame.rgb, size, interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
+    labels = cv2.resize(state.labels, size, interpolation=cv2.INTER_NEAREST_EXACT)
+    picture = cv2.addWeighted(_colours(state)[labels], _BLOCKS, small, 1 - _BLOCKS, 0)
+    picture = np.where((labels > 0)[..., None], picture, small)
+    done, content = cv2.imencode(".jpg", picture[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
+    if not done:
+        raise RuntimeError("a small picture could not be encoded")
+    return content.tobytes()
+
+
+def _colours(state: FrameState) -> NDArray[np.uint8]:
+    """Label -> colour, (labels + 1, 3)."""
+    infos = state.notes.infos
+    labels = range(int(state.labels.max(initial=0)) + 1)
+    return np.array([infos[label].colour if label in infos else block_colour(label) for label in labels], np.uint8)

@@ -1,0 +1,164 @@
+"""The pictures of a frame: colour with its blocks, depth before and after, errors, where the depth comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..drawing.colour_tables import MISSING, Colour, depth_colours, difference_colours, error_colours
+from ..drawing.inner_points import inner_points
+from ..drawing.levels import (
+    log_indices,
+    robust_depth_levels,
+    robust_difference_level,
+    robust_error_levels,
+    to_indices,
+)
+from .content import ColourBar, Legend, Mark, Picture
+from .figures import Figures
+from .images import by_table, colour_bar, photo, shrunk, shrunk_shape
+from .scale import scale_bar
+from .subject import Subject
+
+_NO_DEPTH = Legend(MISSING, "no depth")
+_LEAST_ROOM = 0.011
+"""Share of the picture's width that a block holds a circle of that radius, if its number is written."""
+_MM = np.float32(1000)
+
+_ORIGINS: tuple[tuple[str, Colour], ...] = (
+    ("still missing", MISSING),
+    ("measured", (86, 96, 110)),
+    ("filled by blocks", (38, 150, 120)),
+    ("guessed", (222, 168, 40)),
+    ("distrusted", (196, 64, 80)),
+)
+_MISSING, _MEASURED, _FILLED, _GUESSED, _DISTRUSTED = range(len(_ORIGINS))
+
+
+def frame_pictures(figures: Figures, most: int) -> tuple[Picture, ...]:
+    """All pictures of a frame.
+
+    Parameters
+    ----------
+    figures : Figures
+    most : int
+        Pixels that a picture is wide or high at most.
+    """
+    return tuple(_pictures(figures, most))
+
+
+def thumbnail(subject: Subject, most: int) -> NDArray[np.uint8]:
+    """The colour image with the outlines of its blocks, uint8 (H, W, 3), small."""
+    return _outlined(subject, shrunk_shape(subject.run.frame.shape, most))
+
+
+def _pictures(figures: Figures, most: int) -> Iterator[Picture]:
+    subject = figures.subject
+    frame, completion = subject.run.frame, subject.completion
+    shape = shrunk_shape(frame.shape, most)
+    levels = robust_depth_levels(np.stack([frame.depth, completion.depth]))
+    scale = scale_bar(frame, completion.depth)
+    blocks = int(np.count_nonzero(np.bincount(subject.run.blocks.ravel())[1:]))
+    yield Picture(
+        "Colour and blocks",
+        photo(_outlined(subject, shape)),
+        f"{blocks} block{'s' * (blocks != 1)}, by their number in the table." if blocks else "There are no blocks.",
+        scale=scale,
+        marks=_marks(subject),
+    )
+    table, bar = depth_colours(), (f"{levels[0]:.2f} m", f"{sum(levels) / 2:.2f} m", f"{levels[1]:.2f} m")
+    for title, depth in (("Depth in", frame.depth), ("Depth out", completion.depth)):
+        indices = to_indices(shrunk(depth, shape), *levels)
+        yield Picture(
+            title, by_table(indices, table), bar=colour_bar(table, bar), scale=scale, legend=_no_depth(indices)
+        )
+    yield _origin(subject, shape)
+    if np.isfinite(figures.expected).any():
+        yield _expected(figures, shape)
+    yield from _differences(figures, shape)
+
+
+def _differences(figures: Figures, shape: tuple[int, int]) -> Iterator[Picture]:
+    frame, completion = figures.subject.run.frame, figures.subject.completion
+    if frame.truth is not None and completion.filled.any():
+        error = np.where(completion.filled, completion.depth - frame.truth, np.float32(np.nan))
+        yield _difference("Error against the truth", error, shape, "Of filled pixels: depth out less truth.")
+    if figures.hidden is not None:
+        error = np.full(frame.shape, np.nan, np.float32)
+        for part in figures.hidden.errors:
+            there = part.places[part.filled]
+            error.ravel()[there] = part.error[part.filled]
+        yield _difference(
+            "Error on hidden depth", error, shape, "Of pixels that were hidden: what came back less what was measured."
+        )
+    change = completion.depth - frame.depth
+    if np.nanmax(np.abs(change), initial=0.0) > 0:
+        yield _difference("Change of measured depth", change, shape, "Depth out less depth in.")
+
+
+def _difference(title: str, metres: NDArray[np.float32], shape: tuple[int, int], caption: str) -> Picture:
+    level = robust_difference_level(metres * _MM)
+    indices = to_indices(shrunk(metres, shape) * _MM, -level, level)
+    table = difference_colours()
+    bar = colour_bar(table, (f"\N{MINUS SIGN}{level:g} mm", "0", f"+{level:g} mm"))
+    return Picture(title, by_table(indices, table), caption, bar, legend=(Legend(MISSING, "not compared"),))
+
+
+def _expected(figures: Figures, shape: tuple[int, int]) -> Picture:
+    low, high = robust_error_levels(figures.expected * _MM)
+    table = error_colours()
+    bar: ColourBar = colour_bar(table, (f"{low:g} mm", f"{np.sqrt(low * high):.3g} mm", f"{high:g} mm"))
+    picture = by_table(log_indices(shrunk(figures.expected, shape), (low, high)), table)
+    caption = "About 68 % of the true errors of filled pixels are to lie within it."
+    return Picture("Expected error", picture, caption, bar, legend=(Legend(MISSING, "not filled"),))
+
+
+def _origin(subject: Subject, shape: tuple[int, int]) -> Picture:
+    frame, completion = subject.run.frame, subject.completion
+    origin = np.full(frame.shape, _MISSING, np.uint8)
+    if frame.distrusted is not None:
+        origin[frame.distrusted & np.isfinite(frame.measured)] = _DISTRUSTED
+    origin[frame.known] = _MEASURED
+    origin[completion.filled] = _FILLED
+    origin[completion.guessed] = _GUESSED
+    table = np.zeros((256, 3), np.uint8)
+    table[: len(_ORIGINS)] = [colour for _, colour in _ORIGINS]
+    counts = np.bincount(origin.ravel(), minlength=len(_ORIGINS)) / origin.size
+    legend = tuple(
+        Legend(colour, f"{text} {counts[number]:.1%}")
+        for number, (text, colour) in enumerate(_ORIGINS)
+        if counts[number]
+    )
+    picture = by_table(shrunk(origin, shape), table)
+    return Picture("Where the depth comes from", picture, legend=legend)
+
+
+def _no_depth(indices: NDArray[np.uint8]) -> tuple[Legend, ...]:
+    return (_NO_DEPTH,) if not indices.all() else ()
+
+
+def _outlined(subject: Subject, shape: tuple[int, int]) -> NDArray[np.uint8]:
+    """The colour image of a shape with its blocks' borders in their colours, along both sides."""
+    blocks = subject.run.blocks
+    picture = np.array(shrunk(subject.run.frame.rgb, shape, smooth=True))
+    labels = shrunk(blocks, shape)
+    there = np.flatnonzero(np.bincount(blocks.ravel()))
+    numbers = np.searchsorted(there, labels).astype(np.float32)  # few enough to be exact
+    side = 3 if max(shape) < 900 else 5
+    kernel = np.ones((side, side), np.uint8)
+    border = (cv2.dilate(numbers, kernel) != cv2.erode(numbers, kernel)) & (labels > 0)
+    table = np.array([subject.colour_of(int(label)) for label in there], np.uint8)
+    picture[border] = table[np.searchsorted(there, labels[border])]
+    return picture
+
+
+def _marks(subject: Subject) -> tuple[Mark, ...]:
+    height, width = subject.run.frame.shape
+    return tuple(
+        Mark(x / width, y / height, str(label))
+        for label, (x, y, radius) in inner_points(subject.run.blocks).items()
+        if radius >= _LEAST_ROOM * width
+    )

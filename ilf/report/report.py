@@ -1,0 +1,147 @@
+"""Reports: subjects in, a report out, step by step."""
+
+from __future__ import annotations
+
+import datetime
+import os
+from collections.abc import Generator, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+from ..errors import InputError
+from ..io.atomic import write_bytes
+from ..judgement import HiddenResult, HiddenTest, Step, hidden_steps
+from ..judgement.step import part_of, run_out
+from .chapters import Entry, frame_chapter, index_chapter, index_entry, unreadable_chapter
+from .content import Chapter, Report
+from .figures import Figures
+from .page import page
+from .subject import Subject, Unreadable
+
+_MOST_PIXELS, _MOST_PIXELS_OF_MANY = 1024, 640
+
+
+@dataclass(frozen=True)
+class ReportOptions:
+    """What a report has beside what there is.
+
+    Parameters
+    ----------
+    title : str
+        Of a report of several frames; the only frame's name if there is but one.
+    hidden : HiddenTest, optional
+        Test every frame that has results on hidden depth, which takes as long as running it, once per seed.
+    made : datetime
+        When the report was made.
+    threads : int, optional
+        As for `Run.steps`.
+    """
+
+    title: str = "Report"
+    hidden: HiddenTest | None = None
+    made: datetime.datetime = field(default_factory=datetime.datetime.now)
+    threads: int | None = None
+
+
+def report(subjects: Iterable[Subject | Unreadable], options: ReportOptions | None = None) -> str:
+    """One self-contained HTML page about frames: pictures, blocks, parameters, curves, errors, versions and hashes.
+
+    It needs no other file, no network and no script.
+
+    Parameters
+    ----------
+    subjects : iterable of Subject or Unreadable
+        One of them gives a report of a frame, several one with an index. They are gone through once.
+    options : ReportOptions, optional
+
+    Raises
+    ------
+    InputError
+        If there is no subject, or too little depth is known to hide some of it.
+
+    Examples
+    --------
+    >>> import numpy as np, ilf
+    >>> depth = np.full((40, 50), 2.0)
+    >>> depth[10:20, 10:20] = np.nan
+    >>> run = ilf.Run(ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), depth, name="plain"), np.ones((40, 50), np.int32))
+    >>> text = report([Subject(run, run.complete())])
+    >>> text.startswith("<!doctype html>"), "<h1>plain</h1>" in text
+    (True, True)
+    """
+    chosen = options or ReportOptions()
+    return html_of(run_out(report_steps(list(subjects), chosen)), chosen)
+
+
+def html_of(content: Report, options: ReportOptions) -> str:
+    """A report's page."""
+    return page(content, made_text(options))
+
+
+def made_text(options: ReportOptions) -> str:
+    """When a report was made, in words."""
+    return f"{options.made:%d %B %Y, %H:%M}"
+
+
+def write_report(path: str | os.PathLike[str], content: Report, options: ReportOptions) -> None:
+    """Write a report's page, all of it or nothing; raises ExportError if that cannot be."""
+    write_bytes(path, html_of(content, options).encode())
+
+
+def report_steps(
+    subjects: Iterable[Subject | Unreadable], options: ReportOptions, count: int | None = None
+) -> Generator[Step, None, Report]:
+    """What a report says, step by step, for those who show how far it has come or may stop it.
+
+    Parameters
+    ----------
+    subjects : iterable of Subject or Unreadable
+        Gone through once; none of them is kept, so that frames may be read one after the other.
+    options : ReportOptions
+    count : int, optional
+        How many there are, if that cannot be told from `subjects`.
+
+    Yields
+    ------
+    Step
+
+    Returns
+    -------
+    Report
+
+    Raises
+    ------
+    InputError
+        As for `report`.
+    """
+    total = count if count is not None else len(subjects) if isinstance(subjects, Sequence) else 1
+    most = _MOST_PIXELS if total == 1 else _MOST_PIXELS_OF_MANY
+    chapters: list[Chapter] = []
+    entries: list[Entry] = []
+    for number, subject in enumerate(subjects):
+        id, done = f"frame-{number + 1}", min(number / total, 1.0)
+        if isinstance(subject, Unreadable):
+            chapters.append(unreadable_chapter(id, subject))
+            entries.append(Entry(id, subject.name, None, note=subject.why))
+            continue
+        name = subject.run.frame.name
+        yield Step(done, name)
+        hidden = yield from part_of(_tested(subject, options), done, 1 / total, f"{name}, hidden depth: ")
+        figures = Figures(subject, hidden)
+        chapters.append(frame_chapter(id, figures, most))
+        if total > 1:
+            entries.append(index_entry(id, figures))
+    if not chapters:
+        raise InputError("There is no frame to report on.")
+    if total > 1:
+        return Report(options.title, (index_chapter(options.title, entries), *chapters))
+    return Report(chapters[0].title, tuple(chapters))
+
+
+def _tested(subject: Subject, options: ReportOptions) -> Generator[Step, None, HiddenResult | None]:
+    """The test on hidden depth of the blocks that have results, with the values that these are of; None if it is not
+    wished for, or there are none."""
+    results = subject.completion.results
+    if options.hidden is None or not results:
+        return None
+    run = replace(subject.run, own={label: result.parameters for label, result in results.items()})
+    return (yield from hidden_steps(run, options.hidden, list(results), threads=options.threads))

@@ -1,0 +1,59 @@
+"""Objects of JSON files that programs or people have written: every value is checked when it is asked for."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from .errors import FormatError
+from .numbers import as_float
+
+
+@dataclass(frozen=True)
+class Section:
+    """An object of a JSON file, with a clear message for everything that may be wrong with its values."""
+
+    name: str
+    values: dict[str, Any]
+
+    def get(self, key: str, *kinds: type) -> Any:
+        """The value of a key, checked to be of one of these kinds."""
+        if key not in self.values:
+            raise FormatError(f"The {self.name} lacks {key!r}.")
+        return _checked(self.values[key], kinds, f"{key!r} in the {self.name}")
+
+    def items(self, key: str, kind: type) -> list[Any]:
+        """A list of values of one kind."""
+        return [_checked(value, (kind,), f"{key!r} in the {self.name}") for value in self.get(key, list)]
+
+    def texts(self, key: str, *kinds: type) -> dict[str, Any]:
+        """An object whose values are texts, or of other kinds."""
+        section = self.section(key)
+        return {name: section.get(name, str, *kinds) for name in section.values}
+
+    def filename(self, key: str) -> str | None:
+        """A plain file name or null."""
+        name = self.get(key, str, type(None))
+        if name is not None and not is_plain(name):
+            raise FormatError(f"{key!r} in the {self.name} must be a plain file name, not {name!r:.60}.")
+        return name
+
+    def section(self, key: str) -> Section:
+        """An object inside this one."""
+        return Section(key, self.get(key, dict))
+
+
+def _checked(value: Any, kinds: tuple[type, ...], what: str) -> Any:
+    """`value` of one of these kinds: whole numbers pass as float, true and false never as numbers."""
+    if float in kinds and type(value) is int:
+        value = as_float(value)
+    if type(value) in kinds and not (type(value) is float and not math.isfinite(value)):
+        return value
+    wanted = " or ".join("null" if kind is type(None) else kind.__name__ for kind in kinds)
+    raise FormatError(f"{what} must be {wanted}, not {value!r:.60}.")
+
+
+def is_plain(name: str) -> bool:
+    """Whether a name is that of a file, without any folder."""
+    return name not in {"", ".", ".."} and not any(mark in name for mark in "/\\\0")

@@ -1,0 +1,87 @@
+"""What the window does while blocks are carried through frames: `python -m tests.bench.carrying`.
+
+A picture of 1920 x 1080 that is looked at through a window which moves to the right: the first frame is extracted, and
+its blocks are carried through the others. How long each takes, and for how long the window's thread does not come round.
+Real time on a machine with nothing else to do.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tempfile
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+from PySide6.QtWidgets import QApplication
+
+import ilf
+from gui import theme
+from gui.carrying.part import CarryingPart
+from gui.state.entries import Entry
+from ilf.assets import asset_path
+from ilf.io.frame_source import FrameSource
+
+from .responsive import Heart, new_window
+from .waiting import pause, wait
+
+_STEP = 12
+"""Pixels from frame to frame."""
+
+
+def frames(folder: Path, size: tuple[int, int], count: int) -> list[FrameSource]:
+    """The bundled sample through a window that moves."""
+    sample = ilf.load_frame(asset_path("samples/room"))
+    width, height = size
+    wide = width + _STEP * count, height
+    rgb = cv2.resize(sample.rgb, wide)
+    depth = cv2.resize(sample.depth, wide, interpolation=cv2.INTER_NEAREST)
+    found = []
+    for number in range(count):
+        place, part = folder / f"frame-{number}", np.s_[:, _STEP * number : _STEP * number + width]
+        place.mkdir()
+        cv2.imwrite(str(place / "rgb.png"), rgb[part][..., ::-1])
+        cv2.imwrite(str(place / "depth.png"), np.nan_to_num(1000 * depth[part]).round().astype(np.uint16))
+        (place / "meta.json").write_text(json.dumps({"depth_units_per_m": 1000}))
+        found.append(FrameSource(str(place)))
+    return found
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--frames", type=int, default=8)
+    parser.add_argument("--size", default="1920x1080")
+    given = parser.parse_args()
+    width, height = map(int, given.size.split("x"))
+    app = QApplication.instance() or QApplication([])
+    assert isinstance(app, QApplication)
+    theme.apply_theme(app, "dark")
+    with tempfile.TemporaryDirectory() as folder:
+        sources = frames(Path(folder), (width, height), given.frames)
+        window = new_window()
+        window.workspace.add_entries([Entry.of(source) for source in sources])
+        window.loader.open(sources[0])
+        wait(lambda: window.workspace.has_session and not window.loader.busy)
+        pause(500)
+        part = next(part for part in window.parts if isinstance(part, CarryingPart))
+        rest = given.frames - 2
+        for what, count, begin in (
+            ("to the next, shown", 1, part.carry_next),
+            ("through the rest", rest, lambda: part.carry_through(rest)),
+        ):
+            heart = Heart()
+            heart.start()
+            begun = time.perf_counter()
+            begin()
+            wait(lambda: part.carrier.journey is None)
+            seconds = time.perf_counter() - begun
+            print(f"{what:18} {seconds / count:5.2f} s a frame; window's thread: {heart.stop()}")
+            pause(500)
+        window.close()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,117 @@
+"""What a list of 10,000 frames costs: `python -m tests.bench.frame_list [--frames N]`.
+
+Frames are links to the bundled sample. How long finding them takes, the longest time for which the window's thread does
+not come round while the list is filled, scrolled, filtered and sorted, and how long the next frame takes until it is to
+be seen: beside what the list is doing, reading and extracting go on. With --folder, of that folder instead.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+import numpy as np
+from PySide6.QtWidgets import QApplication
+
+from gui import theme
+from gui.main_window import MainWindow
+from ilf.assets import asset_path
+from ilf.io import list_frames
+
+from .responsive import Heart, new_window
+from .waiting import pause, wait
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--frames", type=int, default=10_000, help="how many (default: 10000)")
+    parser.add_argument("--folder", type=Path, help="a folder of frames to list instead")
+    arguments = parser.parse_args()
+    app = QApplication([])
+    theme.apply_theme(app, "light")
+    with tempfile.TemporaryDirectory() as name:
+        folder = arguments.folder or linked(Path(name), arguments.frames)
+        begun = time.perf_counter()
+        count = len(list_frames(folder).sources)
+        print(f"{count} frames found in {time.perf_counter() - begun:.2f} s")
+        window = new_window()
+        window.recorder.start()
+        window.panels.reveal("Frames")
+        pause(300)
+        look(window, folder)
+        turn(window)
+        window.close()
+
+
+def linked(folder: Path, count: int) -> Path:
+    """A folder of so many frames, all of them the bundled sample."""
+    sample = asset_path("samples/room")
+    for number in range(count):
+        (folder / f"frame-{number}").symlink_to(sample, target_is_directory=True)
+    return folder
+
+
+def look(window: MainWindow, folder: Path) -> None:
+    """Print the gaps of the window's thread for what is done to the list."""
+    panel, heart = window.frames, Heart()
+
+    def say(what: str, begin: Callable[[], object], over: Callable[[], object] = lambda: True) -> None:
+        wait(lambda: not window.loader.busy)
+        pause(300)
+        heart.start()
+        begin()
+        wait(over)
+        pause(400)
+        print(f"  {what:<24} {heart.stop()}", flush=True)
+
+    def scroll() -> None:
+        bar = panel.view.verticalScrollBar()
+        for step in range(60):
+            bar.setValue(round(bar.maximum() * step / 59))
+            pause(16)
+
+    say("fill, open the first", lambda: window.documents.open_paths([folder]), lambda: window.workspace.has_session)
+    say("scroll to the end", scroll, lambda: not panel.thumbnails.busy)
+    for text in ("frame-77", "77", ""):
+        say(f"filter by {text!r}", lambda text=text: panel.text.setText(text))
+    say("filter by state", lambda: panel.state.setCurrentIndex(1))
+    panel.show_all()
+    for order in ("name", "state", "missing", "list"):
+        say(f"sort by {order}", lambda order=order: panel.order.choose(order))
+    entries = window.workspace.entries
+    say("a note", lambda: window.workspace.set_note(entries[5000 % len(entries)], "glass"))
+    half = list(entries)[1::2]
+    say(f"take {len(half)} out", lambda: window.frame_part.remove(half))
+
+
+def turn(window: MainWindow) -> None:
+    """Print how long the next frame takes until it is to be seen."""
+    for what, rest in (("when all is at rest", True), ("one after the other", False)):
+        seconds = []
+        for _ in range(12):
+            drawn: list[float] = []
+            window.workspace.session_changed.connect(lambda drawn=drawn: drawn.append(0.0))
+            begun = time.perf_counter()
+            window.actions_["next_frame"].trigger()
+            wait(lambda drawn=drawn: drawn)
+            window.refresh.now()
+            window.views.repaint()
+            seconds.append(time.perf_counter() - begun)
+            if rest:
+                wait(lambda: not window.loader.busy)
+                pause(300)
+        times = 1000 * np.array(seconds)
+        print(f"  next frame, {what}: median {np.median(times):.0f} ms, longest {times.max():.0f} ms", flush=True)
+    pause(1500)
+    print(f"  frames that are open: {len(window.workspace.sessions)}")
+
+
+if __name__ == "__main__":
+    main()

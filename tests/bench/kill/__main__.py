@@ -1,0 +1,51 @@
+"""The window is killed with -9 at random moments, many times, and what comes back is looked at.
+
+    QT_QPA_PLATFORM=offscreen python -m tests.bench.kill [--rounds 100] [--seed 0]
+
+A child process works in the real window at random (strokes, splits, names, locks, values, runs, undo, other frames,
+saving the project) and says after each step how all frames are. It is killed at any moment, or just when it writes its
+journal or the project file. What journal and project file hold must be a state that the child has had, the last one or
+one that was overtaken at most 2 s before, with all frames as they were at that same moment.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from .rounds import frames_in, one_round
+
+
+def main() -> None:
+    """Kill, and say what came back."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rounds", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args()
+    ages, states, opened, wrong, moments = [], 0, 0, [], {}
+    with tempfile.TemporaryDirectory() as folder:
+        frames = frames_in(Path(folder))
+        for number in range(options.seed, options.seed + options.rounds):
+            found = one_round(number, frames, Path(folder, str(number)))
+            print(found, flush=True)
+            states += found.states
+            opened += found.project_opened
+            moments[found.moment] = moments.get(found.moment, 0) + 1
+            if found.problem:
+                wrong.append(found)
+            elif found.age is not None:
+                ages.append(found.age)
+    print(f"{options.rounds} kills ({', '.join(f'{count} at {name}' for name, count in sorted(moments.items()))})")
+    print(f"{states} states, {len(ages)} came back, {opened} project files opened, {len(wrong)} wrong")
+    if ages:
+        middle, high = np.percentile(ages, [50, 95])
+        print(f"age of what came back [s]: median {middle:.3f}, 95 % {high:.3f}, most {max(ages):.3f}")
+    for found in wrong:
+        print(found)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,201 @@
+"""The one that is killed: the real window, in which things are done at random. Says all that it does to its parent.
+
+    python -m tests.bench.kill.child SEED FOLDER FRAME [FRAME ...]
+
+Every line is a JSON object with the time, `time.monotonic()`, and either the digests of all frames ("state") or what is
+about to be written ("at").
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QApplication
+
+from gui.main_window import MainWindow
+from gui.project.recorder import Recorder
+from gui.project.whole import is_begun
+from gui.project_file.saving import Wish
+from ilf.ebs.edit import brush_stroke, paint, split
+from ilf.io.frame_source import FrameSource
+from ilf.project import Journal
+
+from .digests import digest_of_session
+
+_LOCK = threading.Lock()
+
+
+def say(**what: object) -> None:
+    """Tell the parent."""
+    with _LOCK:
+        sys.stdout.write(json.dumps({"time": time.monotonic(), **what}) + "\n")
+        sys.stdout.flush()
+
+
+class Hand:
+    """Works in the window, at random."""
+
+    def __init__(self, window: MainWindow, folder: Path, frames: list[str], chance: random.Random) -> None:
+        self.window, self.workspace = window, window.workspace
+        self.project = folder / "work.ilf"
+        self.unopened = list(frames)
+        self.chance = chance
+        self.strokes_left = 0
+        self.timer = QTimer(window)
+        self.timer.timeout.connect(self.act)
+
+    def report(self) -> None:
+        """All frames as they are now; not in the middle of a stroke."""
+        if not self.workspace.stroke_under_way:
+            begun = filter(is_begun, self.workspace.sessions)
+            say(state={session.id: digest_of_session(session) for session in begun})
+
+    def act(self) -> None:
+        """Do something."""
+        if self.strokes_left:
+            self._go_on_with_stroke()
+        elif self.unopened and (not self.workspace.sessions or self.chance.random() < 0.05):
+            self.window.loader.open(FrameSource(self.unopened.pop()))
+        elif not self.workspace.has_session or not self.workspace.session.counts():
+            return
+        else:
+            self.chance.choice(self._choices())()
+        self.report()
+        self.timer.setInterval(self.chance.choice([0, 5, 20, 60, 150]))
+
+    def _choices(self) -> list[Callable[[], object]]:
+        brush = [self._go_on_with_stroke] * 8
+        values = [self._split, self._rename, self._lock, self._hide, self._own, self._common, self._note, self._turn]
+        others = [self._undo, self._undo, self._redo, self._run, self._run, self._save, self._distrust]
+        return [*brush, *values, *values, *others]
+
+    def _block(self) -> int:
+        return self.chance.choice(list(self.workspace.session.counts()))
+
+    def _point(self) -> np.ndarray:
+        height, width = self.workspace.session.frame.shape
+        return np.array([self.chance.uniform(0, width), self.chance.uniform(0, height)])
+
+    def _go_on_with_stroke(self) -> None:
+        session = self.workspace.session
+        if not self.strokes_left:
+            self.strokes_left, self.label, self.at = self.chance.randint(2, 6), self._block(), self._point()
+        after = self.at + np.array([self.chance.uniform(-9, 9), self.chance.uniform(-9, 9)])
+        stroke = brush_stroke(session.frame.shape, np.array([self.at, after]), 4.0)
+        if stroke is not None:
+            self.workspace.stroke(paint(session.labels, stroke, self.label, session.locked))
+        self.at = after
+        self.strokes_left -= 1
+        if not self.strokes_left:
+            self.workspace.end_stroke("Paint")
+
+    def _split(self) -> None:
+        session, block = self.workspace.session, self._block()
+        points = np.array([self._point(), self._point()])
+        self.workspace.edit_labels(split(session.labels, block, points, session.locked), "Split")
+
+    def _rename(self) -> None:
+        self.workspace.edit_info(self._block(), "Rename", name=f"wall {self.chance.random():.6f}")
+
+    def _lock(self) -> None:
+        block = self._block()
+        self.workspace.edit_info(block, "Lock", locked=not self.workspace.session.info(block).locked)
+
+    def _hide(self) -> None:
+        block = self._block()
+        self.workspace.set_visible(block, not self.workspace.session.info(block).visible)
+
+    def _own(self) -> None:
+        self.workspace.set_own({"max_iterations": self.chance.randint(3, 12)}, [self._block()])
+
+    def _common(self) -> None:
+        common = self.workspace.parameters
+        self.workspace.set_parameters(common.replace(max_iterations=self.chance.randint(3, 12)))
+
+    def _note(self) -> None:
+        entry = self.workspace.entries.of(self.workspace.session.id)
+        if entry is not None:
+            self.workspace.set_note(entry, f"look {self.chance.random():.6f}")
+
+    def _turn(self) -> None:
+        self.workspace.show_session(self.chance.choice(self.workspace.sessions))
+
+    def _undo(self) -> None:
+        self.workspace.session.undo_stack.undo()
+
+    def _redo(self) -> None:
+        self.workspace.session.undo_stack.redo()
+
+    def _run(self) -> None:
+        if self.window.runs.free:
+            self.window.runs.start()
+
+    def _distrust(self) -> None:
+        session = self.workspace.session
+        mask = np.zeros(session.frame.shape, bool)
+        row = self.chance.randrange(mask.shape[0] - 4)
+        mask[row : row + 4, ::3] = np.isfinite(session.frame.measured[row : row + 4, ::3])
+        self.workspace.set_distrusted(mask if mask.any() else None, "Distrust")
+
+    def _save(self) -> None:
+        if not self.window.project.saving.busy:
+            self.window.project.saving.save(Wish(self.project))
+
+
+def main() -> None:
+    """Work until killed."""
+    seed, folder, *frames = sys.argv[1:]
+    os.environ["ILF_AUTOSAVE"] = str(Path(folder, "autosave"))
+    hands: list[Hand] = []
+    _announce(hands)
+    app = QApplication(sys.argv[:1])
+    window = MainWindow(remembers=True)
+    window.resize(900, 600)
+    window.show()
+    hand = Hand(window, Path(folder), frames, random.Random(seed))
+    hands.append(hand)
+    window.recorder.failed.connect(lambda error: say(failed=repr(error)))
+    window.project.saving.failed.connect(lambda error: say(failed=repr(error)))
+    window.project.saving.saved.connect(lambda path, problems: say(saved=str(path), problems=problems))
+    hand.timer.start(5)
+    sys.excepthook = lambda kind, error, trace: (say(error=repr(error)), sys.__excepthook__(kind, error, trace))
+    sys.exit(app.exec())
+
+
+def _announce(hands: list[Hand]) -> None:
+    """What is about to be stored or written is said first."""
+    commit, replace, take = Journal.commit, os.replace, Recorder._take
+
+    def reported_take(self: Recorder) -> None:
+        for hand in hands:
+            hand.report()
+        take(self)
+
+    Recorder._take = reported_take  # type: ignore[method-assign]
+
+    def announced_commit(self: Journal, *arguments: object, **more: object) -> None:
+        say(at="commit")
+        commit(self, *arguments, **more)  # type: ignore[arg-type]
+        say(at="committed")
+
+    Journal.commit = announced_commit  # type: ignore[method-assign,assignment]
+
+    def announced_replace(source: str, target: str) -> None:
+        say(at="replace")
+        replace(source, target)
+        say(at="replaced")
+
+    os.replace = announced_replace  # type: ignore[assignment]
+
+
+if __name__ == "__main__":
+    main()

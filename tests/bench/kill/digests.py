@@ -1,0 +1,82 @@
+"""What tells two states of a frame apart: a digest of all that a project holds of it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from gui.state.session import Session
+from ilf.drawing.block_pictures import block_colour
+from ilf.outcomes import BlockResult
+from ilf.project import BlockInfo, FrameState, KeptRun
+
+
+def digest_of_session(session: Session) -> str:
+    """Of a frame that is open, as it is now."""
+    return digest(
+        FrameState(
+            session.id,
+            session.frame,
+            session.labels,
+            session.notes,
+            session.common,
+            session.valid_results(),
+            runs=tuple(session.kept_runs),
+            next_number=session.next_run,
+            dense=session.dense,
+            own_parameters=session.own_parameters,
+            note=session.note,
+            to_check=frozenset(session.to_check),
+        )
+    )
+
+
+def digest(state: FrameState) -> str:
+    """Of a frame's state, but for how it is looked at."""
+    found, notes = hashlib.sha1(), state.notes
+    infos = {
+        label: [info.name, list(info.colour), info.visible, info.locked]
+        for label, info in sorted(notes.infos.items())
+        if info != BlockInfo(f"Block {label}", block_colour(label))
+    }
+    plain = [
+        infos,
+        {label: dict(own) for label, own in sorted(notes.own.items())},
+        None if notes.extraction is None else notes.extraction.to_dict(),
+        sorted(notes.kept),
+        sorted(notes.handmade),
+        state.common.to_dict(),
+        state.next_number,
+        state.dense,
+        state.own_parameters,
+        state.note,
+        sorted(state.to_check),
+        [[run.number, run.name, run.note, run.how, sorted(run.done)] for run in state.runs],
+    ]
+    found.update(json.dumps(plain, default=str).encode())
+    for array in (state.labels, notes.drawn, notes.extracted, state.frame.distrusted, state.frame.measured):
+        _add(found, array)
+    _add_results(found, state.results)
+    for run in state.runs:
+        _add_run(found, run)
+    return found.hexdigest()
+
+
+def _add_run(found: Any, kept: KeptRun) -> None:
+    _add(found, kept.run.blocks)
+    _add_results(found, kept.results)
+
+
+def _add_results(found: Any, results: Mapping[int, BlockResult]) -> None:
+    for label, result in sorted(results.items()):
+        found.update(f"{label} {result.outcome.iterations} {result.outcome.status}".encode())
+        _add(found, result.depth)
+
+
+def _add(found: Any, array: np.ndarray | None) -> None:
+    if array is not None and array.any():
+        found.update(str(array.shape).encode() + np.ascontiguousarray(array).tobytes())

@@ -1,0 +1,194 @@
+"""One kill, and what comes back after it."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ilf.assets import asset_path
+from ilf.errors import IlfError
+from ilf.frame import RGBDFrame
+from ilf.io import load_frame
+from ilf.project import Journal, Parts
+from ilf.project.decoding import load_state
+from ilf.project.encoding import frame_part
+from ilf.project.file import open_project
+from ilf.project.journals import SUFFIX
+from ilf.project.project_json import decode_project
+from tests.e2e.conftest import write_frame
+
+from .digests import digest
+
+LATEST_S = 2.0
+_MOMENTS = "any", "any", "commit", "commit", "replace", "replaced"
+_ROOT = Path(__file__).parents[3]
+
+
+@dataclass
+class Found:
+    """What a round has come to.
+
+    Attributes
+    ----------
+    number : int
+    moment : str
+        When the child was killed.
+    states : int
+        That it had told of until then.
+    age : float or None
+        For how long [s] what came back had been overtaken when it was killed, 0 for the last state; None if nothing had
+        been done yet.
+    project_opened : bool
+        Whether there was a project file, which could be opened and held a state of the child.
+    problem : str
+    """
+
+    number: int
+    moment: str
+    states: int = 0
+    age: float | None = None
+    project_opened: bool = False
+    problem: str = ""
+
+
+@dataclass
+class _Told:
+    """What the child has told."""
+
+    times: list[float] = field(default_factory=list)
+    states: list[dict[str, str]] = field(default_factory=list)
+    errors: list[str] = field(default_factory=list)
+    kills: int = 0
+
+    def take(self, line: str) -> dict[str, Any]:
+        """Note a line."""
+        try:
+            said: dict[str, Any] = json.loads(line)
+        except ValueError:
+            return {}  # cut off
+        if "state" in said and (not self.states or said["state"] != self.states[-1]):
+            self.times.append(said["time"])
+            self.states.append(said["state"])
+        self.errors += [str(said[key]) for key in ("error", "failed") if key in said]
+        return said
+
+
+def frames_in(folder: Path) -> list[Path]:
+    """Three frames in files."""
+    room = load_frame(str(asset_path("samples/room")))
+    frames = [room]
+    for step, (top, left) in ((2, (0, 0)), (3, (1, 1))):
+        frames.append(RGBDFrame(room.rgb[top::step, left::step], room.depth[top::step, left::step]))
+    return [write_frame(folder / f"frame{number}", frame) for number, frame in enumerate(frames)]
+
+
+def one_round(number: int, frames: Sequence[Path], folder: Path) -> Found:
+    """Let a child work, kill it, and look at what there is."""
+    chance = random.Random(number)
+    folder.mkdir()
+    moment = chance.choice(_MOMENTS)
+    told, killed = _killed(number, moment, chance, frames, folder)
+    found = Found(number, moment, len(told.states))
+    try:
+        _look(found, told, killed, folder)
+    except IlfError as error:
+        found.problem = f"{type(error).__name__}: {error}"
+    if told.errors:
+        found.problem = found.problem or told.errors[0]
+    if not found.problem:
+        shutil.rmtree(folder)
+    return found
+
+
+def _killed(
+    number: int, moment: str, chance: random.Random, frames: Sequence[Path], folder: Path
+) -> tuple[_Told, float]:
+    child = subprocess.Popen(
+        [sys.executable, "-m", "tests.bench.kill.child", str(number), folder, *frames],
+        stdout=subprocess.PIPE,
+        stderr=open(folder / "stderr", "w"),  # noqa: SIM115
+        text=True,
+        cwd=_ROOT,
+        env={**os.environ, "QT_QPA_PLATFORM": "offscreen"},
+    )
+    assert child.stdout is not None
+    told, wait = _Told(), chance.uniform(0.5, 6.0)
+    begun: float | None = None
+    for line in child.stdout:
+        said = told.take(line)
+        if begun is None and told.states:
+            begun = time.monotonic()
+        late = begun is not None and time.monotonic() - begun > wait
+        if late and (moment == "any" or said.get("at") == moment or time.monotonic() - begun > wait + 15):
+            if moment != "any":
+                time.sleep(chance.choice([0, 0.001, 0.003, 0.01, 0.03]))
+            break
+    killed = time.monotonic()
+    child.kill()
+    for line in child.stdout:
+        told.take(line)
+    child.wait()
+    child.stdout.close()
+    return told, killed
+
+
+def _look(found: Found, told: _Told, killed: float, folder: Path) -> None:
+    project = folder / "work.ilf"
+    base: Parts | None = None
+    if project.exists():
+        with open_project(project) as opened:
+            digests = {
+                frame.id: digest(opened.state(frame.id).state) for frame in opened.project.frames if frame.has_state
+            }
+            problems = opened.problems
+        if problems or digests not in told.states:
+            found.problem = f"the project file holds no state of the child: {problems or digests}"
+            return
+        found.project_opened = True
+        base = open_project(project).parts
+    journals = list((folder / "autosave").glob(f"*{SUFFIX}"))
+    if not journals:
+        found.problem = "" if killed - told.times[0] < LATEST_S else "there is no journal"
+        return
+    journal = Journal(journals[0])
+    state = _state_in(journal, base)
+    journal.discard()
+    fitting = [number for number, one in enumerate(told.states) if one == state]
+    if not fitting:
+        found.problem = f"what came back is no state of the child: {_nearest(state, told)}"
+        return
+    overtaken = told.times[fitting[-1] + 1] if fitting[-1] + 1 < len(told.times) else killed
+    found.age = max(killed - overtaken, 0.0)
+    if found.age > LATEST_S:
+        found.problem = f"what came back is {found.age:.2f} s old"
+
+
+def _state_in(journal: Journal, base: Parts | None) -> dict[str, str]:
+    """Digests of all frames of the journal, over those of the project file."""
+    digests = {}
+    names = journal.names()
+    for frame in decode_project(journal).project.frames:
+        parts: Parts | None = journal if frame_part(frame.id) in names else base
+        if parts is not None and frame_part(frame.id) in parts.names():
+            decoded = load_state(frame.id, parts, frame.source)
+            if decoded.problems:
+                raise IlfError(f"{frame.name}: {decoded.problems}")
+            digests[frame.id] = digest(decoded.state)
+    return digests
+
+
+def _nearest(state: dict[str, str], told: _Told) -> str:
+    found = []
+    for frame_id, one in state.items():
+        when = [number for number, states in enumerate(told.states) if states.get(frame_id) == one]
+        found.append(f"{frame_id[:6]}: states {when[:1]}-{when[-1:]} of {len(told.states)}")
+    return ", ".join(found)

@@ -1,0 +1,211 @@
+"""Blocks go from frame to frame in the real window."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from gui.carrying.dialog import CarryDialog
+from gui.carrying.part import CarryingPart
+from gui.filtering.frames_row import Sharing
+from gui.main_window import MainWindow
+from gui.state.entries import Entry
+from gui.state.session import Session
+from ilf.ebs.edit import patch_between
+from ilf.frame import RGBDFrame
+from ilf.io.frame_source import FrameSource
+from ilf.project import Stage
+
+from .conftest import WAIT_MS, open_frame, write_frame
+
+SHIFTS = 0, 0, 3, 6, 9
+
+
+@pytest.fixture
+def sequence(tmp_path: Path, small_frame: RGBDFrame) -> list[FrameSource]:
+    """`small_frame` as a camera sees it that stands still at first and then moves to the left."""
+    sources = []
+    for number, shift in enumerate(SHIFTS):
+        rgb, depth = (np.roll(picture, shift, axis=1) for picture in (small_frame.rgb, small_frame.depth))
+        rgb[:, :shift], depth[:, :shift] = small_frame.rgb[:, :1], small_frame.depth[:, :1]
+        folder = write_frame(tmp_path / f"frame-{number}", replace(small_frame, rgb=rgb, depth=depth))
+        sources.append(FrameSource(str(folder)))
+    return sources
+
+
+@pytest.fixture
+def listed(window: MainWindow, qtbot: QtBot, sequence: list[FrameSource]) -> MainWindow:
+    """The window with the sequence in its list, the first frame open, and two blocks there."""
+    window.workspace.add_entries([Entry.of(source) for source in sequence])
+    open_frame(window, qtbot, sequence[0])
+    labels = np.ones(window.workspace.session.labels.shape, np.int32)
+    labels[:, 30:] = 2
+    window.workspace.replace_labels(labels, "Blocks of the test", {1: "Wall", 2: "Floor"})
+    window.workspace.set_lock(1, True)
+    return window
+
+
+@pytest.fixture
+def part(listed: MainWindow) -> CarryingPart:
+    return next(part for part in listed.parts if isinstance(part, CarryingPart))
+
+
+def carry(window: MainWindow, part: CarryingPart, qtbot: QtBot, command: str) -> Session:
+    """Give a command and wait until blocks have been carried; the frame that is shown then."""
+    with qtbot.waitSignal(part.carrier.ended, timeout=WAIT_MS):
+        window.actions_[command].trigger()
+    window.refresh.now()
+    return window.workspace.session
+
+
+def border(session: Session) -> int:
+    """The column in which the right one of the two blocks begins, in the middle of the frame."""
+    return int(np.argmax(session.labels[24] == 2))
+
+
+def test_next_frame_with_these_blocks(listed: MainWindow, part: CarryingPart, qtbot: QtBot) -> None:
+    window, workspace = listed, listed.workspace
+    first = workspace.session
+    second = carry(window, part, qtbot, "carry_next")
+    assert second.name == "frame-1"
+    assert np.array_equal(second.labels, first.labels)
+    assert [(info.name, info.locked) for info in second.infos.values()] == [("Wall", True), ("Floor", False)]
+    assert window.toasts.message == "frame-1: 2 blocks copied, none needs a look."
+    assert not window.loader.busy  # nobody has extracted blocks that are not wanted
+    third = carry(window, part, qtbot, "carry_next")
+    assert abs(border(third) - (30 + SHIFTS[2])) <= 1
+    assert "optical flow" in window.toasts.message
+    window.actions_["undo"].trigger()
+    assert not third.counts()
+    assert workspace.session is third
+
+    third = carry(window, part, qtbot, "carry_previous")
+    assert third.name == "frame-2"
+    assert abs(border(third) - (30 + SHIFTS[2])) <= 1
+
+
+def test_through_frames_that_keep_what_was_done_by_hand(
+    listed: MainWindow, part: CarryingPart, qtbot: QtBot, sequence: list[FrameSource]
+) -> None:
+    window, workspace, entries = listed, listed.workspace, listed.workspace.entries
+    first = workspace.session
+    third = carry(window, part, qtbot, "carry_next") and carry(window, part, qtbot, "carry_next")
+    labels = third.labels.copy()
+    labels[:8, 50:] = 3
+    workspace.edit_labels(patch_between(third.labels, labels), "Draw")
+    workspace.show_session(first)
+    (Path(sequence[3].rgb) / "depth.png").write_bytes(b"nothing")
+    said: list[str] = []
+    window.notes.warn = lambda what, notes, details="": said.extend(notes)  # type: ignore[method-assign]
+
+    window.actions_["carry_through"].trigger()
+    dialog = window.findChild(CarryDialog)
+    assert dialog.count.value() == 4
+    assert dialog.chosen_way == "carry_auto"
+    dialog.how.setCurrentIndex(dialog.how.findData("carry_flow"))
+    with qtbot.waitSignal(part.carrier.ended, timeout=WAIT_MS):
+        dialog.accept()
+    window.refresh.now()
+    assert part.how == "flow"
+    assert workspace.session is first
+    assert np.array_equal(third.labels, labels)
+    last = entries[4].session
+    assert last is not None
+    assert last.labels[4, 62] == 3  # the frame that was edited is carried on from
+    assert [entry.summary.stage for entry in entries][2:] == [Stage.EDITED, Stage.FAILED, Stage.CARRIED]
+    assert len(said) == 1
+    assert said[0].startswith("frame-3: ")
+    assert "1 frame (frame-2) had been edited or run" in window.toasts.message
+    assert not part.strip.isVisible()
+
+
+def test_frames_on_the_way_are_put_away_and_come_back(listed: MainWindow, part: CarryingPart, qtbot: QtBot) -> None:
+    window, workspace, entries = listed, listed.workspace, listed.workspace.entries
+    window.frame_part.open_frames.most = 1
+    with qtbot.waitSignal(part.carrier.ended, timeout=WAIT_MS):
+        part.carry_through(4)
+    window.frame_part.open_frames.tidy()
+    qtbot.waitUntil(lambda: len(workspace.sessions) == 1, timeout=WAIT_MS)
+    summaries = [entry.summary for entry in entries]
+    assert [summary.stage for summary in summaries[1:]] == [Stage.CARRIED] * 4
+    # what is put away is gone through again: from the frame before, and on to frames that nobody has edited
+    window.loader.open_entry(entries[3])
+    qtbot.waitUntil(lambda: entries[3].session is not None, timeout=WAIT_MS)
+    session = carry(window, part, qtbot, "carry_previous")
+    assert session.info(1).name == "Wall"
+    assert session.notes.carried_from == "frame-2"
+    last = carry(window, part, qtbot, "carry_next")
+    assert abs(border(last) - (30 + SHIFTS[4])) <= 1
+    window.actions_["undo"].trigger()
+    assert abs(border(last) - (30 + SHIFTS[4])) <= 1  # as it was stored
+    assert last.counts()
+
+
+def test_it_can_be_stopped_and_says_how_far_it_is(listed: MainWindow, part: CarryingPart, qtbot: QtBot) -> None:
+    window = listed
+    shown: list[str] = []
+    part.carrier.changed.connect(lambda: shown.append(part.strip.label.text() if part.strip.isVisible() else ""))
+    part.carrier.changed.connect(lambda: part.strip.work.cancel_button.click() if len(shown) == 3 else None)
+    with qtbot.waitSignal(part.carrier.ended, timeout=WAIT_MS) as ended:
+        part.carry_through(4)
+    (journey,) = ended.args
+    assert journey.stopped
+    assert len(journey.done) == 1
+    assert shown[1:3] == ["Carrying blocks to frame-1 (1 of 4)", "Carrying blocks to frame-2 (2 of 4)"]
+    assert "Stopped after 1 of 4 frames." in window.toasts.message
+    assert window.actions_["carry_next"].isEnabled()
+
+
+def test_what_needs_a_look_is_gone_through(listed: MainWindow, part: CarryingPart, qtbot: QtBot) -> None:
+    window, workspace = listed, listed.workspace
+    session = carry(window, part, qtbot, "carry_next")
+    session.to_check = {1, 2}
+    session.notes.reasons.update({1: "A half of it could not be seen before.", 2: "It was not in the picture before."})
+    workspace.note_checked(session)
+
+    def said(command: str) -> str:
+        window.actions_[command].trigger()
+        qtbot.waitUntil(lambda: not window.review.busy, timeout=WAIT_MS)
+        window.refresh.now()
+        return window.review_strip.label.text()
+
+    assert "Floor was carried here: it was not in the picture before." in said("next_suspect")
+    assert session.selected == [2]
+    assert "Wall was carried here: a half of it" in said("leave_suspect")
+    assert session.to_check == {1}
+    assert session.selected == [1]
+    assert "carried here" not in said("looked_at")
+    assert not session.to_check
+    assert not window.actions_["looked_at"].isEnabled()
+    window.actions_["undo"].trigger()
+    assert session.to_check == {1}
+
+
+def test_values_for_all_frames_or_for_one(listed: MainWindow, part: CarryingPart, qtbot: QtBot) -> None:
+    window, workspace, row = listed, listed.workspace, listed.filter_panel.frames
+    first = workspace.session
+    second = carry(window, part, qtbot, "carry_next")
+    assert row.box.currentText() == Sharing.EACH
+    row.chosen.emit(Sharing.ALL)
+    window.filter_presenter.set_values({"smoothness": 3.0})
+    window.refresh.now()
+    assert row.box.currentText() == Sharing.ALL
+    assert first.common.smoothness == 3.0
+    assert window.actions_["undo"].text() == "Undo Set Smoothness for all frames"
+    row.chosen.emit(Sharing.ALONE)
+    window.filter_presenter.set_values({"smoothness": 5.0})
+    window.refresh.now()
+    assert row.box.currentText() == Sharing.ALONE
+    assert (first.common.smoothness, second.common.smoothness) == (3.0, 5.0)
+    assert workspace.entries[1].summary.own_parameters
+    third = carry(window, part, qtbot, "carry_next")  # the values of runs go along, as its own
+    assert (third.common.smoothness, third.own_parameters) == (5.0, True)
+    window.actions_["reset_values"].trigger()
+    assert (third.common.smoothness, third.own_parameters) == (3.0, False)
+    workspace.show_session(first)
+    window.refresh.now()
+    assert row.box.currentText() == Sharing.ALL

@@ -1,0 +1,226 @@
+"""A folder of frames, worked through in the window: opened when they are looked at, put away, and there again."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from gui.main_window import MainWindow
+from gui.state.entries import Entry
+from ilf.ebs.edit import patch_between
+from ilf.frame import RGBDFrame
+from ilf.project import Stage
+
+from .conftest import WAIT_MS, write_frame
+
+COUNT = 6
+
+
+@pytest.fixture
+def folder(tmp_path: Path, small_frame: RGBDFrame) -> Path:
+    """Six frames, of which the third is broken, and what is none."""
+    root = tmp_path / "walk"
+    root.mkdir()
+    for number in range(COUNT):
+        write_frame(root / f"frame-{number}", small_frame)
+    (root / "frame-2" / "depth.png").write_bytes(b"nothing")
+    (root / "notes").mkdir()
+    return root
+
+
+@pytest.fixture
+def listed(window: MainWindow, qtbot: QtBot, folder: Path) -> MainWindow:
+    """The window with the folder's list, and the first frame open."""
+    window.recorder.start()
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        window.documents.open_paths([folder])
+    return window
+
+
+def _go(window: MainWindow, qtbot: QtBot, command: str = "next_frame") -> None:
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        window.actions_[command].trigger()
+
+
+def _present(window: MainWindow) -> Entry:
+    entry = window.workspace.entries.of(window.workspace.session.id)
+    assert entry is not None
+    return entry
+
+
+def test_folder_is_worked_through_and_left_frames_come_back(listed: MainWindow, qtbot: QtBot, folder: Path) -> None:
+    window, workspace = listed, listed.workspace
+    part, entries = window.frame_part, workspace.entries
+    assert [entry.name for entry in entries] == [f"frame-{number}" for number in range(COUNT)]
+    assert [entry.session is not None for entry in entries] == [True, False, False, False, False, False]
+    assert _present(window).summary.stage is Stage.EXTRACTED
+    part.open_frames.most = 2
+
+    first = workspace.session
+    labels = first.labels.copy()
+    labels[:8, :8] = 0
+    workspace.edit_labels(patch_between(first.labels, labels), "Erase")
+    workspace.set_note(entries[0], "glass")
+    first_id = first.id
+
+    _go(window, qtbot)
+    assert _present(window) is entries[1]
+    _go(window, qtbot)
+    assert entries[2].summary.stage is Stage.FAILED
+    assert "frame-2" in entries[2].summary.problem
+    assert _present(window) is entries[1], "the one that cannot be opened is passed by"
+    _go(window, qtbot)
+    assert _present(window) is entries[3]
+    qtbot.waitUntil(lambda: entries[0].session is None, timeout=WAIT_MS)
+    assert len(workspace.sessions) == 2
+    assert (entries[0].summary.stage, entries[0].note, entries[0].unsaved) == (Stage.EDITED, "glass", True)
+
+    shutil.rmtree(folder / "frame-4")
+    _go(window, qtbot, "next_untouched")
+    assert entries[4].summary.stage is Stage.FAILED
+    part.open(entries[0])
+    qtbot.waitUntil(lambda: _present(window) is entries[0], timeout=WAIT_MS)
+    back = workspace.session
+    assert back is not first
+    assert (back.id, back.note, back.unsaved) == (first_id, "glass", True)
+    assert np.array_equal(back.labels, labels)
+    assert not back.undo_stack.canUndo()
+
+
+def test_what_is_not_stored_or_runs_stays_open(listed: MainWindow, qtbot: QtBot, monkeypatch) -> None:
+    window, entries = listed, listed.workspace.entries
+    part = window.frame_part
+    part.open_frames.most = 1
+    told: list[object] = []
+    monkeypatch.setattr(part.open_frames, "_settle", told.append)
+    _go(window, qtbot)
+    assert len(told) == 1
+    told[0](OSError("disk full"))
+    assert len(window.workspace.sessions) == 2, "it could not be stored"
+    monkeypatch.setattr(part.open_frames, "_is_stored", lambda id: False)
+    told[0](None)
+    assert len(window.workspace.sessions) == 2, "nothing is stored of it"
+    monkeypatch.setattr(part.open_frames, "_is_stored", lambda id: True)
+    session = entries[0].session
+    assert session is not None
+    window.workspace.set_note(entries[0], "changed since")
+    told[0](None)
+    assert entries[0].session is session, "it has changed since"
+    monkeypatch.setattr(part.open_frames, "_is_busy", lambda one: True)
+    part.open_frames.tidy()
+    assert len(told) == 1, "what is at work is not even asked for"
+
+
+def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(
+    listed: MainWindow, qtbot: QtBot, monkeypatch
+) -> None:
+    window, workspace, entries = listed, listed.workspace, listed.workspace.entries
+    panel, part = window.frames, window.frame_part
+    workspace.set_note(entries[1], "shiny")
+    workspace.set_note(entries[5], "shiny")
+    panel.text.setText("shiny")
+    assert [entry.name for entry in panel.model.entries] == ["frame-0", "frame-1", "frame-5"]
+    _go(window, qtbot, "previous_frame")
+    assert _present(window) is entries[5]
+    assert [entry.name for entry in panel.model.entries] == ["frame-0", "frame-1", "frame-5"]
+    panel.show_all()
+    assert len(panel.model.entries) == COUNT
+
+    asked: list[list[Entry]] = []
+    some = [entries[1], entries[3], entries[5]]
+    with monkeypatch.context() as patch:
+        patch.setattr(window.documents, "leave", lambda entries, then: asked.append(list(entries)))
+        part.remove(some)
+    assert asked == [some]
+    assert len(entries) == COUNT, "the user would rather keep them"
+    part.remove(some)
+    assert [entry.name for entry in entries] == ["frame-0", "frame-2", "frame-4"]
+    assert _present(window) is entries[0]
+
+
+def test_a_folder_without_frames_says_what_one_holds(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch
+) -> None:
+    told: list[str] = []
+    monkeypatch.setattr(window.notes, "report", lambda what, error: told.append(str(error)))
+    window.loader.failed.disconnect()
+    window.loader.failed.connect(window.notes.report)
+    (tmp_path / "empty").mkdir()
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        window.documents.open_paths([tmp_path / "empty"])
+    assert "A folder of frames holds one of these" in told[0]
+    assert len(window.workspace.entries) == 0
+
+
+@pytest.fixture
+def remembering(qtbot: QtBot, tmp_path: Path, monkeypatch) -> Iterator[Callable[[], MainWindow]]:
+    """Opens windows as a user does, one after the other, whose work is kept in a folder of the test's own."""
+    monkeypatch.setenv("ILF_FOLDERS", str(tmp_path / "data" / "folders"))
+    monkeypatch.setenv("ILF_AUTOSAVE", str(tmp_path / "data" / "autosave"))
+    windows: list[MainWindow] = []
+
+    def new() -> MainWindow:
+        window = MainWindow()
+        windows.append(window)
+        qtbot.addWidget(window)
+        window.show()
+        return window
+
+    yield new
+    for window in windows:
+        window.documents.discard_silently = True
+        window.close()
+
+
+def _open_folder(window: MainWindow, qtbot: QtBot, folder: Path) -> None:
+    window.documents.open_paths([folder])
+    qtbot.waitUntil(lambda: window.workspace.has_session and not window.loader.busy, timeout=WAIT_MS)
+
+
+def test_work_on_a_folder_is_there_again_the_next_time(
+    remembering: Callable[[], MainWindow], qtbot: QtBot, folder: Path, small_frame: RGBDFrame
+) -> None:
+    window = remembering()
+    _open_folder(window, qtbot, folder)
+    assert not window.project.present.unsaved, "looking is no work"
+    _go(window, qtbot)
+    window.workspace.set_note(window.workspace.entries[1], "mirror")
+    window.workspace.set_note(window.workspace.entries[4], "not opened yet")
+    labels = window.workspace.session.labels.copy()
+    labels[:8, :8] = 0
+    window.workspace.edit_labels(patch_between(window.workspace.session.labels, labels), "Erase")
+    assert window.project.present.unsaved
+    with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
+        window.actions_["save_project"].trigger()
+    assert not window.project.present.unsaved
+    assert window.close()
+
+    write_frame(folder / "frame-9", small_frame)
+    again = remembering()
+    _open_folder(again, qtbot, folder)
+    qtbot.waitUntil(lambda: len(again.workspace.entries) == COUNT + 1, timeout=WAIT_MS)
+    entries = again.workspace.entries
+    assert [entry.note for entry in entries] == ["", "mirror", "", "", "not opened yet", "", ""]
+    assert _present(again) is entries[1]
+    assert np.array_equal(again.workspace.session.labels, labels)
+    assert entries[6].name == "frame-9"
+
+    other = remembering()
+    _open_folder(other, qtbot, folder)
+    assert other.project.present.path == again.project.present.path
+    project = again.project.present.path
+    assert project is not None
+    project.write_bytes(b"damaged")
+    told: list[str] = []
+    last = remembering()
+    last.loader.failed.connect(lambda what, error: told.append(what))
+    last.loader.failed.disconnect(last.notes.report)
+    _open_folder(last, qtbot, folder)
+    assert told == ["Open walk.ilf"]
+    assert len(last.workspace.entries) == COUNT + 1
+    assert last.project.present.path is None, "what is damaged is not written over"

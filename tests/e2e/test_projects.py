@@ -1,0 +1,467 @@
+"""Projects in the real window: all work is saved and comes back, and nothing of it is lost without being asked about."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import shutil
+import zipfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtWidgets import QApplication, QMessageBox
+from pytestqt.qtbot import QtBot
+
+import ilf
+from gui.main_window import MainWindow
+from gui.project.capture import SessionCapture
+from gui.project_file.close_dialog import CloseDialog
+from gui.project_file.missing_dialog import MissingDialog
+from gui.project_file.save_as_dialog import SaveAsDialog
+from gui.project_file.saving import Wish
+from gui.state.session import Session
+from ilf.ebs.edit import patch_between
+from ilf.frame import RGBDFrame
+from ilf.io.frame_source import FrameSource
+from ilf.project import FrameState, Stage
+from ilf.run import ExportOptions
+
+from ..ilf.project_states import assert_same
+from .conftest import WAIT_MS, open_frame, write_frame
+
+Open = Callable[[], MainWindow]
+
+
+@pytest.fixture
+def another(qtbot: QtBot) -> Iterator[Open]:
+    """Opens further windows."""
+    made: list[MainWindow] = []
+
+    def make() -> MainWindow:
+        window = MainWindow(remembers=False)
+        window.documents.discard_silently = True
+        window.resize(1280, 800)
+        window.show()
+        qtbot.addWidget(window)
+        made.append(window)
+        return window
+
+    yield make
+    for window in made:
+        window.documents.discard_silently = True
+        window.close()
+
+
+def save(window: MainWindow, qtbot: QtBot, path: Path, embed: bool | None = None) -> None:
+    done: list[bool] = []
+    window.project.saving.save(Wish(path, embed, None, done.append))
+    qtbot.waitUntil(lambda: bool(done), timeout=WAIT_MS)
+    assert done == [True]
+
+
+def open_project(window: MainWindow, qtbot: QtBot, path: Path) -> None:
+    with qtbot.waitSignal(window.project.opening.opened, timeout=WAIT_MS):
+        window.documents.open_paths([path])
+    qtbot.waitUntil(lambda: not window.loader.busy and not window.project.missing.busy, timeout=WAIT_MS)
+    window.refresh.now()
+
+
+def state_of(session: Session) -> FrameState:
+    return SessionCapture(session).take()()
+
+
+def work_on(window: MainWindow, run_all: Callable[[MainWindow], None]) -> Session:
+    """Something of everything that a user can do to a frame."""
+    workspace = window.workspace
+    session = workspace.session
+    first, second = list(session.counts())[:2]
+    edited = session.labels.copy()
+    edited[2:6, 2:6] = 0
+    workspace.edit_labels(patch_between(session.labels, edited), "Erase")
+    workspace.edit_info(first, "Rename", name="Wall", colour=(1, 2, 3), locked=True)
+    workspace.set_visible(second, False)
+    workspace.set_parameters(ilf.preset("paper", max_iterations=30))
+    workspace.set_own({"max_iterations": 7}, [second])
+    distrusted = np.zeros(session.labels.shape, bool)
+    distrusted[24:28, 4:9] = True
+    workspace.set_distrusted(distrusted, "Distrust")
+    workspace.set_truth(np.full(session.labels.shape, 2.0, np.float32))
+    run_all(window)
+    workspace.set_note(window.workspace.entries[0], "Look at the corner.")
+    workspace.set_region((slice(3, 20), slice(5, 30)))
+    workspace.select([second])
+    workspace.change_run(session, session.kept_runs[0], note="the first")
+    workspace.compare(session.kept_runs[:1])
+    return session
+
+
+def test_all_work_comes_back_in_another_window(
+    opened: MainWindow, another: Open, qtbot: QtBot, run_all: Callable[[MainWindow], None], tmp_path: Path
+) -> None:
+    session = work_on(opened, run_all)
+    opened.views.zoom_to(slice(10, 20), slice(10, 30))
+    opened.views.set_layout("grid-difference")
+    opened.views.set_content("depth-in", "truth")
+    place, path = opened.views.place, tmp_path / "room.ilf"
+    assert place is not None
+    assert (opened.isWindowModified(), session.unsaved_words()) == (True, "5 edits, 1 run")
+    save(opened, qtbot, path)
+    opened.refresh.now()
+    assert (session.unsaved, opened.project.present.unsaved, opened.isWindowModified()) == (False, False, False)
+    assert opened.windowTitle().startswith("room — two-planes[*]")
+    before = state_of(session)
+
+    window = another()
+    open_project(window, qtbot, path)
+    again = window.workspace.session
+    assert_same(state_of(again), before)
+    assert (again.unsaved, window.project.present.unsaved, again.undo_stack.count()) == (False, False, 0)
+    assert window.views.layout_name == "grid-difference"
+    assert window.views.contents()["depth-in"] == "truth"
+    assert window.views.place == pytest.approx(place, rel=0.01)
+    assert window.curves.records, "kept runs and results have their curves"
+
+    window.workspace.edit_info(2, "Rename", name="Floor")
+    window.workspace.session.undo_stack.undo()
+    assert not window.project.present.unsaved, "as it was saved"
+
+
+def test_a_project_that_is_moved_with_its_frames_opens_and_an_embedded_one_alone(
+    opened: MainWindow, another: Open, qtbot: QtBot, run_all: Callable[[MainWindow], None], tmp_path: Path
+) -> None:
+    before = state_of(work_on(opened, run_all))
+    frame = Path(opened.workspace.entries[0].key)
+    there = tmp_path / "there"
+    there.mkdir()
+    save(opened, qtbot, there / "alone.ilf", embed=True)
+    save(opened, qtbot, tmp_path / "room.ilf", embed=False)
+    moved = tmp_path / "moved"
+    moved.mkdir()
+    shutil.move(frame, moved / frame.name)
+    shutil.move(tmp_path / "room.ilf", moved / "room.ilf")
+    window = another()
+    for path in (moved / "room.ilf", there / "alone.ilf"):
+        open_project(window, qtbot, path)
+        again = state_of(window.workspace.session)
+        assert_same(again.results, before.results)
+        assert_same(again.runs[0].results, before.runs[0].results)
+        assert_same(again.labels, before.labels)
+        assert window.project.missing.dialog is None
+
+
+def test_missing_files_are_asked_for_and_checked(
+    window: MainWindow, another: Open, qtbot: QtBot, small_frame: RGBDFrame, tmp_path: Path
+) -> None:
+    folders = [write_frame(tmp_path / name, small_frame) for name in ("a", "b", "c")]
+    for number, folder in enumerate(folders):  # files that differ
+        (folder / "rgb.png").write_bytes((folder / "rgb.png").read_bytes() + bytes(number))
+        open_frame(window, qtbot, FrameSource(str(folder)))
+        window.workspace.edit_info(1, "Rename", name=f"Wall {number}")
+    path = tmp_path / "project" / "p.ilf"
+    path.parent.mkdir()
+    save(window, qtbot, path)
+    (tmp_path / "away").mkdir()
+    for folder in folders[:2]:
+        shutil.move(folder, tmp_path / "away" / f"other-{folder.name}")
+    (folders[2] / "depth.png").write_bytes((folders[2] / "rgb.png").read_bytes())
+
+    second = another()
+    open_project(second, qtbot, path)
+    workspace, dialog = second.workspace, second.project.missing.dialog
+    assert isinstance(dialog, MissingDialog)
+    assert not workspace.has_session
+    assert [entry.summary.stage for entry in workspace.entries] == [Stage.FAILED] * 3
+    assert dialog.files.topLevelItemCount() == 5
+    save(second, qtbot, path)  # what cannot be opened is kept as it was
+    changed = next(lost for lost in second.project.missing.lost if lost.changed is not None)
+    dialog.choose(changed.frame)
+    assert "results would not be of it" in dialog.message.text()
+    assert dialog.new_button.isEnabled()
+
+    def searched() -> bool:
+        return not second.project.missing.busy and not second.loader.busy
+
+    second.project.missing.give_file(changed, folders[2] / "rgb.png")
+    qtbot.waitUntil(searched, timeout=WAIT_MS)
+    assert dialog.message.tone() == "error"
+    assert len(second.project.missing.lost) == 5
+    second.project.missing.give_folder(tmp_path / "away")
+    qtbot.waitUntil(searched, timeout=WAIT_MS)
+    assert [lost.frame for lost in second.project.missing.lost] == [changed.frame]
+    assert [entry.summary.stage for entry in workspace.entries] == [Stage.EXTRACTED, Stage.EXTRACTED, Stage.FAILED]
+    assert second.project.present.words() == "list of frames, places of files"
+    for number in (0, 1):
+        with qtbot.waitSignal(second.loader.idle, timeout=WAIT_MS):
+            second.loader.open_entry(workspace.entries[number])
+        assert workspace.session.info(1).name == f"Wall {number}"
+
+    shutil.copy(tmp_path / "away" / "other-a" / "depth.png", folders[2] / "depth.png")
+    (folders[2] / "rgb.png").write_bytes((folders[2] / "rgb.png").read_bytes() + b"!")
+    second.project.missing.open_new(changed)
+    qtbot.waitUntil(lambda: searched() and workspace.session.id == workspace.entries[3].id, timeout=WAIT_MS)
+    assert not workspace.session.unsaved
+    save(second, qtbot, path)
+    third = another()
+    open_project(third, qtbot, path)
+    assert third.workspace.entries[0].session is not None or third.workspace.entries[3].session is not None
+    assert len(third.project.missing.lost) == 1, "what was found stays found"
+
+
+def test_a_damaged_part_costs_that_part_and_is_told_of_once(
+    opened: MainWindow,
+    another: Open,
+    qtbot: QtBot,
+    run_all: Callable[[MainWindow], None],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    session, path = work_on(opened, run_all), tmp_path / "room.ilf"
+    save(opened, qtbot, path)
+    content = bytearray(path.read_bytes())
+    with zipfile.ZipFile(path) as archive:
+        parts = [info for info in archive.infolist() if info.filename.endswith(".npz")]
+        begin = parts[0].header_offset + 60
+    content[begin + 200 : begin + 210] = bytes(10)
+    path.write_bytes(content)
+    window = another()
+    told: list[str] = []
+    monkeypatch.setattr(window.notes, "warn", lambda what, notes, details="": told.extend([what] * bool(list(notes))))
+    open_project(window, qtbot, path)
+    again = window.workspace.session
+    assert np.array_equal(again.labels, session.labels)
+    assert again.info(1).name == "Wall"
+    assert len(told) == 1
+    assert "not all of the work" in told[0]
+
+
+def test_a_save_that_fails_leaves_file_and_mark_and_one_message(
+    opened: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "room.ilf"
+    opened.workspace.edit_info(1, "Rename", name="Wall")
+    save(opened, qtbot, path)
+    before = path.read_bytes()
+    opened.workspace.edit_info(1, "Rename", name="Floor")
+    told: list[str] = []
+    monkeypatch.setattr(opened.notes, "report", lambda what, error: told.append(f"{what}: {error}"))
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patched:
+        patched.setattr("zipfile.ZipFile.writestr", full)
+        opened.actions_["save_project"].trigger()
+        qtbot.waitUntil(lambda: bool(told), timeout=WAIT_MS)
+    assert told[0].endswith("the disk is full. Free some space or choose another folder.")
+    assert path.read_bytes() == before
+    assert opened.workspace.session.unsaved_words() == "1 edit"
+
+    opened.documents.discard_silently = False
+    opened.close()
+    dialog = opened.project.closing.dialog
+    assert isinstance(dialog, CloseDialog)
+    shutil.rmtree(tmp_path / "gone", ignore_errors=True)
+    with monkeypatch.context() as patched:
+        patched.setattr("zipfile.ZipFile.writestr", full)
+        dialog.save_button.click()
+        qtbot.waitUntil(lambda: len(told) == 2, timeout=WAIT_MS)
+    assert opened.isVisible(), "a save that fails cancels the closing"
+    assert opened.project.closing.dialog is None
+    opened.actions_["save_project"].trigger()
+    qtbot.waitUntil(lambda: not opened.project.present.unsaved, timeout=WAIT_MS)
+    assert list(tmp_path.glob(".ilf-*")) == []
+
+
+def test_what_is_done_while_it_is_saved_stays_unsaved(opened: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
+    workspace, done = opened.workspace, []
+    workspace.edit_info(1, "Rename", name="Wall")
+    opened.project.saving.save(Wish(tmp_path / "p.ilf", then=done.append))
+    workspace.edit_info(1, "Rename", name="Floor")
+    qtbot.waitUntil(lambda: bool(done), timeout=WAIT_MS)
+    assert workspace.session.unsaved
+    with ilf_project(tmp_path / "p.ilf") as opened_project:
+        entry = workspace.entries[0]
+        assert opened_project.state(entry.id).state.notes.infos[1].name == "Wall"
+
+
+def ilf_project(path: Path):  # type: ignore[no-untyped-def]
+    from ilf.project.file import open_project as read
+
+    return read(path)
+
+
+def test_a_file_that_somebody_else_has_written_is_not_replaced_without_asking(
+    opened: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    path = tmp_path / "p.ilf"
+    opened.workspace.edit_info(1, "Rename", name="Wall")
+    save(opened, qtbot, path)
+    save(opened, qtbot, path)
+    other = path.read_bytes() + b" "
+    path.write_bytes(other)
+    opened.workspace.edit_info(1, "Rename", name="Floor")
+    opened.actions_["save_project"].trigger()
+    box = next(box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible())
+    assert "has been changed by another window or program" in box.text()
+    box.button(QMessageBox.StandardButton.Cancel).click()
+    assert path.read_bytes() == other
+    assert opened.workspace.session.unsaved
+    opened.actions_["save_project"].trigger()
+    box = next(box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible())
+    next(button for button in box.buttons() if "Replace" in button.text()).click()
+    qtbot.waitUntil(lambda: not opened.workspace.session.unsaved, timeout=WAIT_MS)
+    assert path.read_bytes() != other
+
+
+def test_a_project_of_a_newer_program_is_saved_elsewhere(
+    opened: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "p.ilf"
+    save(opened, qtbot, path)
+    _change_project(path, schema=99)
+    told: list[str] = []
+    monkeypatch.setattr(opened.notes, "warn", lambda what, notes, details="": told.extend(notes))
+    before = path.read_bytes()
+    open_project(opened, qtbot, path)
+    assert any("newer version" in text for text in told)
+    opened.workspace.edit_info(1, "Rename", name="Wall")
+    opened.actions_["save_project"].trigger()
+    dialog = opened.findChild(SaveAsDialog)
+    assert dialog is not None
+    dialog.path.setText(str(tmp_path / "other"))
+    assert dialog.chosen() == tmp_path / "other.ilf"
+    dialog.accept()
+    qtbot.waitUntil(lambda: (tmp_path / "other.ilf").exists() and not opened.project.saving.busy, timeout=WAIT_MS)
+    assert (path.read_bytes(), opened.project.present.path) == (before, tmp_path / "other.ilf")
+
+
+def _change_project(path: Path, **values: object) -> None:
+    with zipfile.ZipFile(path) as archive:
+        parts = {name: archive.read(name) for name in archive.namelist()}
+    parts["project.json"] = json.dumps({**json.loads(parts["project.json"]), **values}).encode()
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in parts.items():
+            archive.writestr(name, content)
+
+
+def test_closing_saves_discards_or_stays_frame_by_frame(
+    opened: MainWindow, another: Open, qtbot: QtBot, small_frame: RGBDFrame, tmp_path: Path
+) -> None:
+    path, workspace = tmp_path / "p.ilf", opened.workspace
+    opened.documents.discard_silently = False
+    assert opened.project.closing.dialog is None
+    open_frame(opened, qtbot, FrameSource(str(write_frame(tmp_path / "second", small_frame))))
+    first, second = (entry.session for entry in workspace.entries)
+    assert first is not None
+    assert second is not None
+    for session in (first, second):
+        workspace.show_session(session)
+        workspace.edit_info(1, "Rename", name="Wall")
+
+    opened.close()
+    dialog = opened.project.closing.dialog
+    assert isinstance(dialog, CloseDialog)
+    item = dialog.frames.topLevelItem(0)
+    assert item is not None
+    assert [item.text(column) for column in range(3)] == ["two-planes", "1 edit", "extracted"]
+    dialog.reject()
+    assert opened.isVisible()
+    assert [first.unsaved, second.unsaved] == [True, True]
+
+    opened.close()
+    dialog = opened.project.closing.dialog
+    assert dialog is not None
+    dialog.tick({first.id})
+    assert dialog.save_button.text() == "&Save 1 of 2"
+    dialog.save_button.click()
+    where = opened.findChild(SaveAsDialog)
+    assert where is not None
+    where.path.setText(str(path))
+    where.accept()
+    qtbot.waitUntil(lambda: not opened.isVisible(), timeout=WAIT_MS)
+
+    window = another()
+    open_project(window, qtbot, path)
+    names = []
+    for entry in window.workspace.entries:
+        if entry.session is None:
+            with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+                window.loader.open_entry(entry)
+        assert entry.session is not None
+        names.append(entry.session.info(1).name)
+    assert names == ["Wall", "Block 1"], "what was not ticked is as it was before"
+    window.documents.discard_silently = False
+    window.close()
+    assert not window.isVisible(), "there is nothing to be asked"
+
+
+def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
+    workspace, path = opened.workspace, tmp_path / "p.ilf"
+    workspace.edit_info(1, "Rename", name="Wall")
+    save(opened, qtbot, path)
+    opened.documents.discard_silently = False
+    for answer, name in (("save_button", "Floor"), ("discard_button", "Floor")):
+        workspace.edit_info(1, "Rename", name="Floor" if answer == "save_button" else "Ceiling")
+        opened.actions_["close_frame"].trigger()
+        dialog = opened.project.closing.dialog
+        assert dialog is not None
+        getattr(dialog, answer).click()
+        qtbot.waitUntil(lambda: not workspace.has_session, timeout=WAIT_MS)
+        entry = workspace.entries[0]
+        assert (len(workspace.entries), entry.unsaved) == (1, False)
+        with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
+            opened.loader.open_entry(entry)
+        assert workspace.session.info(1).name == name
+    assert not opened.project.present.unsaved
+
+    workspace.edit_info(1, "Rename", name="Ceiling")
+    opened.actions_["new_project"].trigger()
+    dialog = opened.project.closing.dialog
+    assert dialog is not None
+    dialog.discard_button.click()
+    qtbot.waitUntil(lambda: len(workspace.entries) == 0, timeout=WAIT_MS)
+    assert opened.project.present.path is None
+    open_project(opened, qtbot, path)
+    assert workspace.session.info(1).name == "Floor"
+
+
+@pytest.mark.parametrize("waits", [False, True])
+def test_a_run_is_not_lost_when_the_window_closes(
+    opened: MainWindow, qtbot: QtBot, tmp_path: Path, waits: bool
+) -> None:
+    workspace, path = opened.workspace, tmp_path / "p.ilf"
+    save(opened, qtbot, path)
+    first, second = list(workspace.session.counts())[:2]
+    endless = 3_000 if waits else 2_000_000
+    workspace.set_parameters(ilf.preset("paper", max_iterations=3))
+    workspace.set_own(ilf.preset("released-code", max_iterations=endless).unlike(workspace.parameters), [second])
+    opened.documents.discard_silently = False
+    opened.actions_["run_all"].trigger()
+    qtbot.waitUntil(lambda: second in workspace.session.results.live and first in workspace.session.valid_results())
+    opened.close()
+    dialog = opened.project.closing.dialog
+    assert dialog is not None
+    item = dialog.frames.topLevelItem(0)
+    assert item is not None
+    assert "a run is under way" in item.text(1)
+    (dialog.wait if waits else dialog.stop).setChecked(True)
+    dialog.save_button.click()
+    qtbot.waitUntil(lambda: not opened.isVisible(), timeout=WAIT_MS)
+    with ilf_project(path) as project:
+        state = project.state(project.project.frames[0].id).state
+    (kept,) = state.runs
+    assert kept.how == ("finished" if waits else "cancelled")
+    assert set(state.results) == ({first, second} if waits else {first})
+
+
+def test_an_export_is_no_saving_and_opening_no_work(opened: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
+    assert not opened.project.present.unsaved, "a frame that was opened and extracted is no work"
+    opened.workspace.edit_info(1, "Rename", name="Wall")
+    with qtbot.waitSignal(opened.documents.exported, timeout=WAIT_MS):
+        opened.documents.export(tmp_path / "out", ExportOptions())
+    assert opened.project.present.unsaved
+    opened.workspace.undo_group.undo()
+    assert not opened.project.present.unsaved

@@ -1,0 +1,118 @@
+"""Reports out of the real window: the page, the PDF, and an end before either is written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from gui.main_window import MainWindow
+from gui.project.store import WorkStore
+from gui.report.dialog import ALL_FRAMES
+from gui.report.part import ReportPart
+from gui.report.subjects import subjects_of
+from gui.state.entries import Entry
+from ilf.errors import InputError
+from ilf.frame import RGBDFrame
+from ilf.io.frame_source import FrameSource
+from ilf.project import FrameState
+from ilf.project.decoding import Decoded
+from ilf.report import Subject, Unreadable
+
+from .conftest import WAIT_MS
+
+
+class Store:
+    """A store that has one frame, and one that cannot be read."""
+
+    def read(self, id: str, source: FrameSource | None) -> Decoded:
+        if id == "lost":
+            raise InputError("depth.png is not there any more.")
+        frame = RGBDFrame(np.zeros((20, 30, 3), np.uint8), np.full((20, 30), 2.0), name="put away")
+        return Decoded(FrameState(id, frame, np.ones((20, 30), np.int32), note="for later"), ("Its names are lost.",))
+
+
+def test_frames_that_are_not_open_are_read_when_it_is_their_turn() -> None:
+    entries = [Entry("stored", "/a/depth.png", "put away", has_state=True), Entry("lost", "/b/depth.png", "gone")]
+    first, second = subjects_of(entries, cast(WorkStore, Store()))
+    assert isinstance(first, Subject)
+    assert (first.note, first.problems) == ("for later", ("Its names are lost.",))
+    assert not first.completion.results
+    assert second == Unreadable("gone", "depth.png is not there any more.")
+
+
+def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(
+    opened: MainWindow,
+    qtbot: QtBot,
+    run_all: Callable[[MainWindow], None],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    part = next(part for part in opened.parts if isinstance(part, ReportPart))
+    shown: list[str] = []
+    monkeypatch.setattr("gui.report.part.QDesktopServices.openUrl", lambda url: shown.append(url.toLocalFile()))
+    dialog = part.dialog
+
+    def choose(path: Path) -> None:
+        monkeypatch.setattr("gui.report.part.ask_path", lambda *_: str(path))
+
+    # extracted only: this frame can be reported on, and it is none that has been worked on
+    opened.actions_["report"].trigger()
+    assert "two-planes" in dialog.scope.itemText(0)
+    assert dialog.scope.itemText(1).endswith(": 0")
+    dialog.close()
+    session = opened.workspace.session
+    label = next(iter(session.counts()))
+    opened.workspace.edit_info(label, "Rename", name="Wall <of> stone")
+    run_all(opened)
+    opened.actions_["report"].trigger()
+    dialog.scope.setCurrentIndex(dialog.scope.findData(ALL_FRAMES))
+    dialog.opens.setChecked(False)
+    dialog.hidden.setChecked(True)
+    dialog.seeds.setValue(2)
+
+    page = tmp_path / "page.html"
+    choose(page)
+    with qtbot.waitSignal(part.worker.finished, timeout=WAIT_MS):
+        dialog.write_button.click()
+        assert not dialog.write_button.isEnabled()
+    text = page.read_text(encoding="utf-8")
+    assert "Wall &lt;of&gt; stone" in text
+    assert "areas; seeds 0, 1" in text
+    assert "Run 1" in text  # the kept run
+    assert not dialog.isVisible()
+    assert not shown
+
+    opened.actions_["report"].trigger()
+    dialog.opens.setChecked(True)
+    pdf = tmp_path / "paper.pdf"
+    choose(pdf)
+    with qtbot.waitSignal(part.worker.finished, timeout=WAIT_MS):
+        dialog.write_button.click()
+    content = pdf.read_bytes()
+    assert content.startswith(b"%PDF")
+    assert content.count(b"/Type /Page\n") >= 3
+    assert content.count(b"/Subtype /Image") >= 8
+    assert shown == [str(pdf)]
+
+    # closed while it is written: what was there stays
+    opened.actions_["report"].trigger()
+    choose(page)
+    with qtbot.waitSignal(part.worker.cancelled, timeout=WAIT_MS):
+        dialog.write_button.click()
+        dialog.close()
+    assert page.read_text(encoding="utf-8") == text
+    assert {path.name for path in tmp_path.iterdir() if path.suffix in (".html", ".pdf")} == {"page.html", "paper.pdf"}
+
+    # what cannot be written is said, and the dialog stays for another try
+    opened.actions_["report"].trigger()
+    choose(tmp_path / "nowhere" / "page.html")
+    monkeypatch.setattr("gui.widgets.notes.warn", lambda *_: None)
+    with qtbot.waitSignal(part.worker.failed, timeout=WAIT_MS):
+        dialog.write_button.click()
+    assert "folder does not exist" in dialog.state.text().replace("\u200b", "")
+    assert dialog.write_button.isEnabled()

@@ -1,0 +1,140 @@
+"""Blocks that came from another frame: taken as one step, and looked at."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gui.blocks.block_rows import block_rows
+from gui.carrying.states import state_of
+from gui.state.entries import summary_of
+from gui.state.session import Session
+from gui.state.workspace import Workspace
+from gui.work.runs import RunController
+from ilf.ebs.edit import LabelPatch, patch_between
+from ilf.parameters import Parameters
+from ilf.project import FrameState, Stage, carry
+
+REASON = "It was not in the picture before."
+
+
+@pytest.fixture
+def carried(session: Session, other: Session) -> FrameState:
+    """The blocks of `other` on the frame of `session`, with other values; block 2 needs a look."""
+    other.change_info(1, name="Wall", locked=True)
+    other.notes.own[1] = {"smoothness": 3.0}
+    other.take_common(Parameters(s_criteria=0.002))
+    other.dense = True
+    state = carry(state_of(other), state_of(session)).state
+    labels = state.labels.copy()
+    labels[:5] = 2
+    return replace(
+        state,
+        labels=labels,
+        notes=replace(state.notes, extracted=labels, reasons={2: REASON}),
+        to_check=frozenset({2}),
+        selected=(1,),
+    )
+
+
+def known(session: Session) -> object:
+    notes = session.notes
+    return (
+        session.labels.tolist(),
+        *(dict(notes.infos), dict(notes.own), notes.carried_from, notes.kept),
+        *(session.common, session.dense, session.to_check),
+    )
+
+
+def edit(workspace: Workspace, at: tuple[slice, slice], label: int) -> None:
+    labels = workspace.session.labels.copy()
+    labels[at] = label
+    workspace.edit_labels(patch_between(workspace.session.labels, labels), "Edit")
+
+
+def test_blocks_are_taken_and_given_back_as_one_step(
+    workspace: Workspace, session: Session, carried: FrameState, told: list[str]
+) -> None:
+    session.info(1)
+    before = known(session)
+    touched: list[object] = []
+    workspace.touched.connect(touched.append)
+    workspace.take_carried(session, carried, "Carry blocks from other")
+    assert {"labels_changed", "infos_changed", "parameters_changed", "results_changed"} <= set(told)
+    assert touched == [session]
+    after = known(session)
+    assert session.labels.tolist() == carried.labels.tolist()
+    assert session.info(1).name == "Wall"
+    assert (session.parameters_of(1, session.common).smoothness, session.dense) == (3.0, True)
+    assert summary_of(session).stage is Stage.CARRIED
+    assert summary_of(session).to_check == 1
+    assert session.selected == [1]
+    session.undo_stack.undo()
+    assert known(session) == before
+    session.undo_stack.redo()
+    assert known(session) == after
+
+
+def test_blocks_are_taken_where_nobody_looks(workspace: Workspace, other: Session, carried: FrameState) -> None:
+    state = carry(carried, state_of(other)).state
+    workspace.take_carried(other, state, "Carry blocks")
+    assert np.array_equal(other.labels, state.labels)
+    assert other.unsaved
+
+
+def test_results_of_the_blocks_before_come_back_with_undo(
+    workspace: Workspace, session: Session, carried: FrameState, results: list
+) -> None:
+    workspace.store_results(session, results)
+    workspace.take_carried(session, carried, "Carry blocks")
+    assert 2 not in session.valid_results()
+    session.undo_stack.undo()
+    assert set(session.valid_results()) == {1, 2}
+
+
+def test_a_block_needs_no_look_once_it_is_edited_or_looked_at(
+    workspace: Workspace, session: Session, carried: FrameState
+) -> None:
+    workspace.take_carried(session, carried, "Carry blocks")
+    runs = RunController(workspace)
+    assert [row.look for row in block_rows(session, runs)] == ["", REASON]
+    workspace.look_at([1])
+    assert session.undo_stack.count() == 1  # it needs none
+    workspace.look_at([1, 2])
+    assert session.undo_stack.undoText() == "Looked at Block 2"
+    assert not session.to_check
+    session.undo_stack.undo()
+    assert session.to_check == {2}
+
+    edit(workspace, np.s_[40:44, 2:6], 0)
+    assert session.to_check == {2}  # another block
+    edit(workspace, np.s_[40:44, 50:54], 0)
+    assert not session.to_check
+    session.undo_stack.undo()
+    assert session.to_check == {2}
+    runs.shutdown()
+
+
+def test_what_a_stroke_edits_has_been_looked_at(workspace: Workspace, session: Session, carried: FrameState) -> None:
+    workspace.take_carried(session, carried, "Carry blocks")
+    box = np.s_[40:44, 50:54]
+    before = session.labels[box].copy()
+    workspace.stroke(LabelPatch(box, before, np.zeros_like(before)))
+    assert session.to_check == {2}
+    workspace.end_stroke("Erase")
+    assert not session.to_check
+
+
+def test_another_extraction_forgets_what_was_carried(
+    workspace: Workspace, session: Session, carried: FrameState
+) -> None:
+    workspace.take_carried(session, carried, "Carry blocks")
+    names = {1: "Left", 2: "Right"}
+    workspace.replace_labels(np.where(session.labels == 1, 1, 3).astype(np.int32), "Load blocks", names)
+    assert not session.to_check
+    assert session.notes.carried_from == ""
+    session.undo_stack.undo()
+    assert session.to_check == {2}
+    assert session.notes.carried_from == carried.notes.carried_from

@@ -1,0 +1,186 @@
+"""The work is in the journal soon after every change, and in memory as long as the journal cannot be written."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from gui.project.recorder import Recorder
+from gui.project.restore import restore
+from gui.project.store import WorkStore
+from gui.state.session import Session
+from gui.state.workspace import Workspace
+from ilf.ebs.edit import patch_between
+from ilf.errors import InputError
+from ilf.frame import RGBDFrame
+from ilf.project import Journal
+from ilf.project.decoding import load_state
+from ilf.project.encoding import frame_part
+from ilf.run import Run
+
+WAIT_MS = 20_000
+
+
+class _Desk:
+    """What a window has of the autosave, without its widgets."""
+
+    def __init__(self, folder: Path, frame: RGBDFrame, labels: np.ndarray) -> None:
+        self.folder = folder
+        self.workspace = Workspace()
+        self.store = WorkStore(folder)
+        self.recorder = Recorder(self.workspace, self.store)
+        self.recorder.start()
+        self.sessions = [Session.of(Run(frame, labels), None, name) for name in ("one", "two")]
+        for session in self.sessions:
+            self.workspace.add_session(session)
+
+    def erase(self, session: Session, row: int) -> None:
+        """Take a row from the blocks."""
+        self.workspace.show_session(session)
+        labels = session.labels.copy()
+        labels[row] = 0
+        self.workspace.edit_labels(patch_between(session.labels, labels), "Erase")
+
+    def journal(self) -> Journal:
+        """The journal as another program finds it after this one's end."""
+        (path,) = self.folder.glob("*.journal")
+        copy = self.folder.with_name("copy")
+        shutil.rmtree(copy, ignore_errors=True)
+        shutil.copytree(self.folder, copy)
+        return Journal(copy / path.name)
+
+
+@pytest.fixture
+def desk(qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame, small_labels: np.ndarray) -> Iterator[_Desk]:
+    desk = _Desk(tmp_path / "autosave", small_frame, small_labels)
+    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
+        pass
+    yield desk
+    assert desk.recorder.shutdown()
+    desk.store.discard()
+
+
+def _assert_holds(parts: Journal, session: Session) -> None:
+    decoded = load_state(session.id, parts)
+    assert decoded.problems == ()
+    assert np.array_equal(decoded.state.labels, session.labels)
+    assert {label: info.name for label, info in decoded.state.notes.infos.items()} == {
+        label: info.name for label, info in session.infos.items()
+    }
+
+
+def test_all_changes_are_kept_and_nothing_else(desk: _Desk, qtbot: QtBot) -> None:
+    one, two = desk.sessions
+    for row in range(4):
+        desk.erase(one, row)
+    desk.erase(two, 10)
+    desk.workspace.edit_info(1, "Rename", name="wall")
+    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
+        pass
+    desk.erase(one, 20)
+    desk.workspace.close_session(two)
+    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
+        pass
+    journal = desk.journal()
+    _assert_holds(journal, one)
+    states = {name for name in journal.names() if name.startswith("frames/")}
+    assert states == {frame_part(one.id)}, "the other has been closed"
+    arrays = {name for name in journal.names() if name.startswith("arrays/")}
+    assert arrays == load_state(one.id, journal).names, "those of former states are gone"
+    assert journal.note.unsaved
+    journal.discard()
+
+
+def test_a_stroke_is_there_as_a_whole_or_not_at_all(desk: _Desk, qtbot: QtBot) -> None:
+    one, _ = desk.sessions
+    desk.workspace.show_session(one)
+    before, labels = one.labels.copy(), one.labels.copy()
+    labels[30] = 0
+    desk.workspace.stroke(patch_between(one.labels, labels))
+    desk.workspace.set_note(desk.workspace.entries[0], "look")
+    qtbot.wait(200)
+    desk.workspace.drop_stroke()
+    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
+        pass
+    journal = desk.journal()
+    state = load_state(one.id, journal).state
+    journal.discard()
+    assert (state.note, np.array_equal(state.labels, before)) == ("look", True)
+
+
+def test_what_is_put_away_is_read_as_it_was_left(desk: _Desk) -> None:
+    one, _ = desk.sessions
+    desk.erase(one, 5)
+    left = one.labels.copy()
+    desk.recorder.keep(one)
+    desk.workspace.put_away(one)
+    assert desk.store.has(one.id)
+    assert np.array_equal(desk.store.read(one.id).state.labels, left)
+
+
+def test_where_the_journal_cannot_be_written_all_is_in_memory_until_it_can(desk: _Desk, qtbot: QtBot) -> None:
+    one, two = desk.sessions
+    shutil.rmtree(desk.folder)
+    desk.folder.write_text("in the way")
+    with qtbot.waitSignal(desk.recorder.failed, timeout=WAIT_MS) as failed:
+        desk.erase(one, 3)
+    assert str(desk.folder) in str(failed.args[0])
+    settled: list[Exception | None] = []
+    desk.recorder.settle(settled.append)
+    qtbot.waitUntil(lambda: bool(settled), timeout=WAIT_MS)
+    assert settled == [None], "it can be saved to the project file"
+    for session in (one, two):
+        assert np.array_equal(load_state(session.id, desk.store.parts).state.labels, session.labels)
+    desk.folder.unlink()
+    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
+        desk.erase(one, 4)
+    journal = desk.journal()
+    _assert_holds(journal, one)
+    _assert_holds(journal, two)
+    journal.discard()
+
+
+class _Project:
+    """A project file that can be taken away."""
+
+    def __init__(self, parts: dict[str, bytes]) -> None:
+        self._parts = parts
+
+    def names(self) -> list[str]:
+        return list(self._parts)
+
+    def read(self, name: str) -> bytes:
+        if name not in self._parts:
+            raise InputError(f"There is no part {name}.")
+        return self._parts[name]
+
+
+@pytest.mark.parametrize("goes", [False, True])
+def test_what_is_in_the_project_file_is_in_the_journal_too_once_a_frame_changes(
+    desk: _Desk, qtbot: QtBot, goes: bool
+) -> None:
+    one, _ = desk.sessions
+    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
+        desk.erase(one, 1)
+    parts = {name: desk.store.part(name) for name in desk.store.all_names()}
+    desk.workspace.close_session(one)
+    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
+        pass
+    desk.store.project = _Project(parts)
+    state = desk.store.read(one.id).state
+    assert desk.store.lacks(frame_part(one.id))
+    if goes:
+        parts.clear()
+    again = restore(state, None, "one")
+    desk.workspace.add_session(again, restored=True)
+    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
+        desk.erase(again, 2)
+    journal = desk.journal()
+    _assert_holds(journal, again)
+    assert load_state(again.id, journal).state.notes.drawn is not None
+    journal.discard()

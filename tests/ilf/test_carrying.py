@@ -1,0 +1,95 @@
+"""What is known of blocks goes along when they are carried to another frame."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from ilf.errors import InputError
+from ilf.frame import RGBDFrame
+from ilf.parameters import BlockParameters, Parameters
+from ilf.project import BlockInfo, BlockNotes, FrameState, carry
+from ilf.project.frame_state import is_carried, is_edited
+
+WALL = BlockInfo("Wall", (1, 2, 3), locked=True)
+GONE = BlockInfo("Gone", (4, 5, 6))
+EXTRACTION = BlockParameters(granularity=0.3)
+
+
+@pytest.fixture
+def before(small_frame: RGBDFrame, small_labels: NDArray[np.int32]) -> FrameState:
+    extracted = small_labels.copy()
+    extracted[:, 28:30] = 2  # block 1 has gained these by hand
+    drawn = np.zeros(small_labels.shape, bool)
+    drawn[:, 29:31] = True
+    notes = BlockNotes({1: WALL, 7: GONE}, {2: {"smoothness": 3.0}}, drawn, EXTRACTION, "net", extracted)
+    return FrameState(
+        "before", small_frame, small_labels, notes, Parameters(s_criteria=0.002), dense=True, selected=(2,)
+    )
+
+
+@pytest.fixture
+def after(small_frame: RGBDFrame) -> FrameState:
+    frame = replace(small_frame, name="next")
+    return FrameState("after", frame, np.zeros(frame.shape, np.int32), note="of the user")
+
+
+def test_all_that_is_known_goes_along(before: FrameState, after: FrameState) -> None:
+    carried = carry(before, after)
+    state = carried.state
+    assert carried.followed.how == "copied"
+    assert np.array_equal(state.labels, before.labels)
+    assert state.notes.infos == {1: WALL, 7: GONE}
+    assert state.notes.own == {2: {"smoothness": 3.0}}
+    assert np.array_equal(state.notes.drawn, before.notes.drawn)
+    assert (state.notes.extraction, state.notes.network) == (EXTRACTION, "net")
+    assert (state.common, state.dense, state.selected) == (before.common, True, (2,))
+    assert (state.id, state.note, state.frame) == ("after", "of the user", after.frame)
+    assert state.notes.carried_from == "two-planes"
+    # made by hand there is made by hand here: another extraction keeps it
+    assert state.notes.handmade == {1}
+    assert is_carried(state.notes, state.labels)
+    assert is_edited(state.notes, state.labels)
+    edited = state.labels.copy()
+    edited[0, 0] = 2
+    assert not is_carried(state.notes, edited)
+
+
+def test_locked_blocks_stay_unless_they_were_carried_there(before: FrameState, after: FrameState) -> None:
+    mine = BlockInfo("Mine", (9, 9, 9), locked=True)
+    labels = np.zeros(after.labels.shape, np.int32)
+    labels[:10, :10] = 2
+    own = {2: {"smoothness": 0.5}}
+    state = carry(before, replace(after, labels=labels, notes=BlockNotes({2: mine}, own))).state
+    assert (state.labels[:10, :10] == 2).all()
+    other = int(state.labels[40, 60])  # block 2 of the frame before has another number
+    assert other not in (1, 2, 7)
+    assert (state.notes.infos[2], state.notes.own[2]) == (mine, own[2])
+    assert state.notes.own[other] == {"smoothness": 3.0}
+    assert 2 in state.notes.handmade
+
+    carried = carry(before, after).state
+    moved = replace(before, labels=np.where(before.labels == 1, 2, 1).astype(np.int32))
+    assert np.array_equal(carry(moved, carried).state.labels, moved.labels)  # block 1, locked, had come from there
+    touched = carried.labels.copy()
+    touched[:, 30:32] = 1
+    kept = carry(moved, replace(carried, labels=touched)).state
+    assert np.array_equal(kept.labels == 1, touched == 1)
+
+
+def test_blocks_that_need_a_look_say_why(before: FrameState, after: FrameState) -> None:
+    frame = replace(after.frame, rgb=np.full_like(after.frame.rgb, 90), depth=np.full(after.frame.shape, 4.0))
+    state = carry(before, replace(after, frame=frame), "flow").state
+    assert state.to_check
+    assert state.to_check <= set(np.unique(state.labels).tolist())
+    assert state.notes.reasons.keys() == state.to_check
+
+
+def test_frames_of_another_size_are_refused(before: FrameState, after: FrameState) -> None:
+    part = np.s_[:40, :50]
+    frame = RGBDFrame(after.frame.rgb[part], after.frame.depth[part])
+    with pytest.raises(InputError, match="same size"):
+        carry(before, FrameState("after", frame, np.zeros(frame.shape, np.int32)))

@@ -1,0 +1,181 @@
+"""The journal keeps a commit as a whole or not at all, whatever becomes of the program, the disk or the file."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import random
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ilf.errors import ExportError, InputError
+from ilf.project.journal import SCHEMA, Journal, JournalInUse, JournalNote
+from ilf.project.packing import labels_from_bytes, labels_to_bytes
+
+_NAMES = st.sampled_from([f"arrays/{number}.png" for number in range(6)])
+_CONTENTS = st.lists(st.sampled_from([b"....IDAT", b"1" * 900, b"2" * 2000, b""]), max_size=5).map(b"".join)
+_COMMITS = st.lists(st.tuples(st.dictionaries(_NAMES, _CONTENTS), st.sets(_NAMES)), max_size=8)
+_CHILD = """
+import sys
+from ilf.project.journal import Journal
+journal = Journal(sys.argv[1])
+for number in range(10**9):
+    content = str(number).encode() * (1 + number % 7 * 700)  # as _content
+    journal.commit({f"arrays/{place}": content for place in range(5)})
+    print(number, flush=True)
+"""
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "autosave" / "work.journal"
+
+
+@pytest.fixture
+def journal(path: Path) -> Iterator[Journal]:
+    journal = Journal(path)
+    yield journal
+    journal.close()
+
+
+@settings(max_examples=25)
+@given(commits=_COMMITS)
+def test_holds_what_was_put_and_not_dropped(tmp_path_factory: pytest.TempPathFactory, commits) -> None:
+    path = tmp_path_factory.mktemp("journal") / "work.journal"
+    expected: dict[str, bytes] = {}
+    with contextlib.closing(Journal(path)) as journal:
+        for put, drop in commits:
+            journal.commit(put, drop)
+            expected = {name: content for name, content in expected.items() if name not in drop} | put
+    with contextlib.closing(Journal(path)) as again:
+        assert {name: again.read(name) for name in again.names()} == expected
+
+
+def test_what_has_not_changed_of_an_image_is_not_written_again(journal: Journal) -> None:
+    labels = np.random.default_rng(0).integers(0, 9, (320, 200)).astype(np.int32)
+    before, _ = labels_to_bytes(labels)
+    labels[40:44, 10:20] = 3
+    after, _ = labels_to_bytes(labels)
+    journal.commit({"arrays/1.png": before})
+    log = journal.path.with_name(journal.path.name + "-wal")
+    size = log.stat().st_size
+    journal.commit({"arrays/2.png": after}, drop=["arrays/1.png"])
+    assert log.stat().st_size - size < len(after) / 2
+    assert journal.read("arrays/2.png") == after
+    assert np.array_equal(labels_from_bytes("arrays/2.png", after, labels.shape), labels)
+    journal.commit({}, drop=["arrays/2.png"])
+    assert journal._database.execute("SELECT count(*) FROM pieces").fetchone() == (0,)
+
+
+def test_says_whose_work_it_is(journal: Journal, path: Path) -> None:
+    note = JournalNote("/projects/häuser.ilf", unsaved=False)
+    journal.commit({}, note=note)
+    changed = journal.note.changed
+    journal.close()
+    again = Journal(path)
+    assert again.note == JournalNote(**{**vars(note), "changed": changed})
+    assert (again.note.process, again.note.unsaved) == (os.getpid(), False)
+    again.discard()
+    assert list(path.parent.iterdir()) == []
+
+
+def test_after_a_kill_it_holds_one_whole_commit_and_no_older_one_than_was_reported(path: Path) -> None:
+    child = subprocess.Popen([sys.executable, "-c", _CHILD, path], stdout=subprocess.PIPE, text=True)
+    assert child.stdout is not None
+    for _ in range(random.randint(1, 300)):
+        child.stdout.readline()
+    with pytest.raises(JournalInUse, match="Another window"):
+        Journal(path)
+    child.send_signal(signal.SIGKILL)
+    reported = max(map(int, child.stdout.read().split()))
+    child.wait()
+    child.stdout.close()
+    with contextlib.closing(Journal(path)) as journal:
+        assert len(journal.names()) == 5
+        (content,) = {journal.read(name) for name in journal.names()}
+        assert content in [_content(number) for number in (reported, reported + 1)]
+
+
+def _content(number: int) -> bytes:
+    return str(number).encode() * (1 + number % 7 * 700)
+
+
+def test_a_full_disk_leaves_what_was_there_and_can_be_tried_again(journal: Journal) -> None:
+    journal.commit({"frames/1.json": b"old", "arrays/1.png": b"1" * 5000})
+    journal._database.execute("PRAGMA max_page_count = 20")
+    with pytest.raises(ExportError, match="the disk is full"):
+        journal.commit({"frames/1.json": b"new", "arrays/2.png": b"2" * 50_000}, drop=["arrays/1.png"])
+    assert journal.names() == {"frames/1.json", "arrays/1.png"}
+    assert journal.read("frames/1.json") == b"old"
+    journal._database.execute("PRAGMA max_page_count = 1000000")
+    journal.commit({"frames/1.json": b"new", "arrays/2.png": b"2" * 50_000}, drop=["arrays/1.png"])
+    assert journal.names() == {"frames/1.json", "arrays/2.png"}
+
+
+def test_a_file_that_was_taken_away_is_noticed_and_can_still_be_read(journal: Journal, path: Path) -> None:
+    journal.commit({"frames/1.json": b"old"})
+    shutil.rmtree(path.parent)
+    with pytest.raises(ExportError, match="not there any more"):
+        journal.commit({"frames/1.json": b"new"})
+    assert not journal.is_there
+    assert journal.read("frames/1.json") == b"old"
+    Journal(path).discard()  # its place is free for another
+
+
+def test_a_damaged_file_gives_what_can_be_read_and_nothing_that_is_wrong(journal: Journal, path: Path) -> None:
+    contents = {f"arrays/{number}.png": random.Random(number).randbytes(200 * number) for number in range(40)}
+    journal.commit(contents)
+    journal.close()
+    whole = path.read_bytes()
+    read_all = 0
+    for seed in range(40):
+        chance = random.Random(seed)
+        spoilt, place = bytearray(whole), chance.randrange(len(whole))
+        spoilt[place : place + 300] = chance.randbytes(len(spoilt[place : place + 300]))
+        path.write_bytes(spoilt)
+        read = 0
+        with contextlib.suppress(InputError), contextlib.closing(Journal(path)) as damaged:
+            for name in damaged.names():
+                with contextlib.suppress(InputError):
+                    assert damaged.read(name) == contents[name]
+                    read += 1
+        read_all += read
+    assert read_all > 40 * 40 * 0.75
+
+
+def test_what_is_no_journal_is_said_and_left_as_it_is(path: Path) -> None:
+    path.parent.mkdir()
+    for content in (b"no journal at all" * 100, _of_another_program(path), _of_a_newer_program(path)):
+        path.write_bytes(content)
+        with pytest.raises(InputError, match=r"no journal|newer version"):
+            Journal(path)
+        assert path.read_bytes() == content
+    path.unlink()
+    path.mkdir()
+    with pytest.raises(InputError, match="Could not read"):
+        Journal(path)
+
+
+def _of_another_program(path: Path) -> bytes:
+    with contextlib.closing(sqlite3.connect(path)) as database:
+        database.execute("CREATE TABLE notes (content TEXT)")
+    content = path.read_bytes()
+    path.unlink()
+    return content
+
+
+def _of_a_newer_program(path: Path) -> bytes:
+    journal = Journal(path)
+    journal._database.execute(f"PRAGMA user_version = {SCHEMA + 1}")
+    journal.close()
+    return path.read_bytes()

@@ -1,0 +1,174 @@
+"""Which frames a folder holds: every layout that is read, what is told of the rest, and what would be misread."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ilf.errors import FormatError, InputError
+from ilf.io.frame_source import FrameSource
+from ilf.io.listing import list_frames
+from ilf.io.pairing import natural, paired
+from ilf.io.thumbnails import read_thumbnail
+from ilf.io.time_lists import associated
+
+
+def _touch(root: Path, *names: str) -> Path:
+    for name in names:
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    return root
+
+
+def _named(root: Path, **how) -> list[tuple[str, str | None]]:
+    return [
+        (str(Path(source.rgb).relative_to(root)), source.depth and str(Path(source.depth).relative_to(root)))
+        for source in list_frames(root, **how).sources
+    ]
+
+
+def test_folder_of_frame_folders_in_the_order_in_which_people_count(tmp_path):
+    _touch(
+        tmp_path, *(f"frame{number}/meta.json" for number in (10, 2, 1)), "notes.txt", ".hidden/meta.json", "more/x.txt"
+    )
+    assert _named(tmp_path) == [("frame1", None), ("frame2", None), ("frame10", None)]
+
+
+def test_frame_folder_is_a_list_of_itself(tmp_path):
+    _touch(tmp_path, "meta.json", "rgb/1.png", "depth/1.png")
+    assert _named(tmp_path) == [(".", None)]
+
+
+def test_folders_without_meta_json_count_where_they_hold_one_pair(tmp_path):
+    _touch(
+        tmp_path, "a/rgb.png", "a/depth.png", "a/mask.png", "b/rgb.png", "c/1_rgb.png", "c/1_depth.png", "c/2_rgb.png"
+    )
+    _touch(tmp_path, "d/1_rgb.png", "d/1_depth.png", "d/2_rgb.png", "d/2_depth.png")
+    assert _named(tmp_path) == [("a/rgb.png", "a/depth.png"), ("c/1_rgb.png", "c/1_depth.png")]
+
+
+@pytest.mark.parametrize("colour", ["rgb", "Color", "colour", "image"])
+def test_two_folders_matched_by_name(tmp_path, colour):
+    _touch(
+        tmp_path, *(f"{colour}/{n}.jpg" for n in (1, 2, 10, 11)), *(f"depth/{n}.png" for n in (10, 2, 1)), "depth/x.exr"
+    )
+    assert _named(tmp_path) == [(f"{colour}/{n}.jpg", f"depth/{n}.png") for n in (1, 2, 10)]
+    assert list_frames(tmp_path).notes == ("1 colour file left out: there is no depth file of that name.",)
+
+
+def test_two_folders_matched_by_number_where_names_differ(tmp_path):
+    _touch(tmp_path, "rgb/cam0_0001.png", "rgb/cam0_0002.png", "depth/range-1.png", "depth/range-2.png")
+    assert _named(tmp_path) == [
+        ("rgb/cam0_0001.png", "depth/range-1.png"),
+        ("rgb/cam0_0002.png", "depth/range-2.png"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("colour", "depth"),
+    [
+        ("frame-000000.color.png", "frame-000000.depth.png"),
+        ("0001_rgb.png", "0001_depth.png"),
+        ("img_0001.jpg", "depth_0001.npy"),
+        ("0001.png", "0001_depth.tiff"),
+        ("r-0001.png", "d-0001.png"),
+        ("IMAGE7.PNG", "Depth7.PNG"),
+        ("a_depthless_rgb_3.png", "a_depthless_depth_3.png"),
+    ],
+)
+def test_pairs_in_one_folder(tmp_path, colour, depth):
+    _touch(tmp_path, colour, depth, "0001_mask.png", "readme.txt")
+    assert _named(tmp_path) == [(colour, depth)]
+    assert list_frames(tmp_path).notes == ()
+
+
+def test_what_is_given_goes_for_all_frames(tmp_path):
+    _touch(tmp_path, "rgb/1.png", "depth/1.png")
+    source = list_frames(tmp_path, depth_units=256, intrinsics="kinect-v2").sources[0]
+    assert (source.depth_units, source.intrinsics) == (256, "kinect-v2")
+
+
+def test_lists_by_time_take_the_nearest_within_a_limit(tmp_path):
+    (tmp_path / "rgb.txt").write_text("# timestamp filename\n1.000 rgb/a.png\n1.033 rgb/b.png\n1.066 rgb/c.png\n\n")
+    (tmp_path / "depth.txt").write_text("# depth maps\n1.004 depth/a.png\n1.030 depth/b.png\n1.200 depth/d.png\n")
+    assert _named(tmp_path) == [("rgb/a.png", "depth/a.png"), ("rgb/b.png", "depth/b.png")]
+    assert list_frames(tmp_path).sources[0].depth_units == 5000
+    assert list_frames(tmp_path).notes[1] == "1 colour file left out: there is no depth file of 0.02 s near."
+    (tmp_path / "depth.txt").write_text("1.004\n")
+    with pytest.raises(FormatError, match=r"depth\.txt, line 1"):
+        list_frames(tmp_path)
+    (tmp_path / "depth.txt").write_text("9.0 depth/a.png\n")
+    with pytest.raises(FormatError, match="of one recording"):
+        list_frames(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("names", "why"),
+    [
+        (["scene_camera.json", "rgb/000000.png", "depth/000000.png"], "depth scale"),
+        (["intrinsics.txt", "image/0001.jpg", "depth/0001.png"], "SUN RGB-D"),
+        (["r-1.0-1.ppm", "d-1.0-1.pgm"], "disparities"),
+    ],
+)
+def test_what_would_give_wrong_depth_is_refused(tmp_path, names, why):
+    with pytest.raises(InputError, match=why):
+        list_frames(_touch(tmp_path, *names))
+
+
+def test_doubtful_depth_is_told(tmp_path):
+    _touch(tmp_path, "frame-000000.color.png", "frame-000000.depth.png", "frame-000000.pose.txt")
+    assert "7-Scenes" in list_frames(tmp_path).notes[0]
+
+
+@pytest.mark.parametrize(
+    "names", [[], ["a.txt"], ["rgb/1.png", "depth/2.png"], ["a.png", "b.png"], ["sub/sub/meta.json"]]
+)
+def test_without_frames_it_says_what_a_folder_holds(tmp_path, names):
+    with pytest.raises(InputError, match=r"holds no frames.*meta\.json.*rgb\.txt"):
+        list_frames(_touch(tmp_path, *names))
+
+
+def test_what_is_no_folder_is_refused(tmp_path):
+    with pytest.raises(InputError, match="no such folder"):
+        list_frames(tmp_path / "gone")
+    with pytest.raises(InputError, match="is a file"):
+        list_frames(_touch(tmp_path, "a.png") / "a.png")
+
+
+@given(st.lists(st.text("ab012-_.", max_size=6), unique=True), st.lists(st.text("ab012-_.", max_size=6), unique=True))
+def test_no_file_is_in_two_pairs(colours, depths):
+    found = paired([f"{name}.png" for name in colours], [f"{name}.png" for name in depths]).pairs
+    assert len({rgb for rgb, _ in found}) == len({depth for _, depth in found}) == len(found)
+    assert sorted(found, key=lambda pair: natural(pair[0])) == found
+
+
+@given(st.lists(st.floats(0, 1).map(lambda t: round(t, 3)), max_size=12), st.lists(st.floats(0, 1), max_size=12))
+def test_association_uses_each_file_once_and_never_beyond_the_limit(colours, depths):
+    pairs = associated(
+        [(t, f"{number} {t!r}") for number, t in enumerate(colours)],
+        [(t, f"{number} {t!r}") for number, t in enumerate(depths)],
+    )
+    times = [(float(rgb.split()[1]), float(depth.split()[1])) for rgb, depth in pairs]
+    assert all(abs(one - other) <= 0.02 + 1e-9 for one, other in times)
+    assert len({rgb for rgb, _ in pairs}) == len({depth for _, depth in pairs}) == len(pairs)
+    assert times == sorted(times, key=lambda pair: pair[0])
+
+
+def test_thumbnail_is_the_colour_image_made_small(tmp_path):
+    ramp = np.zeros((300, 900, 3), np.uint8)
+    ramp[..., 0], ramp[:, 450:, 2] = np.linspace(0, 255, 900), 255
+    cv2.imwrite(str(tmp_path / "a.png"), ramp[..., ::-1])
+    small = read_thumbnail(FrameSource(str(tmp_path / "a.png"), "unread.png"), 90)
+    assert small.shape == (30, 90, 3)
+    assert np.abs(small[15, :, 0].astype(int) - np.linspace(1, 254, 90)).max() < 5
+    assert small[5, 80, 2] == 255
+    assert small[5, 10, 2] == 0
+    (tmp_path / "a.png").write_bytes((tmp_path / "a.png").read_bytes()[:400])
+    with pytest.raises(FormatError):
+        read_thumbnail(FrameSource(str(tmp_path / "a.png"), "unread.png"))
