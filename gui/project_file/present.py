@@ -127,6 +127,10 @@ class PresentProject(QObject):
         self._found_elsewhere = False
         self._unfound.clear()
 
+    def take_frames(self) -> None:
+        """Which frames there are is no work: they have been found again."""
+        self._saved = self._saved._replace(frames=self.set_now().frames)
+
     def take_extraction(self) -> None:
         """What blocks are extracted with has come with a frame: that is no work."""
         self._saved = self._saved._replace(extraction=self._workspace.extraction_parameters)
