@@ -183,6 +183,11 @@ def test_a_project_opens_moved_with_its_frames_embedded_alone_and_damaged_but_fo
     assert np.array_equal(damaged.labels, session.labels)
     assert damaged.info(1).name == "Wall"
     assert told == ["two-planes: not all of the work could be read"]
+    with zipfile.ZipFile(path) as archive:
+        before_saving = sorted(archive.namelist())
+    save(window, qtbot, path)
+    with zipfile.ZipFile(path) as archive:
+        assert sorted(archive.namelist()) == before_saving, "what cannot be read is not thrown away"
 
 
 def test_missing_files_are_asked_for_and_checked(
@@ -404,6 +409,11 @@ def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened: MainWindow, q
     assert not opened.project.present.unsaved
 
     workspace.edit_info(1, "Rename", name="Ceiling")
+    opened.documents.remove_entries([workspace.entries[0]])
+    box = next(box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible())
+    assert "The work on two-planes goes with it" in box.text()
+    box.button(QMessageBox.StandardButton.Cancel).click()
+    assert len(workspace.entries) == 1
     opened.actions_["new_project"].trigger()
     dialog = opened.project.closing.dialog
     assert dialog is not None
