@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
 from gui import theme
 from gui.frame_list.list_model import ENTRY, PRESENT
-from gui.frame_list.words import size_line, state_line
+from gui.frame_list.words import last_line, state_line
 from gui.state.entries import Entry
 from ilf.project import Stage
 
@@ -85,13 +85,12 @@ def _paint_lines(painter: QPainter, option: QStyleOptionViewItem, entry: Entry, 
     fonts = QFont(option.font), QFont(option.font), QFont(option.font)
     fonts[0].setBold(present)
     fonts[2].setItalic(bool(summary.note))
-    last = summary.note.splitlines()[0] if summary.note else summary.problem or size_line(summary)
     name = f"{entry.name} •" if entry.unsaved else entry.name
     _paint_mark(painter, QPointF(left + _MARK / 2, boxes[1].center().y() + 0.5), mark_colour(summary.stage, colours))
     boxes[1].setLeft(left + _MARK + 5)
     check = colours.warning if summary.to_check else colours.muted
     pens = colours.text, colours.error if summary.stage is Stage.FAILED else check, colours.muted
-    for text, box, font, pen in zip((name, state_line(entry), last), boxes, fonts, pens, strict=True):
+    for text, box, font, pen in zip((name, state_line(entry), last_line(entry)), boxes, fonts, pens, strict=True):
         painter.setFont(font)
         painter.setPen(pen)
         shown = painter.fontMetrics().elidedText(text, Qt.TextElideMode.ElideRight, box.width())
