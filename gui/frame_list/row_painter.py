@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QPoint, QPointF, QRect, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QPainter, QPalette, QPen, QPixmap
+from PySide6.QtGui import QColor, QFont, QFontMetrics, QPainter, QPalette, QPen, QPixmap
 from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
 from gui import theme
@@ -25,9 +25,6 @@ Index = QModelIndex | QPersistentModelIndex
 class RowPainter(QStyledItemDelegate):
     """Paints rows; the one under the mouse has a cross for taking it out."""
 
-    def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
-        return QSize(160, max(_THUMBNAIL.height(), 3 * _spacing(option)) + 2 * _MARGIN)
-
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         entry: Entry = index.data(ENTRY)
         present = bool(index.data(PRESENT))
@@ -40,6 +37,11 @@ class RowPainter(QStyledItemDelegate):
         if hovered:
             theme.icon("ph.x", option.palette).paint(painter, close_box(option.rect))
         painter.restore()
+
+
+def row_height(metrics: QFontMetrics) -> int:
+    """Of all rows [px]."""
+    return max(_THUMBNAIL.height(), 3 * _spacing(metrics)) + 2 * _MARGIN
 
 
 def close_box(row: QRect) -> QRect:
@@ -79,7 +81,7 @@ def _paint_lines(painter: QPainter, option: QStyleOptionViewItem, entry: Entry, 
     colours, summary = theme.colours(option.palette), entry.summary
     left = option.rect.left() + 2 * _MARGIN + _BAR_WIDTH + _THUMBNAIL.width()
     right = (close_box(option.rect).left() if hovered else option.rect.right()) - _MARGIN
-    spacing = _spacing(option)
+    spacing = _spacing(option.fontMetrics)
     top = option.rect.center().y() - 3 * spacing // 2
     boxes = [QRect(left, top + number * spacing, right - left, spacing) for number in range(3)]
     fonts = QFont(option.font), QFont(option.font), QFont(option.font)
@@ -115,5 +117,5 @@ def _paint_mark(painter: QPainter, centre: QPointF, colour: QColor | None) -> No
     painter.drawEllipse(centre, _MARK / 2, _MARK / 2)
 
 
-def _spacing(option: QStyleOptionViewItem) -> int:
-    return option.fontMetrics.height() + 1
+def _spacing(metrics: QFontMetrics) -> int:
+    return metrics.height() + 1
