@@ -149,6 +149,11 @@ class Missing(QObject):
     def _leave_dialog(self) -> None:
         self.dialog = None
         self._searcher.cancel()
+        lost = {one.frame for one in self._lost}
+        whole = (entry for entry in self._desk.workspace.entries if entry.id not in lost)
+        first = next(whole, None)
+        if first is not None and not self._desk.workspace.has_session and not self._desk.loader.busy:
+            self._desk.loader.open_entry(first)
 
     # looking for it
 

@@ -118,7 +118,8 @@ def main() -> None:
             workspace.edit_info(1, "Rename", name=f"Wall {attempt}")
             pause(500)
             done: list[bool] = []
-            took, held = timed(lambda: project.saving.save(Wish(path, then=done.append)), lambda: done)
+            wish = Wish(path, then=done.append)
+            took, held = timed(lambda wish=wish: project.saving.save(wish), lambda done=done: done)
             print(f"save after one edit: {took:.2f} s (held up for {held * 1000:.0f} ms at most), {done[0]}")
         row = workspace.entries.row_of(workspace.entries.of(workspace.session.id)) + 1
         entry = workspace.entries[row]

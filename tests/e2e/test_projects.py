@@ -23,6 +23,7 @@ from gui.project_file.missing_dialog import MissingDialog
 from gui.project_file.save_as_dialog import SaveAsDialog
 from gui.project_file.saving import Wish
 from gui.state.session import Session
+from gui.sweep.part import SweepPart
 from ilf.ebs.edit import patch_between
 from ilf.frame import RGBDFrame
 from ilf.io.frame_source import FrameSource
@@ -460,6 +461,24 @@ def test_a_run_is_not_lost_when_the_window_closes(
     (kept,) = state.runs
     assert kept.how == ("finished" if waits else "cancelled")
     assert set(state.results) == ({first, second} if waits else {first})
+
+
+def test_a_sweep_that_would_be_lost_is_named(opened: MainWindow, qtbot: QtBot) -> None:
+    sweep = next(part for part in opened.parts if isinstance(part, SweepPart))
+    opened.workspace.set_parameters(ilf.preset("released-code", max_iterations=100_000))
+    opened.workspace.note_saved(opened.workspace.session, opened.workspace.session.stamp)
+    sweep.open("max_iterations")
+    sweep.start()
+    assert sweep.worker.busy
+    opened.documents.discard_silently = False
+    opened.close()
+    dialog = opened.project.closing.dialog
+    assert dialog is not None
+    assert "A sweep of two-planes is under way: it ends" in dialog.also.text()
+    assert dialog.discard_button.text() == "&Go on"
+    dialog.reject()
+    assert sweep.worker.busy
+    opened.documents.discard_silently = True
 
 
 def test_an_export_is_no_saving_and_opening_no_work(opened: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
