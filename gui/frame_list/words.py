@@ -35,6 +35,13 @@ def size_line(summary: FrameSummary) -> str:
     return ", ".join(filter(None, (size, missing)))
 
 
+def last_line(entry: Entry) -> str:
+    """What there is room for in its row: the user's note, or why it cannot be opened, or how large it is."""
+    summary = entry.summary
+    problem = summary.problem.replace(entry.key, "").lstrip(" :/\\")
+    return summary.note.partition("\n")[0] or problem or size_line(summary)
+
+
 def whole_text(entry: Entry) -> str:
     """All that there is to say of it, a line each."""
     summary = entry.summary
