@@ -96,7 +96,6 @@ _PARTS: tuple[type[Part], ...] = (
     LayoutsPart,
     ShortcutsPart,
     PalettePart,
-    AutosavePart,
 )
 
 
@@ -235,7 +234,8 @@ class MainWindow(QMainWindow):
             self._under_way,
         )
         self.frame_part, self.project = FramesPart(desk, self.frames), ProjectPart(desk)
-        self.parts: list[Part] = [self.frame_part, self.project, *(make(desk) for make in _PARTS)]
+        autosave = AutosavePart(desk, self.project.opening)
+        self.parts: list[Part] = [self.frame_part, self.project, *(make(desk) for make in _PARTS), autosave]
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.experiments)
 
     # wiring

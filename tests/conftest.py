@@ -35,6 +35,7 @@ def isolated_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
     monkeypatch.setenv("ILF_PRESETS", str(tmp_path / "presets"))
     monkeypatch.setenv("ILF_AUTOSAVE", str(tmp_path / "autosave"))
+    monkeypatch.setenv("ILF_FOLDERS", str(tmp_path / "folders"))
 
 
 @pytest.fixture(autouse=True)

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from gui.autosave.recovery import Recovery
 from gui.autosave.unkept_label import UnkeptLabel
 from gui.desk import Desk, Part
+from gui.project_file.opening import Opening
+from ilf.project.journals import journal_folder
 
 
 class AutosavePart(Part):
     """Has the work recorded, and says so where that fails."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: Desk, opening: Opening) -> None:
         super().__init__(desk)
+        self.recovery = Recovery(desk, opening, journal_folder())
         self.label = UnkeptLabel()
         desk.window.statusBar().addPermanentWidget(self.label)
         desk.recorder.failed.connect(self._tell_failure)
@@ -18,13 +22,14 @@ class AutosavePart(Part):
         self._failing = False
 
     def begin(self) -> None:
-        """Follow the work, in a window that remembers."""
+        """Follow the work, and offer what other windows have left, in a window that remembers."""
         if self.desk.panels.remembers:
             self.desk.recorder.start()
+            self.recovery.look()
 
     def shutdown(self) -> bool:
         """Stop for good; what is left has been saved, or is not to be kept. True if no thread of it is left."""
-        ended = self.desk.recorder.shutdown()
+        ended = all([self.recovery.shutdown(), self.desk.recorder.shutdown()])
         self.desk.store.discard()
         return ended
 

@@ -10,16 +10,16 @@ HOW = "carry_auto", "carry_copied", "carry_flow"
 COMMANDS = (
     Command(
         "carry_next",
-        "Next &frame with these blocks",
+        "Carry blocks to the next &frame",
         "ph.arrow-bend-down-right",
-        "Ctrl+Shift+PgDown",
+        "Alt+PgDown",
         "Carry the blocks to the next frame of the list, with names, locks and values, and show it",
     ),
     Command(
         "carry_previous",
         "&Take blocks from the previous frame",
         "ph.arrow-bend-right-down",
-        "Ctrl+Shift+PgUp",
+        "Alt+PgUp",
         "Carry the blocks of the frame before in the list to this one, with names, locks and values",
     ),
     Command(
@@ -35,7 +35,7 @@ COMMANDS = (
         "&Automatic",
         "",
         "",
-        "Copy what has not changed between the frames, and follow what has moved",
+        "By the camera's poses where files tell them; else copy what has not changed, and follow what has moved",
         group="carry_how",
     ),
     Command(

@@ -54,7 +54,7 @@ class Documents(QObject):
     exported(object)
         What has been Written by an export.
     exporting_changed()
-        An export has begun or ended.
+        An export has begun or ended, or more of the project has been saved.
     """
 
     folder_wished = Signal(object)
@@ -84,6 +84,8 @@ class Documents(QObject):
             ended.connect(lambda _: self.exporting_changed.emit())
         self.discard_silently = False
         """Close without asking; for pictures and checks made without a user."""
+        self.saved_share: Callable[[], float | None] = lambda: None
+        """How much of the project that is being saved is written, 0-1; None if none is."""
         self.leave: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
         """Closes frames: calls what follows as soon as nothing of them would be lost, if the user wants it."""
         self.remove: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()

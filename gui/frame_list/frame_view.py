@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from PySide6.QtCore import QModelIndex, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QPaintEvent
 from PySide6.QtWidgets import QAbstractItemView, QListView, QWidget
 
-from gui.frame_list.list_model import ENTRY
+from gui.frame_list.list_model import ENTRY, Index
 from gui.frame_list.row_painter import RowPainter, close_box
 from gui.state.entries import Entry
 from gui.widgets.hint import paint_hint
@@ -85,6 +87,10 @@ class FrameView(QListView):
         if not index.isValid() or event.button() != Qt.MouseButton.LeftButton:
             return QModelIndex()
         return index if close_box(self.visualRect(index)).adjusted(-3, -3, 3, 3).contains(at) else QModelIndex()
+
+    def dataChanged(self, topLeft: Index, bottomRight: Index, roles: Sequence[int] = ()) -> None:
+        """Rows look different, and are as high as before: there is no need to lay all of them out again."""
+        self.viewport().update(self.visualRect(topLeft).united(self.visualRect(bottomRight)))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)

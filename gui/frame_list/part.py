@@ -217,10 +217,10 @@ class FramesPart(Part):
 
         self.desk.documents.remove_entries(entries, go_on)
 
-    def _tell_listed(self, folder: str, listing: Listing) -> None:
+    def _tell_listed(self, how: FrameSource, listing: Listing) -> None:
         count = len(listing.sources)
         self.desk.panels.offer("Frames")
-        said = f"{Path(folder).name}: {count} frame{'s' * (count != 1)}."
+        said = f"{how.name}: {count} frame{'s' * (count != 1)}."
         self.desk.notes.tell(" ".join((said, *listing.notes)))
 
     def _show_menu(self, at: QPoint) -> None:

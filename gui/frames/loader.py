@@ -75,8 +75,8 @@ class FrameLoader(QObject):
         What has been Found for the frame that is the present one or about to become it.
     replayed(object)
         A session that has been opened from a record.
-    listed(str, object)
-        A folder, and the Listing of its frames, which are in the list.
+    listed(object, object)
+        The FrameSource of a folder, and the Listing of its frames, which are in the list.
     not_opened(object, object)
         An Entry, and the exception that kept it from being opened.
     incomplete(object, object)
@@ -91,7 +91,7 @@ class FrameLoader(QObject):
     message = Signal(str)
     extracted = Signal(object)
     replayed = Signal(object)
-    listed = Signal(str, object)
+    listed = Signal(object, object)
     not_opened = Signal(object, object)
     incomplete = Signal(object, object)
     failed = Signal(str, object)
@@ -152,7 +152,7 @@ class FrameLoader(QObject):
         """Put the frames of a folder into the list, read with the units and intrinsics of `how`; with `show`, open the
         first of them."""
         what = f"Look for frames in {Path(how.rgb).name}"
-        self.read(what, lambda: _list(how), lambda found: self._take_listing(how.rgb, found[0], found[1], show))
+        self.read(what, lambda: _list(how), lambda found: self._take_listing(how, found[0], found[1], show))
 
     def open_entry(self, entry: Entry) -> None:
         """Show a frame of the list, as it was left or as it is read from its files.
@@ -213,10 +213,10 @@ class FrameLoader(QObject):
         if decoded.problems:
             self.incomplete.emit(session, decoded.problems)
 
-    def _take_listing(self, folder: str, listing: Listing, found: Sequence[Entry], show: bool) -> None:
+    def _take_listing(self, how: FrameSource, listing: Listing, found: Sequence[Entry], show: bool) -> None:
         entries = self._workspace.entries
         self._workspace.add_entries([entry for entry in found if entries.of_key(entry.key) is None])
-        self.listed.emit(folder, listing)
+        self.listed.emit(how, listing)
         first = entries.of_key(found[0].key)
         if show and first is not None:
             self.open_entry(first)
@@ -338,7 +338,7 @@ def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
 
 def _list(how: FrameSource) -> tuple[Listing, list[Entry]]:
     listing = list_frames(how.rgb, depth_units=how.depth_units, intrinsics=how.intrinsics)
-    return listing, [Entry.of(source) for source in listing.sources]
+    return listing, [Entry.of(source, of_folder=True) for source in listing.sources]
 
 
 def _open(source: FrameSource, parameters: BlockParameters) -> _Opened:

@@ -7,7 +7,7 @@ import secrets
 import tempfile
 import threading
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
@@ -135,7 +135,7 @@ class WorkStore:
         with self._lock:
             self._coming[frame_id] += 1
 
-    def arrived(self, frames: Collection[str]) -> None:
+    def arrived(self, frames: Iterable[str]) -> None:
         """A state of each of these frames is here, or will not come."""
         with self._arrival:
             self._coming.subtract(frames)
@@ -204,6 +204,12 @@ class WorkStore:
                 self._waiting.pop(name, None)
             self._gone |= going & self._there
             return unused
+
+    @property
+    def is_written(self) -> bool:
+        """Whether the journal holds all that is stored."""
+        with self._lock:
+            return self._journal is not None and not (self._waiting or self._gone)
 
     def commit(self, note: JournalNote) -> None:
         """Bring the journal to what is stored, in one step.

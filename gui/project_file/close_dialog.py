@@ -80,6 +80,7 @@ class CloseDialog(QDialog):
         about = Message()
         about.say(_question(what, rows), "text")
         self.frames = QTreeWidget()
+        self.frames.setStyleSheet("QTreeView::item { padding: 3px 0; }")
         self.frames.setAccessibleName("Frames with unsaved work")
         self.frames.setToolTip("Frames that are ticked are saved; the work on the others is lost")
         self.wait = QRadioButton("&Wait until the runs have ended")
@@ -174,7 +175,7 @@ class CloseDialog(QDialog):
         for column in (1, 2):
             header.setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
         rows = min(len(self._rows), _MOST_ROWS_SHOWN)
-        self.frames.setMinimumHeight(header.sizeHint().height() + (rows + 1) * (self.fontMetrics().height() + 8))
+        self.frames.setFixedHeight(header.sizeHint().height() + (rows + 1) * (self.fontMetrics().height() + 10))
         self.frames.itemChanged.connect(lambda *_: self._follow_ticks())
 
     def _of_runs(self) -> QWidget:

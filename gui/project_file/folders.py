@@ -81,10 +81,14 @@ class FolderProjects(QObject):
         saved = str(QSettings().value(_key(folder), ""))
         return Path(saved) if saved and Path(saved).is_file() else project_of_folder(folder)
 
-    def _begin(self, folder: str) -> None:
-        """The frames of a folder are there: what is saved of them goes into its own project, not to be asked for."""
-        if self._folder == Path(folder) and self._present.path is None:
-            self._present.take(project_of_folder(folder), new=True)
+    def _begin(self, how: FrameSource) -> None:
+        """The frames of a folder are there: the work on them goes into its own project, without a question."""
+        if self._folder != Path(how.rgb):
+            return
+        if self._present.path is None:
+            self._present.take(project_of_folder(how.rgb), new=True)
+        else:
+            self._present.take_frames()
 
     def _open_without(self, what: str, error: Exception) -> None:
         """If the folder's project cannot be opened, its frames can; the file is left as it is."""

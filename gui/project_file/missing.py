@@ -21,6 +21,9 @@ from ilf.project.finding import LostFile, find_in, lost_files, relocated
 from ilf.project.sources import ChangedSource, MissingSource
 
 Search = Callable[[], Generator[float, None, dict[InputFile, Path]]]
+_MOST_READ = 500
+"""Frames of a project whose files are all read, to see whether they have changed; of larger ones, those that were
+written after the project."""
 _MISSING, _CHANGED = "files are missing", "files have changed"
 
 
@@ -60,7 +63,8 @@ class Missing(QObject):
         """Look for all files of a project that has been opened."""
         self.forget()
         frames, parts, places = opened.project.frames, opened.parts, opened.places
-        since = opened.path.stat().st_mtime if opened.path.exists() else None
+        large = len(frames) > _MOST_READ
+        since = opened.path.stat().st_mtime if large and opened.path.exists() else None
         self._checker.start(lambda: lost_files(frames, parts, places, since))
 
     def forget(self) -> None:
@@ -145,6 +149,11 @@ class Missing(QObject):
     def _leave_dialog(self) -> None:
         self.dialog = None
         self._searcher.cancel()
+        lost = {one.frame for one in self._lost}
+        whole = (entry for entry in self._desk.workspace.entries if entry.id not in lost)
+        first = next(whole, None)
+        if first is not None and not self._desk.workspace.has_session and not self._desk.loader.busy:
+            self._desk.loader.open_entry(first)
 
     # looking for it
 

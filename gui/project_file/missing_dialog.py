@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 
 from gui.widgets.messages import Message
 from gui.widgets.work_row import WorkRow
+from ilf.number_words import grouped
 from ilf.project.finding import LostFile
 
 _NUMBER = Qt.ItemDataRole.UserRole
@@ -66,6 +67,7 @@ class MissingDialog(QDialog):
         about = Message(lines=3)
         about.say(_ABOUT, "text")
         self.files = QTreeWidget()
+        self.files.setStyleSheet("QTreeView::item { padding: 3px 0; }")
         self.files.setAccessibleName("Missing and changed files")
         self.files.setToolTip("Files that frames were read from, and what is wrong with them")
         self.files.setHeaderLabels(["Frame", "File", "What is wrong"])
@@ -191,7 +193,7 @@ def _details(lost: LostFile) -> str:
     try:
         status = lost.changed.stat()
         when = datetime.datetime.fromtimestamp(status.st_mtime)
-        known = f", {status.st_size:,} bytes, of {when:%Y-%m-%d %H:%M}".replace(",", " ", 0)
+        known = f", {grouped(status.st_size)} bytes, of {when:%Y-%m-%d %H:%M},"
     except OSError:
         known = ""
     return (

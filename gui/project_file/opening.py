@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
@@ -14,6 +14,7 @@ from gui.project_file.present import PresentProject
 from gui.project_file.view_state import ViewState
 from gui.state.entries import Entry
 from ilf.project import Project, ProjectFrame
+from ilf.project.archive import Archive
 from ilf.project.file import OpenedProject, open_project
 from ilf.project.sources import Places
 
@@ -59,35 +60,78 @@ class Opening(QObject):
 
         def leave() -> None:
             desk.workspace.remove_entries(list(desk.workspace.entries))
-            desk.store.project, desk.store.places = None, Places()
+            former, desk.store.project, desk.store.places = desk.store.project, None, Places()
+            if isinstance(former, Archive):
+                former.close()
             then()
 
         desk.recorder.revert([entry.id for entry in desk.workspace.entries], leave)
 
+    def take_back(
+        self, project: Project, places: Places, opened: OpenedProject | None, unsaved: Collection[str]
+    ) -> None:
+        """Go on with a project that another window has left behind, in a window without frames.
+
+        Parameters
+        ----------
+        project : Project
+        places : Places
+            Where the files of its frames are.
+        opened : OpenedProject or None
+            Its file, which does not hold all of it; None if it has none.
+        unsaved : collection of str
+            Ids of the frames with work that is not in the file, but stored by now.
+        """
+        store, present = self._desk.store, self._present
+        store.project, store.places = None if opened is None else opened.parts, places
+        self._fill(project, unsaved)
+        nothing_listed = present.set_now()._replace(frames=())
+        if opened is None:
+            present.take(None)
+        else:
+            present.take(opened.path, opened.project, _why_read_only(opened), nothing_listed)
+        self._show(project)
+        self._record("" if opened is None else str(opened.path))
+
     def _take(self, opened: OpenedProject) -> None:
-        desk, project = self._desk, opened.project
-        workspace = desk.workspace
-        desk.store.project, desk.store.places = opened.parts, opened.places
-        take_settings(workspace, project)
-        workspace.add_entries([_entry(frame) for frame in project.frames])
-        self._present.take(opened.path, project, opened.read_only or _why_not_written(opened.path))
-        self._view.take(project.view)
-        first = workspace.entries.of(project.present) or next(iter(workspace.entries), None)
-        if first is not None:
-            desk.loader.open_entry(first)
+        store = self._desk.store
+        store.project, store.places = opened.parts, opened.places
+        self._fill(opened.project)
+        self._present.take(opened.path, opened.project, _why_read_only(opened))
+        self._show(opened.project)
         self._record(str(opened.path))
         self.opened.emit(opened)
+
+    def _fill(self, project: Project, unsaved: Collection[str] = ()) -> None:
+        """List the frames of a project, and set what is set for all of them."""
+        take_settings(self._desk.workspace, project)
+        self._desk.workspace.add_entries([entry_of(frame, frame.id in unsaved) for frame in project.frames])
+
+    def _show(self, project: Project) -> None:
+        """Show it as it was looked at last."""
+        self._view.take(project.view)
+        entries = self._desk.workspace.entries
+        first = entries.of(project.present) or next(iter(entries), None)
+        if first is not None:
+            self._desk.loader.open_entry(first)
 
     def _record(self, path: str) -> None:
         self._desk.recorder.project = path
         self._desk.recorder.note_project()
 
 
-def _entry(frame: ProjectFrame) -> Entry:
+def entry_of(frame: ProjectFrame, unsaved: bool = False) -> Entry:
+    """The entry of a project's frame, with work that the file does not hold or without."""
     key = frame.id if frame.source is None else frame.source.key
     entry = Entry(frame.id, key, frame.name, frame.source, has_state=frame.has_state)
     entry.set_summary(frame.summary)
+    entry.set_unsaved(unsaved)
     return entry
+
+
+def _why_read_only(opened: OpenedProject) -> str:
+    """Why it cannot be saved in its place; "" if nothing is known against that."""
+    return opened.read_only or _why_not_written(opened.path)
 
 
 def _why_not_written(path: Path) -> str:

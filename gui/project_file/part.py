@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFileDialog, QMessageBox
+from PySide6.QtWidgets import QFileDialog, QMessageBox, QToolBar
 
 from gui import theme
 from gui.desk import Desk, Part
@@ -27,6 +27,7 @@ from gui.recent.store import RecentOrigins
 from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.widgets.messages import last_folder
+from ilf.project.archive import Archive
 from ilf.project.file import OpenedProject
 
 _PROGRAM = "ILF Studio"
@@ -61,6 +62,8 @@ class ProjectPart(Part):
         desk.documents.leave = self._leave_frames
         desk.documents.remove = self.closing.remove
         desk.documents.close = self._close_frame
+        desk.documents.saved_share = lambda: self.saving.share if self.saving.busy else None
+        self.saving.changed.connect(desk.documents.exporting_changed)
         desk.recorder.is_unsaved = lambda: self.present.unsaved
         desk.loader.replayed.connect(lambda _: self.present.take_extraction())
         desk.loader.incomplete.connect(self._tell_incomplete)
@@ -82,6 +85,9 @@ class ProjectPart(Part):
         self.recent.setIcon(theme.icon("ph.clock-counter-clockwise", self.recent.palette()))
         insert_menu(self.desk.window.menuBar(), self.recent, self.desk.actions["open_project"])
         self.recent.fill()
+        bar, actions = self.desk.window.findChild(QToolBar, "Tools"), self.desk.actions
+        if isinstance(bar, QToolBar):
+            bar.insertAction(actions["export"], actions["save_project"])
 
     # commands
 
@@ -135,7 +141,10 @@ class ProjectPart(Part):
 
     def shutdown(self) -> bool:
         """Stop for good, when what is being saved is. True if no thread of it is left."""
-        return all([self.saving.shutdown(), self.missing.shutdown()])
+        ended = [self.saving.shutdown(), self.missing.shutdown()]
+        if isinstance(self.desk.store.project, Archive):
+            self.desk.store.project.close()
+        return all(ended)
 
     def _close_frame(self, entry: Entry) -> None:
         """Close a frame; it stays in the list as the project's file has it, if it does."""
@@ -232,6 +241,8 @@ class ProjectPart(Part):
     def _tell_opened(self, opened: OpenedProject) -> None:
         self.recent.note(opened.path)
         count = len(opened.project.frames)
+        if count > 1:
+            self.desk.panels.offer("Frames")
         self.desk.notes.tell(f"Opened {opened.path.name}: {count} frame{'s' * (count != 1)}.")
         self.desk.notes.warn(
             f"Opened {opened.path.name}", [text for text in (*opened.problems, self.present.read_only) if text]

@@ -62,6 +62,10 @@ class PresentProject(QObject):
         self.read_only = ""
         self._mark: FileMark | None = None
         self._is_new = False
+        self._frames: tuple[tuple[str, FrameSource | None], ...] | None = None
+        """Which frames there are; None if that has changed."""
+        for signal in (workspace.entries.added, workspace.entries.removed):
+            signal.connect(lambda *_: self._forget_frames())
         self._saved = self.set_now()
         self._unfound: dict[str, FrameSummary] = {}
         self._found_elsewhere = False
@@ -90,9 +94,13 @@ class PresentProject(QObject):
     def set_now(self) -> Set:
         """What there is now beside the frames' states."""
         workspace = self._workspace
-        frames = tuple((entry.id, entry.source) for entry in workspace.entries)
+        if self._frames is None:
+            self._frames = tuple((entry.id, entry.source) for entry in workspace.entries)
         shared = workspace.shared.values if workspace.shared.on else None
-        return Set(frames, shared, workspace.extraction_parameters, workspace.keeps_handmade)
+        return Set(self._frames, shared, workspace.extraction_parameters, workspace.keeps_handmade)
+
+    def _forget_frames(self) -> None:
+        self._frames = None
 
     def snapshot(self, view: Mapping[str, Any]) -> Project:
         """All of it as it is now, to be saved."""
@@ -119,6 +127,10 @@ class PresentProject(QObject):
         self._found_elsewhere = False
         self._unfound.clear()
 
+    def take_frames(self) -> None:
+        """Which frames there are is no work: they have been found again."""
+        self._saved = self._saved._replace(frames=self.set_now().frames)
+
     def take_extraction(self) -> None:
         """What blocks are extracted with has come with a frame: that is no work."""
         self._saved = self._saved._replace(extraction=self._workspace.extraction_parameters)
@@ -140,4 +152,5 @@ class PresentProject(QObject):
     def note_found(self, entry: Entry) -> FrameSummary | None:
         """They have been found elsewhere; what was said of the frame before."""
         self._found_elsewhere = True
+        self._forget_frames()
         return self._unfound.pop(entry.id, None)

@@ -173,6 +173,8 @@ class Saving(QObject):
             opened.close()  # it has been read anew
         else:
             store.project = opened.parts
+            if isinstance(former, Archive):
+                former.close()
         store.places = opened.places
         there = {frame.id for frame in opened.project.frames if frame.has_state}
         for entry in workspace.entries:
@@ -184,6 +186,8 @@ class Saving(QObject):
             if session in workspace.sessions:
                 workspace.note_saved(session, stamp)
         self._present.take(opened.path, opened.project, saved=taken.set)
+        self._desk.recorder.project = str(opened.path)
+        self._desk.recorder.note_project()
         self._tell(lambda: self.saved.emit(opened.path, problems), taken, True)
 
     def _fail(self, error: Exception) -> None:

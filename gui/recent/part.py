@@ -21,6 +21,7 @@ class RecentPart(Part):
         self._noted: set[str] = set()
         self.menu = RecentMenu("Open re&cent", self.frames, self._open, desk.window)
         desk.workspace.sessions_changed.connect(self._note)
+        desk.loader.listed.connect(self.menu.note)
 
     def begin(self) -> None:
         """Stand in the menu beside what opens frames otherwise."""
@@ -29,13 +30,13 @@ class RecentPart(Part):
         self.menu.fill()
 
     def _note(self) -> None:
-        """Note what has been opened since the last time, but for what a project has brought."""
+        """Note what has been opened since the last time, but for what a project or a folder has brought."""
         workspace = self.desk.workspace
         open_now = {session.key: session for session in workspace.sessions}
         for key, session in open_now.items():
             entry = workspace.entries.of(session.id)
-            stored = entry is not None and entry.has_state
-            if key not in self._noted and not stored and isinstance(session.origin, FrameSource | Path):
+            brought = entry is not None and (entry.has_state or entry.of_folder)
+            if key not in self._noted and not brought and isinstance(session.origin, FrameSource | Path):
                 self.menu.note(session.origin)
         self._noted = set(open_now)
 

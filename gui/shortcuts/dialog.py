@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import (
@@ -141,18 +143,21 @@ class ShortcutsDialog(QDialog):
         self._choose()
 
     def _filter(self, query: str) -> None:
+        scores = {}
         for entry in self._keymap.entries:
-            item = self._items[entry.key]
-            fits = match(query, f"{entry.text} {entry.where}") is not None or query.lower() in entry.keys.lower()
-            item.setHidden(bool(query.strip()) and not fits)
+            found = match(query, f"{entry.text} {entry.where}")
+            fits = found is not None or query.lower() in entry.keys.lower()
+            self._items[entry.key].setHidden(bool(query.strip()) and not fits)
+            scores[entry.key] = 0.0 if found is None else found.score
         current = self.list.currentItem()
         if current is None or current.isHidden():
-            self._choose_first()
+            self._choose_first(scores)
 
-    def _choose_first(self) -> None:
+    def _choose_first(self, scores: Mapping[str, float] | None = None) -> None:
+        """Choose the first command that is shown, or the one that fits best."""
         shown = self.shown()
         if shown:
-            self.choose(shown[0])
+            self.choose(max(shown, key=(scores or dict.fromkeys(shown, 0.0)).__getitem__))
         else:
             self.list.setCurrentIndex(QModelIndex())
 

@@ -33,6 +33,8 @@ class Entry:
         None while it is not open.
     has_state : bool
         Whether a state of it is stored, to be opened in place of the source.
+    of_folder : bool
+        Whether it was found in a folder, which is what the user has opened.
     """
 
     id: str
@@ -41,15 +43,16 @@ class Entry:
     source: FrameSource | None = None
     session: Session | None = None
     has_state: bool = False
+    of_folder: bool = False
     _summary: FrameSummary = field(default_factory=FrameSummary)
     _stamp: tuple[int, ...] = ()
     _unsaved: bool = False
     _unsaved_words: str = ""
 
     @classmethod
-    def of(cls, source: FrameSource) -> Self:
+    def of(cls, source: FrameSource, of_folder: bool = False) -> Self:
         """A new entry of a frame that has not been read, with the name that it will have as far as files tell."""
-        return cls(uuid.uuid4().hex, source.key, source.name, source)
+        return cls(uuid.uuid4().hex, source.key, source.name, source, of_folder=of_folder)
 
     @property
     def summary(self) -> FrameSummary:

@@ -52,8 +52,10 @@ class DeleteRuns(QUndoCommand):
 class AcceptRun(QUndoCommand):
     """Results of a kept run become the present ones, with the parameters that they are of."""
 
-    def __init__(self, notices: Notices, session: Session, kept: KeptRun, results: Collection[BlockResult]) -> None:
-        super().__init__(f"Accept {kept.name}")
+    def __init__(
+        self, notices: Notices, session: Session, kept: KeptRun, results: Collection[BlockResult], text: str
+    ) -> None:
+        super().__init__(text)
         self._notices = notices
         self._session = session
         self._kept = kept

@@ -1,4 +1,9 @@
-"""Parameters for all frames, or for this one: which they are, and the undoable step from one to the other."""
+"""Parameters for all frames, or for this one: which they are, and the undoable step from one to the other.
+
+While they are for all, a change is one step in the history of the frame where it was made. To undo it puts back what
+that step replaced, in all frames, whatever has been set in others since: a frame's undo does what its text says, and
+all frames without their own values have the same ones at any time.
+"""
 
 from __future__ import annotations
 

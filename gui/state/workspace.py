@@ -580,7 +580,8 @@ class Workspace(QObject):
         where its blocks are as they were then; the blocks that it gives results for."""
         results = self.session.still_fitting(kept)
         if results:
-            self.session.undo_stack.push(AcceptRun(self, self.session, kept, results))
+            where = self._for_all(self.session) if kept.run.parameters != self.session.common else ""
+            self.session.undo_stack.push(AcceptRun(self, self.session, kept, results, f"Accept {kept.name}{where}"))
         return [result.block.label for result in results]
 
     def _note_kept_runs(self, session: Session) -> None:

@@ -64,6 +64,8 @@ class StatusPresenter(QObject):
         elif self._loader.busy:
             text, share = self._loader.present, self._loader.share_done or None
             self._pace.note(share or 0.0)
+        elif (saved := self._documents.saved_share()) is not None:
+            text, share = "Saving", saved
         else:
             text = "Exporting" if self._documents.exporting else ""
         if not text:

@@ -16,6 +16,7 @@ from ..io import META_NAME, FrameFiles, default_depth_units, frame_beside, frame
 from ..io.camera_files import intrinsics_from
 from ..io.depth_files import depth_in_metres
 from ..io.truth_files import read_truth, scale_misfit
+from ..project.file import SUFFIX
 from ..run import missing_or_changed, read_record
 from ..run.options import RECORD_FILE
 from ..run.staging import interrupted
@@ -41,6 +42,8 @@ def add_command(commands: Commands) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
     inputs = [Path(path) for path in arguments.inputs]
+    if len(inputs) == 1 and inputs[0].suffix.lower() == SUFFIX:
+        raise UsageError(f"{inputs[0]} is a project: `ilf project info` tells of it.")
     if len(inputs) == 1 and inputs[0].suffix.lower() == ".json":
         _print_record(inputs[0])
     elif len(inputs) == 1 and inputs[0].is_dir():

@@ -209,6 +209,7 @@ def write_archive(path: str | os.PathLike[str], parts: Iterable[Part], replacing
         If it cannot be written.
     """
     target = Path(os.path.realpath(path))
+    _clear_left_over(target)
     with ExitStack() as released, atomic_path(target) as temporary:
         with zipfile.ZipFile(temporary, "w", zipfile.ZIP_STORED) as archive:
             for part in parts:
@@ -216,7 +217,8 @@ def write_archive(path: str | os.PathLike[str], parts: Iterable[Part], replacing
                 if part.checksum is not None:
                     archive.getinfo(part.name).CRC = part.checksum
         if target.exists():
-            os.chmod(temporary, stat.S_IMODE(os.stat(target).st_mode))
+            with suppress(OSError):  # not every file system has permissions
+                os.chmod(temporary, stat.S_IMODE(os.stat(target).st_mode))
         for opened in replacing:
             if os.path.realpath(opened.path) == str(target):
                 released.enter_context(opened.let_go())

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..ebs.following import Followed, follow
 from ..ebs.reextraction import made_by_hand
+from ..io.poses import motion_between
 from .block_notes import BlockNotes
 from .frame_state import FrameState
 
@@ -44,7 +45,7 @@ def carry(before: FrameState, after: FrameState, how: str = "auto") -> Carried:
     after : FrameState
         As it is; of the same size.
     how : str
-        "auto", "copied" or "flow".
+        "auto", "copied" or "flow". "auto" goes by the camera's poses where files beside the frames tell them.
 
     Raises
     ------
@@ -57,6 +58,7 @@ def carry(before: FrameState, after: FrameState, how: str = "auto") -> Carried:
         before.labels,
         after.frame,
         how=how,
+        pose=motion_between(before.frame, after.frame) if how == "auto" else None,
         extraction=notes.extraction,
         drawn=notes.drawn,
         locked=[label for label, info in notes.infos.items() if info.locked],

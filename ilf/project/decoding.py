@@ -259,7 +259,11 @@ class _Decoding:
         known = None if self.frame.inputs is None else self.frame.inputs.truth
         if self.frame.truth is not None and known and (known.sha256, known.units) == (file.sha256, file.units):
             return self.frame
-        return with_truth(self.frame, file, self.parts, self.places)
+        try:
+            return with_truth(self.frame, file, self.parts, self.places)
+        except InputError as error:
+            self.problems.append(f"The truth is not at hand: {error}")
+            return self.frame.with_truth(None, file)  # it is still named, and may be there the next time
 
     def _notes(self, data: Section) -> BlockNotes:
         readers: dict[str, Callable[[], Any]] = {

@@ -142,7 +142,7 @@ class _Encoding:
         self.known = known
         self.made: dict[str, bytes] = {}
         self.names: set[str] = set()
-        self.packs: list[str] = []
+        self.packs: dict[str, int] = {}
 
     def state(self, state: FrameState) -> dict[str, Any]:
         """All of a state, ready for JSON."""
@@ -170,7 +170,7 @@ class _Encoding:
             "looked": _looked(state.looked),
             "view": plain(state.view),
         }
-        return data | {"packs": self.packs, "arrays": sorted(self.names)}
+        return data | {"packs": list(self.packs), "arrays": sorted(self.names)}
 
     def _frame(self, frame: RGBDFrame) -> dict[str, Any]:
         """What the frame is: by its files, or, if a program has made it, by itself."""
@@ -189,7 +189,7 @@ class _Encoding:
         """What a frame has beside its files: its distrusted depth, and its truth by file or by itself."""
         truth: dict[str, Any] | None = None
         file = None if frame.inputs is None else frame.inputs.truth
-        if frame.truth is not None and file is not None:
+        if file is not None:
             truth = {"path": file.path, "sha256": file.sha256, "units": file.units}
         elif frame.truth is not None:
             truth = {"array": self._array(frame.truth, _depth)}
@@ -266,10 +266,8 @@ class _Encoding:
             origin = self.known.get(result)
             assert isinstance(origin, tuple)  # all have been packed
             name, place = origin
-            if name not in self.names:
-                self.names.add(name)
-                self.packs.append(name)
-            rows.append([int(label), self.packs.index(name), place])
+            self.names.add(name)
+            rows.append([int(label), self.packs.setdefault(name, len(self.packs)), place])
         return rows
 
     def _pack_new(self, results: Sequence[BlockResult], measured: NDArray[np.float32]) -> None:

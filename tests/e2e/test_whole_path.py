@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QDockWidget, QMessageBox
+from PySide6.QtWidgets import QDockWidget
 from pytestqt.qtbot import QtBot
 
 import ilf
@@ -169,24 +169,6 @@ def test_closing_the_window_in_the_middle_of_a_run_ends_its_thread(opened: MainW
     assert opened.runs.state is RunState.IDLE
 
 
-def test_closing_asks_about_results_that_are_not_exported(
-    opened: MainWindow, run_all: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    run_all(opened)
-    opened.documents.discard_silently = False
-    asked: list[str] = []
-
-    def answer(_parent: object, _title: str, text: str, *_: object) -> QMessageBox.StandardButton:
-        asked.append(text)
-        return QMessageBox.StandardButton.Cancel
-
-    monkeypatch.setattr(QMessageBox, "question", answer)
-    assert not opened.close()
-    assert "two-planes" in asked[0]
-    assert opened.isVisible()
-    opened.documents.discard_silently = True
-
-
 def test_several_frames_keep_their_own_state(opened: MainWindow, qtbot: QtBot, run_all: Run, tmp_path: Path) -> None:
     from .conftest import write_frame
 
@@ -270,15 +252,15 @@ def test_cancelling_keeps_the_blocks_that_are_done(opened: MainWindow, qtbot: Qt
     assert "cancelled, 1 block" in done[0]
 
 
-def test_a_frame_that_runs_is_not_closed_silently(
-    opened: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_frame_that_runs_is_not_closed_silently(opened: MainWindow, qtbot: QtBot) -> None:
     opened.workspace.set_parameters(ilf.preset("released-code", max_iterations=100_000))
     opened.actions_["run"].trigger()
     opened.documents.discard_silently = False
-    monkeypatch.setattr(QMessageBox, "question", lambda *_: QMessageBox.StandardButton.Cancel)
     opened.actions_["close_frame"].trigger()
     assert opened.workspace.has_session
+    question = opened.project.closing.dialog
+    assert question is not None
+    question.reject()
     opened.documents.discard_silently = True
     with qtbot.waitSignal(opened.runs.ended, timeout=WAIT_MS):
         opened.actions_["cancel"].trigger()

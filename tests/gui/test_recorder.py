@@ -10,71 +10,26 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from gui.project.recorder import Recorder
 from gui.project.restore import restore
-from gui.project.store import WorkStore
-from gui.state.session import Session
-from gui.state.workspace import Workspace
 from ilf.ebs.edit import patch_between
 from ilf.errors import InputError
 from ilf.frame import RGBDFrame
-from ilf.project import Journal
 from ilf.project.decoding import load_state
 from ilf.project.encoding import frame_part
-from ilf.run import Run
 
-WAIT_MS = 20_000
-
-
-class _Desk:
-    """What a window has of the autosave, without its widgets."""
-
-    def __init__(self, folder: Path, frame: RGBDFrame, labels: np.ndarray) -> None:
-        self.folder = folder
-        self.workspace = Workspace()
-        self.store = WorkStore(folder)
-        self.recorder = Recorder(self.workspace, self.store)
-        self.recorder.start()
-        self.sessions = [Session.of(Run(frame, labels), None, name) for name in ("one", "two")]
-        for session in self.sessions:
-            self.workspace.add_session(session)
-
-    def erase(self, session: Session, row: int) -> None:
-        """Take a row from the blocks."""
-        self.workspace.show_session(session)
-        labels = session.labels.copy()
-        labels[row] = 0
-        self.workspace.edit_labels(patch_between(session.labels, labels), "Erase")
-
-    def journal(self) -> Journal:
-        """The journal as another program finds it after this one's end."""
-        (path,) = self.folder.glob("*.journal")
-        copy = self.folder.with_name("copy")
-        shutil.rmtree(copy, ignore_errors=True)
-        shutil.copytree(self.folder, copy)
-        return Journal(copy / path.name)
+from .recording import WAIT_MS, Recording, assert_holds
 
 
 @pytest.fixture
-def desk(qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame, small_labels: np.ndarray) -> Iterator[_Desk]:
-    desk = _Desk(tmp_path / "autosave", small_frame, small_labels)
+def desk(qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame, small_labels: np.ndarray) -> Iterator[Recording]:
+    desk = Recording(tmp_path / "autosave", tmp_path / "aside", small_frame, small_labels)
     with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
         pass
     yield desk
-    assert desk.recorder.shutdown()
-    desk.store.discard()
+    desk.end()
 
 
-def _assert_holds(parts: Journal, session: Session) -> None:
-    decoded = load_state(session.id, parts)
-    assert decoded.problems == ()
-    assert np.array_equal(decoded.state.labels, session.labels)
-    assert {label: info.name for label, info in decoded.state.notes.infos.items()} == {
-        label: info.name for label, info in session.infos.items()
-    }
-
-
-def test_all_changes_are_kept_and_nothing_else(desk: _Desk, qtbot: QtBot) -> None:
+def test_all_changes_are_kept_and_nothing_else(desk: Recording, qtbot: QtBot) -> None:
     one, two = desk.sessions
     for row in range(4):
         desk.erase(one, row)
@@ -87,7 +42,7 @@ def test_all_changes_are_kept_and_nothing_else(desk: _Desk, qtbot: QtBot) -> Non
     with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
         pass
     journal = desk.journal()
-    _assert_holds(journal, one)
+    assert_holds(journal, one)
     states = {name for name in journal.names() if name.startswith("frames/")}
     assert states == {frame_part(one.id)}, "the other has been closed"
     arrays = {name for name in journal.names() if name.startswith("arrays/")}
@@ -96,7 +51,7 @@ def test_all_changes_are_kept_and_nothing_else(desk: _Desk, qtbot: QtBot) -> Non
     journal.discard()
 
 
-def test_a_stroke_is_there_as_a_whole_or_not_at_all(desk: _Desk, qtbot: QtBot) -> None:
+def test_a_stroke_is_there_as_a_whole_or_not_at_all(desk: Recording, qtbot: QtBot) -> None:
     one, _ = desk.sessions
     desk.workspace.show_session(one)
     before, labels = one.labels.copy(), one.labels.copy()
@@ -113,7 +68,7 @@ def test_a_stroke_is_there_as_a_whole_or_not_at_all(desk: _Desk, qtbot: QtBot) -
     assert (state.note, np.array_equal(state.labels, before)) == ("look", True)
 
 
-def test_what_is_put_away_is_read_as_it_was_left(desk: _Desk) -> None:
+def test_what_is_put_away_is_read_as_it_was_left(desk: Recording) -> None:
     one, _ = desk.sessions
     desk.erase(one, 5)
     left = one.labels.copy()
@@ -123,7 +78,7 @@ def test_what_is_put_away_is_read_as_it_was_left(desk: _Desk) -> None:
     assert np.array_equal(desk.store.read(one.id).state.labels, left)
 
 
-def test_where_the_journal_cannot_be_written_all_is_in_memory_until_it_can(desk: _Desk, qtbot: QtBot) -> None:
+def test_where_the_journal_cannot_be_written_all_is_in_memory_until_it_can(desk: Recording, qtbot: QtBot) -> None:
     one, two = desk.sessions
     shutil.rmtree(desk.folder)
     desk.folder.write_text("in the way")
@@ -140,8 +95,8 @@ def test_where_the_journal_cannot_be_written_all_is_in_memory_until_it_can(desk:
     with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
         desk.erase(one, 4)
     journal = desk.journal()
-    _assert_holds(journal, one)
-    _assert_holds(journal, two)
+    assert_holds(journal, one)
+    assert_holds(journal, two)
     journal.discard()
 
 
@@ -162,7 +117,7 @@ class _Project:
 
 @pytest.mark.parametrize("goes", [False, True])
 def test_what_is_in_the_project_file_is_in_the_journal_too_once_a_frame_changes(
-    desk: _Desk, qtbot: QtBot, goes: bool
+    desk: Recording, qtbot: QtBot, goes: bool
 ) -> None:
     one, _ = desk.sessions
     with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
@@ -181,6 +136,6 @@ def test_what_is_in_the_project_file_is_in_the_journal_too_once_a_frame_changes(
     with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
         desk.erase(again, 2)
     journal = desk.journal()
-    _assert_holds(journal, again)
+    assert_holds(journal, again)
     assert load_state(again.id, journal).state.notes.drawn is not None
     journal.discard()

@@ -43,7 +43,7 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
     drawn[10:20, 39] = True
     labels = np.zeros(frame.shape, np.int32)
     labels[:, :40], labels[:30, 40:], labels[50:, 50:] = 1, 2, 70_000
-    former = np.where(labels == 2, 1, labels).astype(np.int32)
+    former = np.where(labels > 1, 1, labels).astype(np.int32)
     quick = ilf.preset(**QUICK)
     paper = ilf.preset("paper", **QUICK)
     early = Run(frame, former, paper, {1: paper.replace(stage_step=1.0)}, only=(1,), notes=("First of all.",))

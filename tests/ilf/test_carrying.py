@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from ilf.errors import InputError
 from ilf.frame import RGBDFrame
+from ilf.io import load_frame
 from ilf.parameters import BlockParameters, Parameters
 from ilf.project import BlockInfo, BlockNotes, FrameState, carry
 from ilf.project.frame_state import is_carried, is_edited
@@ -86,6 +89,27 @@ def test_blocks_that_need_a_look_say_why(before: FrameState, after: FrameState) 
     assert state.to_check
     assert state.to_check <= set(np.unique(state.labels).tolist())
     assert state.notes.reasons.keys() == state.to_check
+
+
+def test_poses_beside_the_frames_are_gone_by(tmp_path: Path) -> None:
+    states = []
+    for number in range(2):  # the camera moves to the left by what are three pixels on a wall at 2 m
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        left = np.arange(64) < 30 + 3 * number
+        rgb = np.where(left[:, None], (200, 90, 40), (40, 110, 180)).astype(np.uint8)
+        cv2.imwrite(str(folder / "rgb.png"), np.tile(rgb, (48, 1, 1)))
+        cv2.imwrite(str(folder / "depth.png"), np.full((48, 64), 2000, np.uint16))
+        pose = np.eye(4)
+        pose[0, 3] = -0.1 * number
+        np.savetxt(folder / "pose.txt", pose)
+        frame = load_frame(folder / "rgb.png", folder / "depth.png", intrinsics=(60, 60, 31.5, 23.5))
+        states.append(FrameState(str(number), frame, np.zeros(frame.shape, np.int32)))
+    labels = np.ones((48, 64), np.int32)
+    labels[:, 30:] = 2
+    carried = carry(replace(states[0], labels=labels), states[1])
+    assert carried.followed.how == "pose"
+    assert carried.state.labels[24].tolist() == [1] * 33 + [2] * 31
 
 
 def test_frames_of_another_size_are_refused(before: FrameState, after: FrameState) -> None:

@@ -124,7 +124,7 @@ def test_it_moves_with_its_frames_and_can_be_saved_elsewhere(work, tmp_path):
 
 
 def test_missing_and_changed_files_are_told_apart_and_can_be_given(work, tmp_path):
-    folder, _, filed, _ = work
+    folder, project, filed, _ = work
     source, elsewhere = folder / "frames" / "one" / "depth.png", tmp_path / "elsewhere.bin"
     shutil.copy(source, elsewhere)
     with open_project(folder / "room.ilf") as opened:
@@ -139,10 +139,14 @@ def test_missing_and_changed_files_are_told_apart_and_can_be_given(work, tmp_pat
         found = opened.state("a1", places)
         assert found.problems == ()
         assert found.state.frame.inputs.depth.path == str(elsewhere)
-        (folder / "frames" / "one" / "truth.npy").unlink()
+        truth = folder / "frames" / "one" / "truth.npy"
+        truth.rename(tmp_path / "truth.npy")
         found = opened.state("a1", places)
         assert found.state.frame.truth is None
-        assert "truth is lost" in found.problems[0]
+        assert "truth is not at hand" in found.problems[0]
+        save_project(folder / "room.ilf", project, [found.state], base=[opened.parts], places=places)
+        (tmp_path / "truth.npy").rename(truth)
+        assert_same(filed.frame.truth, opened.state("a1").state.frame.truth)
 
 
 def test_embedded_files_need_nothing_else(work, tmp_path):
@@ -186,6 +190,17 @@ def test_what_is_on_disk_stays_whole_when_saving_fails(work, monkeypatch):
     assert sorted(item.name for item in folder.iterdir()) == ["frames", "link.ilf", "room.ilf"]
     with open_project(path) as opened:
         assert opened.project.present == "a1"
+
+
+def test_what_a_killed_save_has_left_goes_when_it_is_old(work):
+    folder, project, _, _ = work
+    old, new = (folder / f".ilf-{digit * 16}.ilf" for digit in "01")
+    for path in (old, new):
+        path.touch()
+    os.utime(old, (0, 0))
+    with open_project(folder / "room.ilf") as opened:
+        save_project(folder / "room.ilf", project, base=[opened.parts], places=opened.places)
+    assert (old.exists(), new.exists()) == (False, True)
 
 
 def rewritten(path, change):

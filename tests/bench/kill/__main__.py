@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .rounds import frames_in, one_round
+from .rounds import LATEST_S, frames_in, one_round
 
 
 def main() -> None:
@@ -34,10 +34,10 @@ def main() -> None:
             states += found.states
             opened += found.project_opened
             moments[found.moment] = moments.get(found.moment, 0) + 1
-            if found.problem:
-                wrong.append(found)
-            elif found.age is not None:
+            if found.age is not None:
                 ages.append(found.age)
+            if found.problem or (found.age or 0.0) > LATEST_S:
+                wrong.append(found)
     print(f"{options.rounds} kills ({', '.join(f'{count} at {name}' for name, count in sorted(moments.items()))})")
     print(f"{states} states, {len(ages)} came back, {opened} project files opened, {len(wrong)} wrong")
     if ages:

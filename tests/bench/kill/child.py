@@ -57,7 +57,8 @@ class Hand:
         """All frames as they are now; not in the middle of a stroke."""
         if not self.workspace.stroke_under_way:
             begun = filter(is_begun, self.workspace.sessions)
-            say(state={session.id: digest_of_session(session) for session in begun})
+            states = {session.id: digest_of_session(session) for session in begun}
+            say(state=states, unsaved=self.window.project.present.unsaved)
 
     def act(self) -> None:
         """Do something."""

@@ -15,21 +15,22 @@ from pathlib import Path
 from typing import Any
 
 from ilf.assets import asset_path
-from ilf.errors import IlfError
+from ilf.errors import IlfError, InputError
 from ilf.frame import RGBDFrame
 from ilf.io import load_frame
-from ilf.project import Journal, Parts
+from ilf.project import Parts, ProjectFrame
 from ilf.project.decoding import load_state
 from ilf.project.encoding import frame_part
 from ilf.project.file import open_project
-from ilf.project.journals import SUFFIX
-from ilf.project.project_json import decode_project
+from ilf.project.journals import LeftWork, left_work
 from tests.e2e.conftest import write_frame
 
 from .digests import digest
 
 LATEST_S = 2.0
 _MOMENTS = "any", "any", "commit", "commit", "replace", "replaced"
+_DELAYS_S = 0, 0.001, 0.003, 0.01, 0.03
+"""From the announcement of such a moment to the kill."""
 _ROOT = Path(__file__).parents[3]
 
 
@@ -66,8 +67,8 @@ class _Told:
 
     times: list[float] = field(default_factory=list)
     states: list[dict[str, str]] = field(default_factory=list)
+    unsaved: list[bool] = field(default_factory=list)
     errors: list[str] = field(default_factory=list)
-    kills: int = 0
 
     def take(self, line: str) -> dict[str, Any]:
         """Note a line."""
@@ -75,9 +76,12 @@ class _Told:
             said: dict[str, Any] = json.loads(line)
         except ValueError:
             return {}  # cut off
-        if "state" in said and (not self.states or said["state"] != self.states[-1]):
-            self.times.append(said["time"])
-            self.states.append(said["state"])
+        if "state" in said:
+            now = said["state"], said["unsaved"]
+            if not self.states or now != (self.states[-1], self.unsaved[-1]):
+                self.times.append(said["time"])
+                self.states.append(said["state"])
+                self.unsaved.append(said["unsaved"])
         self.errors += [str(said[key]) for key in ("error", "failed") if key in said]
         return said
 
@@ -91,12 +95,12 @@ def frames_in(folder: Path) -> list[Path]:
     return [write_frame(folder / f"frame{number}", frame) for number, frame in enumerate(frames)]
 
 
-def one_round(number: int, frames: Sequence[Path], folder: Path) -> Found:
-    """Let a child work, kill it, and look at what there is."""
+def one_round(number: int, frames: Sequence[Path], folder: Path, longest: float = 6.0) -> Found:
+    """Let a child work for so many seconds at most, kill it, and look at what there is."""
     chance = random.Random(number)
     folder.mkdir()
     moment = chance.choice(_MOMENTS)
-    told, killed = _killed(number, moment, chance, frames, folder)
+    told, killed = _killed(number, moment, chance.uniform(0.3, longest), frames, folder)
     found = Found(number, moment, len(told.states))
     try:
         _look(found, told, killed, folder)
@@ -109,19 +113,18 @@ def one_round(number: int, frames: Sequence[Path], folder: Path) -> Found:
     return found
 
 
-def _killed(
-    number: int, moment: str, chance: random.Random, frames: Sequence[Path], folder: Path
-) -> tuple[_Told, float]:
-    child = subprocess.Popen(
-        [sys.executable, "-m", "tests.bench.kill.child", str(number), folder, *frames],
-        stdout=subprocess.PIPE,
-        stderr=open(folder / "stderr", "w"),  # noqa: SIM115
-        text=True,
-        cwd=_ROOT,
-        env={**os.environ, "QT_QPA_PLATFORM": "offscreen"},
-    )
+def _killed(number: int, moment: str, wait: float, frames: Sequence[Path], folder: Path) -> tuple[_Told, float]:
+    with open(folder / "stderr", "w") as stderr:
+        child = subprocess.Popen(
+            [sys.executable, "-m", "tests.bench.kill.child", str(number), folder, *frames],
+            stdout=subprocess.PIPE,
+            stderr=stderr,
+            text=True,
+            cwd=_ROOT,
+            env={**os.environ, "QT_QPA_PLATFORM": "offscreen"},
+        )
     assert child.stdout is not None
-    told, wait = _Told(), chance.uniform(0.5, 6.0)
+    told = _Told()
     begun: float | None = None
     for line in child.stdout:
         said = told.take(line)
@@ -130,7 +133,7 @@ def _killed(
         late = begun is not None and time.monotonic() - begun > wait
         if late and (moment == "any" or said.get("at") == moment or time.monotonic() - begun > wait + 15):
             if moment != "any":
-                time.sleep(chance.choice([0, 0.001, 0.003, 0.01, 0.03]))
+                time.sleep(_DELAYS_S[number % len(_DELAYS_S)])
             break
     killed = time.monotonic()
     child.kill()
@@ -142,48 +145,56 @@ def _killed(
 
 
 def _look(found: Found, told: _Told, killed: float, folder: Path) -> None:
-    project = folder / "work.ilf"
-    base: Parts | None = None
-    if project.exists():
-        with open_project(project) as opened:
-            digests = {
-                frame.id: digest(opened.state(frame.id).state) for frame in opened.project.frames if frame.has_state
-            }
-            problems = opened.problems
-        if problems or digests not in told.states:
-            found.problem = f"the project file holds no state of the child: {problems or digests}"
+    """Look for the project file and for left work as the next window does."""
+    state, base = _in_project(folder / "work.ilf")
+    if base is not None:
+        if state not in told.states:
+            found.problem = f"the project file holds no state of the child: {_nearest(state, told)}"
             return
         found.project_opened = True
-        base = open_project(project).parts
-    journals = list((folder / "autosave").glob(f"*{SUFFIX}"))
-    if not journals:
-        found.problem = "" if killed - told.times[0] < LATEST_S else "there is no journal"
-        return
-    journal = Journal(journals[0])
-    state = _state_in(journal, base)
-    journal.discard()
-    fitting = [number for number, one in enumerate(told.states) if one == state]
-    if not fitting:
+    works = left_work(folder / "autosave")
+    if works:
+        state = _in_work(works[0], base)
+        works[0].discard()
+        fitting = [number for number, one in enumerate(told.states) if one == state]
+    else:  # all there was is saved, or nothing has been done but to extract blocks
+        saved = [(number, one) for number, one in enumerate(told.states) if not told.unsaved[number]]
+        fitting = [number for number, one in saved if state.items() <= one.items()]
+    if told.states and not fitting:
         found.problem = f"what came back is no state of the child: {_nearest(state, told)}"
-        return
-    overtaken = told.times[fitting[-1] + 1] if fitting[-1] + 1 < len(told.times) else killed
-    found.age = max(killed - overtaken, 0.0)
-    if found.age > LATEST_S:
-        found.problem = f"what came back is {found.age:.2f} s old"
+    elif told.states:
+        overtaken = told.times[fitting[-1] + 1] if fitting[-1] + 1 < len(told.times) else killed
+        found.age = max(killed - overtaken, 0.0)
 
 
-def _state_in(journal: Journal, base: Parts | None) -> dict[str, str]:
-    """Digests of all frames of the journal, over those of the project file."""
+def _in_project(path: Path) -> tuple[dict[str, str], Parts | None]:
+    """Digests of all frames of the project file, and its parts."""
+    if not path.exists():
+        return {}, None
+    opened = open_project(path)
+    if opened.problems:
+        raise InputError(" ".join(opened.problems))
+    frames = [frame for frame in opened.project.frames if frame.has_state]
+    return {frame.id: _digest(frame, opened.parts) for frame in frames}, opened.parts
+
+
+def _in_work(left: LeftWork, base: Parts | None) -> dict[str, str]:
+    """Digests of all frames of left work, over those of the project file."""
+    if left.problem or left.read.problems:
+        raise InputError(left.problem or " ".join(left.read.problems))
     digests = {}
-    names = journal.names()
-    for frame in decode_project(journal).project.frames:
-        parts: Parts | None = journal if frame_part(frame.id) in names else base
+    for frame in left.read.project.frames:
+        parts = left.parts if frame.id in left.changed else base
         if parts is not None and frame_part(frame.id) in parts.names():
-            decoded = load_state(frame.id, parts, frame.source)
-            if decoded.problems:
-                raise IlfError(f"{frame.name}: {decoded.problems}")
-            digests[frame.id] = digest(decoded.state)
+            digests[frame.id] = _digest(frame, parts)
     return digests
+
+
+def _digest(frame: ProjectFrame, parts: Parts) -> str:
+    decoded = load_state(frame.id, parts, frame.source)
+    if decoded.problems:
+        raise InputError(f"{frame.name}: {decoded.problems}")
+    return digest(decoded.state)
 
 
 def _nearest(state: dict[str, str], told: _Told) -> str:

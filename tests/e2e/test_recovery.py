@@ -1,0 +1,125 @@
+"""What a window leaves behind at a sudden end is offered to the next one, and comes back as it was."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtWidgets import QMessageBox
+from pytestqt.qtbot import QtBot
+
+from gui.autosave.part import AutosavePart
+from gui.autosave.recovery_dialog import RecoveryDialog
+from gui.main_window import MainWindow
+from gui.project.recorder import Recorder
+from gui.project.store import WorkStore
+from gui.state.session import Session
+from gui.state.workspace import Workspace
+from ilf.frame import RGBDFrame
+from ilf.io import load_frame
+from ilf.project import Journal, JournalInUse
+from ilf.run import Run
+from tests.gui.naming import unnamed
+
+from .conftest import WAIT_MS, write_frame
+
+
+@pytest.fixture
+def left(qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame, small_labels: np.ndarray) -> Path:
+    """A folder with journals of two windows that were killed, one with two frames, and one that is no journal."""
+    folder = Path(os.environ["ILF_AUTOSAVE"])
+    folder.mkdir()
+    for names in (("hall", "stairs"), ("attic",)):
+        work = tmp_path / names[0]
+        _leave(qtbot, work, [write_frame(tmp_path / f"frame-{name}", small_frame) for name in names], small_labels)
+        for path in work.iterdir():
+            shutil.copy(path, folder)  # as it is while it is in use
+    (folder / "other.journal").write_bytes(b"no journal" * 300)
+    return folder
+
+
+def _leave(qtbot: QtBot, folder: Path, frames: list[Path], labels: np.ndarray) -> None:
+    workspace, store = Workspace(), WorkStore(folder)
+    recorder = Recorder(workspace, store)
+    recorder.start()
+    for number, path in enumerate(frames):
+        workspace.add_session(Session.of(Run(load_frame(str(path)), labels), None, str(path)))
+        workspace.edit_info(1, "Rename", name=f"wall {number}")
+    with qtbot.waitSignal(recorder.kept, timeout=WAIT_MS):
+        pass
+    assert recorder.shutdown()
+
+
+@pytest.fixture
+def window(qtbot: QtBot, left: Path) -> Iterator[MainWindow]:
+    """A window that looks for what others have left."""
+    window = MainWindow()
+    window.documents.discard_silently = True
+    qtbot.addWidget(window)
+    window.resize(1280, 800)
+    window.show()
+    yield window
+    window.close()
+
+
+def _dialog(window: MainWindow, qtbot: QtBot) -> RecoveryDialog:
+    part = next(part for part in window.parts if isinstance(part, AutosavePart))
+    qtbot.waitUntil(lambda: part.recovery.dialog is not None, timeout=WAIT_MS)
+    assert part.recovery.dialog is not None
+    return part.recovery.dialog
+
+
+def _names(window: MainWindow) -> list[str]:
+    return [entry.name for entry in window.workspace.entries]
+
+
+def test_left_work_is_restored_discarded_or_left(
+    window: MainWindow, left: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dialog = _dialog(window, qtbot)
+    assert unnamed(dialog) == []
+    assert len(dialog.rows) == 3
+    attic, hall, other = dialog.rows[0], dialog.rows[1], dialog.rows[2]
+    assert not other.restore_button.isEnabled(), "it cannot be read"
+    assert not dialog.added.isVisible()
+    hall.restore_button.click()
+    qtbot.waitUntil(lambda: 1 not in dialog.rows and not window.loader.busy, timeout=WAIT_MS)
+    assert _names(window) == ["frame-hall", "frame-stairs"]
+    assert window.workspace.session.info(1).name == "wall 1", "the one that was looked at"
+    assert all(entry.unsaved for entry in window.workspace.entries)
+    assert dialog.added.isVisible()
+    attic.restore_button.click()
+    qtbot.waitUntil(lambda: 0 not in dialog.rows and not window.loader.busy, timeout=WAIT_MS)
+    assert _names(window) == ["frame-hall", "frame-stairs", "frame-attic"]
+    monkeypatch.setattr(QMessageBox, "question", lambda *_: QMessageBox.StandardButton.Yes)
+    other.discard_button.click()
+    assert window.isVisible()
+    part = next(part for part in window.parts if isinstance(part, AutosavePart))
+    assert part.recovery.dialog is None
+    qtbot.waitUntil(lambda: len(list(left.glob("*.journal"))) == 1, timeout=WAIT_MS)
+    (own,) = left.glob("*.journal")
+    assert f"-{os.getpid()}-" in own.name
+    assert window.store.is_written
+    window.close()
+    assert list(left.iterdir()) == [], "a window that is closed leaves nothing"
+
+
+def test_what_is_left_for_later_stays_and_is_nobody_elses_meanwhile(
+    window: MainWindow, left: Path, qtbot: QtBot
+) -> None:
+    dialog = _dialog(window, qtbot)
+    journals = set(left.glob("*.journal"))
+    with pytest.raises(JournalInUse):
+        Journal(next(path for path in journals if path.name != "other.journal"))
+    dialog.reject()
+    window.close()
+    assert set(left.glob("*.journal")) == journals
+    for path in journals:
+        if path.name != "other.journal":
+            journal = Journal(path)
+            assert journal.note.unsaved
+            journal.close()

@@ -1,0 +1,63 @@
+"""What a window has of the autosave, without its widgets."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+
+from gui.project.recorder import Recorder
+from gui.project.store import WorkStore
+from gui.state.session import Session
+from gui.state.workspace import Workspace
+from ilf.ebs.edit import patch_between
+from ilf.frame import RGBDFrame
+from ilf.project import Journal
+from ilf.project.decoding import load_state
+from ilf.run import Run
+
+WAIT_MS = 20_000
+
+
+class Recording:
+    """Two frames that are open, a store and a recorder. Copies of the journal are made in a folder aside."""
+
+    def __init__(self, folder: Path, aside: Path, frame: RGBDFrame, labels: np.ndarray) -> None:
+        self.folder, self._aside = folder, aside
+        self.workspace = Workspace()
+        self.store = WorkStore(folder)
+        self.recorder = Recorder(self.workspace, self.store)
+        self.recorder.start()
+        self.sessions = [Session.of(Run(frame, labels), None, name) for name in ("one", "two")]
+        for session in self.sessions:
+            self.workspace.add_session(session)
+
+    def erase(self, session: Session, row: int) -> None:
+        """Take a row from the blocks."""
+        self.workspace.show_session(session)
+        labels = session.labels.copy()
+        labels[row] = 0
+        self.workspace.edit_labels(patch_between(session.labels, labels), "Erase")
+
+    def journal(self) -> Journal:
+        """The journal as another program finds it after this one's end."""
+        (path,) = self.folder.glob("*.journal")
+        shutil.rmtree(self._aside, ignore_errors=True)
+        shutil.copytree(self.folder, self._aside)
+        return Journal(self._aside / path.name)
+
+    def end(self) -> None:
+        """As a window that is closed."""
+        assert self.recorder.shutdown()
+        self.store.discard()
+
+
+def assert_holds(parts: Journal, session: Session) -> None:
+    """The newest state of a frame is in a journal."""
+    decoded = load_state(session.id, parts)
+    assert decoded.problems == ()
+    assert np.array_equal(decoded.state.labels, session.labels)
+    assert {label: info.name for label, info in decoded.state.notes.infos.items()} == {
+        label: info.name for label, info in session.infos.items()
+    }

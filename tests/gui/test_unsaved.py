@@ -1,0 +1,160 @@
+"""Everything that a project holds sets the mark of what is unsaved, and what is only looked at does not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gui.project_file.present import PresentProject
+from gui.state.entries import Entry
+from gui.state.session import Session
+from gui.state.workspace import Workspace
+from ilf.io.frame_source import FrameSource
+from ilf.outcomes import BlockResult
+from ilf.parameters import BlockParameters
+from ilf.project import KeptRun
+
+from .states import QUICK, QUICK_OWN, edit, extraction
+
+Do = Callable[[Workspace, Session], object]
+
+
+def _kept(session: Session) -> KeptRun:
+    return KeptRun(session.next_run, "Run", session.run(QUICK), {}, 0.1, (1, 2, 3))
+
+
+def _distrust(workspace: Workspace, session: Session) -> None:
+    mask = np.zeros(session.labels.shape, bool)
+    mask[:3, :3] = True
+    workspace.set_distrusted(mask, "Distrust")
+
+
+def _guess(workspace: Workspace, session: Session) -> None:
+    base = session.completion()
+    assert base is not None
+    workspace.store_guess(session, base, replace(base, guessed=base.filled))
+
+
+WORK: dict[str, Do] = {
+    "edit": lambda workspace, session: edit(workspace, 2),
+    "name": lambda workspace, session: workspace.edit_info(1, "Rename", name="Wall"),
+    "colour": lambda workspace, session: workspace.edit_info(1, "Recolour", colour=(1, 2, 3)),
+    "lock": lambda workspace, session: workspace.set_lock(1, True),
+    "visibility": lambda workspace, session: workspace.set_visible(1, False),
+    "parameters": lambda workspace, session: workspace.set_parameters(QUICK),
+    "own values": lambda workspace, session: workspace.set_own(QUICK_OWN, [1]),
+    "distrusted depth": _distrust,
+    "truth": lambda workspace, session: workspace.set_truth(np.ones(session.labels.shape, np.float32)),
+    "other blocks": lambda workspace, session: workspace.replace_labels(np.ones_like(session.labels), "Load"),
+    "extraction": lambda workspace, session: workspace.set_extracted(
+        session, extraction(session, np.ones_like(session.labels)), BlockParameters()
+    ),
+    "results go": lambda workspace, session: workspace.clear_results(),
+    "a guess": _guess,
+    "a run": lambda workspace, session: workspace.keep_run(session, _kept(session)),
+    "a run's name": lambda workspace, session: workspace.change_run(session, session.kept_runs[0], name="best"),
+    "runs go": lambda workspace, session: workspace.delete_runs(session, session.kept_runs[:1]),
+    "a run goes": lambda workspace, session: workspace.drop_run(session, session.kept_runs[0]),
+    "note": lambda workspace, session: workspace.set_note(workspace.entries[1], "Look here."),
+    "a block that is looked at": lambda workspace, session: workspace.look_at([1]),
+    "a frame comes": lambda workspace, session: workspace.add_entries([Entry("new", "/a/b", "b", FrameSource("/a/b"))]),
+    "a frame goes": lambda workspace, session: workspace.remove_entries([workspace.entries[0]]),
+    "what blocks are extracted with": lambda workspace, session: workspace.set_extraction_parameters(
+        BlockParameters(granularity=0.7)
+    ),
+    "whether blocks made by hand stay": lambda workspace, session: workspace.set_keeps_handmade(False),
+    "parameters for all frames": lambda workspace, session: workspace.share_parameters(),
+    "note on a frame that is not open": lambda workspace, session: _note_closed(workspace),
+}
+
+LOOKS: dict[str, Do] = {
+    "selection": lambda workspace, session: workspace.select([2]),
+    "another frame": lambda workspace, session: workspace.show_session(workspace.sessions[0]),
+    "rectangle": lambda workspace, session: workspace.set_region((slice(1, 5), slice(2, 7))),
+    "compared runs": lambda workspace, session: workspace.compare(session.kept_runs[:1]),
+    "how good a run is": lambda workspace, session: workspace.note_measured(session),
+    "zoom": lambda workspace, session: session.view.update(place=[1, 2, 3]),
+    "the first extraction": lambda workspace, session: _first_extraction(workspace, session),
+}
+
+
+def _note_closed(workspace: Workspace) -> None:
+    workspace.put_away(workspace.sessions[0])
+    workspace.set_note(workspace.entries[0], "Later.")
+
+
+def _first_extraction(workspace: Workspace, session: Session) -> None:
+    fresh = Session(session.frame, "fresh", "fresh")
+    workspace.add_session(fresh)
+    workspace.set_first_blocks(fresh, extraction(session, session.labels), BlockParameters())
+    workspace.remove_entries([entry for entry in workspace.entries if entry.session is fresh])
+
+
+@pytest.fixture
+def saved(workspace: Workspace, session: Session, results: list[BlockResult]) -> PresentProject:
+    """A project with results and a kept run, of which the file holds all."""
+    workspace.store_results(session, results)
+    session.to_check = {1}
+    workspace.keep_run(session, _kept(session))
+    session.next_run += 1
+    present = PresentProject(workspace, workspace)
+    _save(present, workspace)
+    return present
+
+
+def _save(present: PresentProject, workspace: Workspace) -> None:
+    for session in workspace.sessions:
+        workspace.note_saved(session, session.stamp)
+    for entry in workspace.entries:
+        if entry.session is None:
+            entry.set_unsaved(False)
+    present.take(Path("room.ilf"))
+    assert not present.unsaved
+
+
+@pytest.mark.parametrize("do", WORK.values(), ids=WORK)
+def test_work_is_unsaved_and_saved_work_is_not(
+    saved: PresentProject, workspace: Workspace, session: Session, do: Do
+) -> None:
+    told: list[object] = []
+    workspace.touched.connect(told.append)
+    workspace.project_touched.connect(lambda: told.append(None))
+    do(workspace, session)
+    assert saved.unsaved
+    assert saved.words() or any(entry.unsaved_words() for entry in workspace.entries)
+    assert told, "who keeps the work has been told"
+    _save(saved, workspace)
+
+
+@pytest.mark.parametrize("do", LOOKS.values(), ids=LOOKS)
+def test_what_is_only_looked_at_is_no_work(
+    saved: PresentProject, workspace: Workspace, session: Session, do: Do
+) -> None:
+    do(workspace, session)
+    assert not saved.unsaved
+
+
+def test_the_work_is_told_in_words(saved: PresentProject, workspace: Workspace, session: Session) -> None:
+    assert session.unsaved_words() == ""
+    workspace.set_lock(1, True)
+    workspace.edit_info(1, "Rename", name="Wall")
+    workspace.keep_run(session, _kept(session))
+    assert session.unsaved_words() == "2 edits, 1 run"
+    workspace.put_away(session)
+    assert workspace.entries[1].unsaved_words() == "2 edits, 1 run"
+    workspace.set_visible(1, False)
+    assert workspace.session.unsaved_words() == "other changes"
+
+
+def test_without_a_file_a_list_of_frames_is_no_work(workspace: Workspace, session: Session) -> None:
+    present = PresentProject(workspace, workspace)
+    workspace.add_entries([Entry("new", "/a/b", "b", FrameSource("/a/b"))])
+    assert not present.unsaved
+    workspace.set_keeps_handmade(False)
+    assert present.words() == "parameters of the extraction"
+    workspace.set_keeps_handmade(True)
+    assert not present.unsaved
