@@ -136,14 +136,15 @@ def report(name: str, moments: list[Moment], labels: Labels) -> None:
         "extracted anew": lambda: scores_of_extracting(moments, labels),
     }
     print(f"\n{name}: {np.unique(labels[labels > 0]).size} blocks, {labels.shape[1]} x {labels.shape[0]}")
-    print(f"{'':16s}" + "".join(f"{f'after {k}':>10s}" for k in AFTER) + "    marked  precision  recall  ms of computing")
+    head = "".join(f"{f'after {k}':>10s}" for k in AFTER)
+    print(f"{'':16s}{head}    marked  precision  recall  ms of computing")
     for way, scores_of in ways.items():
         scores = scores_of()
         line = f"{way:16s}" + "".join(f"{scores[k - 1].right:10.1%}" for k in AFTER if k <= len(scores))
         last = scores[min(AFTER[-1], len(scores)) - 1]
         if way.startswith("carried"):
             took = np.median([one.seconds for one in scores]) * 1000
-            line += f"{last.marked:10.1%}{last.precision:11.0%}{last.recall:8.0%}{took:14.0f}"
+            line += f"{last.marked:10.1%}{last.precision:11.0%}{last.recall:8.0%}{took:17.0f}"
         print(line, flush=True)
 
 
