@@ -29,7 +29,7 @@ from ilf.parameters import BlockParameters
 from .sequences import Moment, rendered, turned_views
 
 AFTER = (1, 5, 10, 30)
-REAL = ("nyu_0433", "nyu_0464", "lingbot_1", "nyufilled_0119")
+REAL = ("nyu_0433", "nyu_0464", "lingbot_1")
 Labels = NDArray[np.int32]
 
 
