@@ -146,6 +146,27 @@ def test_frames_on_the_way_are_put_away_and_come_back(listed: MainWindow, part: 
     assert last.counts()
 
 
+def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(
+    listed: MainWindow, part: CarryingPart, qtbot: QtBot
+) -> None:
+    window, workspace, entries = listed, listed.workspace, listed.workspace.entries
+    first = workspace.session
+    second = carry(window, part, qtbot, "carry_next")
+    labels = second.labels.copy()
+    labels[:8, 50:] = 3
+    workspace.edit_labels(patch_between(second.labels, labels), "Draw")
+    workspace.show_session(first)
+    window.frame_part.open_frames.most = 1
+    window.frame_part.open_frames.tidy()
+    qtbot.waitUntil(lambda: entries[1].session is None, timeout=WAIT_MS)
+    with qtbot.waitSignal(part.carrier.ended, timeout=WAIT_MS) as ended:
+        part.carry_through(2)
+    (journey,) = ended.args
+    assert journey.kept == ["frame-1"]
+    assert [arrival.blocks for arrival in journey.done] == [3]
+    assert entries[1].session is None  # nobody had to open it
+
+
 def test_it_can_be_stopped_and_says_how_far_it_is(listed: MainWindow, part: CarryingPart, qtbot: QtBot) -> None:
     window = listed
     shown: list[str] = []
