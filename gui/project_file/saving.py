@@ -144,7 +144,7 @@ class Saving(QObject):
             whole = session not in self._incomplete or not store.has(session.id)
             if session.unsaved or (is_begun(session) and whole):
                 self._desk.recorder.keep(session)
-        project = self._present.snapshot(self._view.of_window())
+        project = self._present.snapshot(self._view.of_window(), wish.only)
         put_away = {entry: entry.changes for entry in wanted if entry.session is None}
         return _Taken(wish, project, stamps, put_away, store.project, self._present.set_now())
 

@@ -214,7 +214,10 @@ def test_missing_files_are_asked_for_and_checked(
     assert not workspace.has_session
     assert [entry.summary.stage for entry in workspace.entries] == [Stage.FAILED] * 3
     assert dialog.files.topLevelItemCount() == 5
-    save(second, qtbot, path)  # what cannot be opened is kept as it was
+    for _ in range(2):  # what cannot be opened is kept as it was, and what is said of it
+        save(second, qtbot, path)
+    with read_project(path) as project:
+        assert [frame.summary.stage for frame in project.project.frames] == [Stage.EXTRACTED] * 3
     changed = next(lost for lost in second.project.missing.lost if lost.changed is not None)
     dialog.choose(changed.frame)
     assert "results would not be of it" in dialog.message.text()
@@ -344,7 +347,12 @@ def _change_project(path: Path, **values: object) -> None:
 
 
 def test_closing_saves_discards_or_stays_frame_by_frame(
-    opened: MainWindow, another: Open, qtbot: QtBot, small_frame: RGBDFrame, tmp_path: Path
+    opened: MainWindow,
+    another: Open,
+    qtbot: QtBot,
+    small_frame: RGBDFrame,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     path, workspace = tmp_path / "p.ilf", opened.workspace
     opened.documents.discard_silently = False
@@ -377,8 +385,11 @@ def test_closing_saves_discards_or_stays_frame_by_frame(
     where = opened.findChild(SaveAsDialog)
     assert where is not None
     where.path.setText(str(path))
+    told: list[str] = []
+    monkeypatch.setattr(opened.notes, "warn", lambda what, notes, details="": told.extend(notes))
     where.accept()
     qtbot.waitUntil(lambda: not opened.isVisible(), timeout=WAIT_MS)
+    assert told == []
 
     window = another()
     open_project(window, qtbot, path)
