@@ -191,16 +191,17 @@ class Recorder(QObject):
         for then in batch.then:
             then(outcome.encoding)
         error = outcome.encoding or outcome.writing
-        if error is None:
-            self._start()
-            if not self._worker.busy:
-                self.kept.emit()
+        if self._store.take_lost() or outcome.encoding is not None:
+            self._touched.update(self._workspace.sessions)
+            self._soon()
+        if error is not None:
+            self._waiting.again = True
+            self._timer.start(_RETRY_MS)
+            self.failed.emit(error)
             return
-        # what was taken may be lost with the file: all that is open is taken again
-        self._touched.update(self._workspace.sessions)
-        self._waiting.again = self._project_touched = True
-        self._timer.start(_RETRY_MS)
-        self.failed.emit(error)
+        self._start()
+        if not self._worker.busy:
+            self.kept.emit()
 
     # in the thread
 

@@ -60,6 +60,8 @@ class WorkStore:
         """What it holds and is not to hold any more."""
         self._refers: dict[str, frozenset[str]] = {}
         """Frame -> the arrays that its stored state refers to."""
+        self._lost = False
+        """Whether parts went with a journal that could not be read any more."""
         self._held = 0
         self._read: list[Decoded] = []
         self.parts: Parts = _Layers(self)
@@ -164,6 +166,12 @@ class WorkStore:
             names = [name for name in self.all_names() if name.startswith(own) and not self.lacks(name)]
         return {name: self.part(name) for name in names}
 
+    def take_lost(self) -> bool:
+        """Whether parts have been lost since the last call: frames that are open should be stored anew."""
+        with self._lock:
+            lost, self._lost = self._lost, False
+        return lost
+
     def lacks(self, name: str) -> bool:
         """Whether a part is not stored here, but at most in the project file, which may be replaced or taken away."""
         with self._lock:
@@ -248,7 +256,7 @@ class WorkStore:
                 try:
                     self._waiting[name] = former.read(name)
                 except InputError:
-                    continue
+                    self._lost = True
             former.close()
             self._journal, self._there, self._gone = None, set(), set()
         if self._journal is None:

@@ -19,8 +19,14 @@ _WAYS_OUT = {
     errno.EROFS: "the folder is read-only. Choose another folder",
     errno.ENOSPC: "the disk is full. Free some space or choose another folder",
     errno.EDQUOT: "the disk quota is used up. Free some space or choose another folder",
+    errno.EEXIST: "there is a file of that name in the way. Move it, or choose another folder",
     errno.EISDIR: "there is a folder of that name. Choose another name",
 }
+
+
+def way_out(error: OSError) -> str:
+    """Why a file could not be written, and what to do about it."""
+    return _WAYS_OUT.get(error.errno or 0, str(error))
 
 
 @contextmanager
@@ -55,8 +61,7 @@ def atomic_path(target: str | os.PathLike[str]) -> Iterator[Path]:
         finally:
             temporary.unlink(missing_ok=True)
     except OSError as error:
-        reason = _WAYS_OUT.get(error.errno or 0, str(error))
-        raise ExportError(f"Could not write {target}: {reason}.") from error
+        raise ExportError(f"Could not write {target}: {way_out(error)}.") from error
 
 
 def write_bytes(target: str | os.PathLike[str], content: bytes) -> None:

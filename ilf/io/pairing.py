@@ -22,9 +22,15 @@ class Pairs(NamedTuple):
     lonely_depths: int
 
 
-def natural(name: str) -> list[tuple[int, str]]:
-    """Sorts names as people count: frame-2 before frame-10."""
-    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", name.casefold()) if part]
+def natural(name: str) -> str:
+    """Sorts names as people count.
+
+    Examples
+    --------
+    >>> sorted(["frame-10", "Frame-2", "frame-1"], key=natural)
+    ['frame-1', 'Frame-2', 'frame-10']
+    """
+    return _NUMBER.sub(lambda number: number[0].zfill(20), name.casefold())
 
 
 def told_apart(names: Iterable[str]) -> tuple[list[str], list[str]]:

@@ -18,6 +18,7 @@ from zlib import crc32
 import numpy as np
 
 from ..errors import ExportError, InputError
+from ..io.atomic import way_out
 from ..version import __version__
 from .pieces import Change, Pieces
 
@@ -286,7 +287,7 @@ class Journal:
             kind, what = (InputError, "read") if reading else (ExportError, "write")
             raise kind(f"Could not {what} {self.path}: {reason}.") from error
         except OSError as error:
-            raise ExportError(f"Could not write {self.path}: {error.strerror or error}.") from error
+            raise ExportError(f"Could not write {self.path}: {way_out(error)}.") from error
 
 
 @contextmanager

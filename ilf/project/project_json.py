@@ -310,5 +310,7 @@ def _stage(data: Mapping[str, Any]) -> Stage:
     if data.get("results"):
         return Stage.RUN
     notes = data.get("notes") or {}
-    as_extracted = notes.get("extracted") == data.get("labels") and not notes.get("kept")
-    return Stage.EXTRACTED if as_extracted else Stage.EDITED
+    as_it_came = notes.get("extracted") == data.get("labels")
+    if as_it_came and notes.get("carried_from"):
+        return Stage.CARRIED
+    return Stage.EXTRACTED if as_it_came and not notes.get("kept") else Stage.EDITED

@@ -19,6 +19,7 @@ from gui.project.recorder import Recorder
 from gui.project.store import WorkStore
 from gui.state.session import Session
 from gui.state.workspace import Workspace
+from ilf.errors import ExportError
 from ilf.frame import RGBDFrame
 from ilf.io import load_frame
 from ilf.project import Journal, JournalInUse
@@ -66,8 +67,12 @@ def window(qtbot: QtBot, left: Path) -> Iterator[MainWindow]:
     window.close()
 
 
+def _part(window: MainWindow) -> AutosavePart:
+    return next(part for part in window.parts if isinstance(part, AutosavePart))
+
+
 def _dialog(window: MainWindow, qtbot: QtBot) -> RecoveryDialog:
-    part = next(part for part in window.parts if isinstance(part, AutosavePart))
+    part = _part(window)
     qtbot.waitUntil(lambda: part.recovery.dialog is not None, timeout=WAIT_MS)
     assert part.recovery.dialog is not None
     return part.recovery.dialog
@@ -98,8 +103,7 @@ def test_left_work_is_restored_discarded_or_left(
     monkeypatch.setattr(QMessageBox, "question", lambda *_: QMessageBox.StandardButton.Yes)
     other.discard_button.click()
     assert window.isVisible()
-    part = next(part for part in window.parts if isinstance(part, AutosavePart))
-    assert part.recovery.dialog is None
+    assert _part(window).recovery.dialog is None
     qtbot.waitUntil(lambda: len(list(left.glob("*.journal"))) == 1, timeout=WAIT_MS)
     (own,) = left.glob("*.journal")
     assert f"-{os.getpid()}-" in own.name
@@ -109,13 +113,14 @@ def test_left_work_is_restored_discarded_or_left(
 
 
 def test_what_is_left_for_later_stays_and_is_nobody_elses_meanwhile(
-    window: MainWindow, left: Path, qtbot: QtBot
+    window: MainWindow, left: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     dialog = _dialog(window, qtbot)
     journals = set(left.glob("*.journal"))
     with pytest.raises(JournalInUse):
         Journal(next(path for path in journals if path.name != "other.journal"))
     dialog.reject()
+    _say_that_it_fails(window, monkeypatch)
     window.close()
     assert set(left.glob("*.journal")) == journals
     for path in journals:
@@ -123,3 +128,18 @@ def test_what_is_left_for_later_stays_and_is_nobody_elses_meanwhile(
             journal = Journal(path)
             assert journal.note.unsaved
             journal.close()
+
+
+def _say_that_it_fails(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A failing autosave is said once, and shown until it works again."""
+    said: list[str] = []
+    monkeypatch.setattr(QMessageBox, "open", lambda box: said.append(box.text()))
+    label = _part(window).label
+    assert not label.isVisible()
+    for _ in range(2):
+        window.recorder.failed.emit(ExportError("The disk is full."))
+        assert label.isVisible()
+    assert said == ["The disk is full."]
+    assert "The disk is full." in label.toolTip()
+    window.recorder.kept.emit()
+    assert not label.isVisible()

@@ -78,8 +78,15 @@ def test_what_is_put_away_is_read_as_it_was_left(desk: Recording) -> None:
     assert np.array_equal(desk.store.read(one.id).state.labels, left)
 
 
-def test_where_the_journal_cannot_be_written_all_is_in_memory_until_it_can(desk: Recording, qtbot: QtBot) -> None:
+@pytest.mark.parametrize("readable", [True, False])
+def test_where_the_journal_cannot_be_written_all_is_in_memory_until_it_can(
+    desk: Recording, qtbot: QtBot, readable: bool
+) -> None:
     one, two = desk.sessions
+    with qtbot.waitSignal(desk.recorder.kept, timeout=WAIT_MS):
+        desk.erase(two, 1)
+    if not readable:  # as on a drive that is pulled out
+        desk.store._journal._database.close()
     shutil.rmtree(desk.folder)
     desk.folder.write_text("in the way")
     with qtbot.waitSignal(desk.recorder.failed, timeout=WAIT_MS) as failed:
