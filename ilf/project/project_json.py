@@ -73,16 +73,6 @@ def encode_project(project: Project, places: Places | None = None, *, embedded: 
         "schema": SCHEMA,
         "version": __version__,
         "folder": None if known.project is None else str(known.project.parent),
-        "frames": [
-            {
-                "id": frame.id,
-                "name": frame.name,
-                "source": None if frame.source is None else _source(frame.source),
-                "summary": vars(frame.summary),
-                "has_state": frame.has_state,
-            }
-            for frame in project.frames
-        ],
         "present": project.present,
         "parameters": project.common.to_dict(),
         "for_all": project.for_all,
@@ -91,6 +81,19 @@ def encode_project(project: Project, places: Places | None = None, *, embedded: 
         "view": plain(project.view),
         "embedded": embedded,
         "files": {path: vars(place) for path, place in known.files.items()},
+    }
+    # frame by frame: a list of thousands in one go would hold up all other threads
+    frames = b",".join(map(_encoded_frame, project.frames))
+    return strict_json(data)[:-1] + b',"frames":[' + frames + b"]}"
+
+
+def _encoded_frame(frame: ProjectFrame) -> bytes:
+    data = {
+        "id": frame.id,
+        "name": frame.name,
+        "source": None if frame.source is None else _source(frame.source),
+        "summary": vars(frame.summary),
+        "has_state": frame.has_state,
     }
     return strict_json(data)
 
