@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,7 +14,7 @@ from gui.state.entries import Entry
 from gui.state.workspace import Workspace
 from ilf.io.frame_source import FrameSource
 from ilf.parameters import BlockParameters, Parameters
-from ilf.project import FrameSummary, Project
+from ilf.project import FrameSummary, Project, ProjectFrame
 
 
 class Set(NamedTuple):
@@ -102,12 +102,19 @@ class PresentProject(QObject):
     def _forget_frames(self) -> None:
         self._frames = None
 
-    def snapshot(self, view: Mapping[str, Any]) -> Project:
-        """All of it as it is now, to be saved."""
+    def snapshot(self, view: Mapping[str, Any], only: Collection[str] | None = None) -> Project:
+        """All of it as it is now, to be saved; with `only`, the other frames are as the file has them."""
         project = project_of(self._workspace)
-        unfound = self._unfound
-        frames = (replace(frame, summary=unfound.get(frame.id, frame.summary)) for frame in project.frames)
+        summaries = dict(self._unfound)
+        if only is not None:
+            summaries |= {frame.id: self._of_file(frame) for frame in project.frames if frame.id not in only}
+        frames = (replace(frame, summary=summaries.get(frame.id, frame.summary)) for frame in project.frames)
         return replace(project, frames=tuple(frames), view=view)
+
+    def _of_file(self, frame: ProjectFrame) -> FrameSummary:
+        """What the file says of a frame; as of one that nobody has touched if it is not in it."""
+        now = frame.summary
+        return self._summaries.get(frame.id, FrameSummary(shape=now.shape, missing=now.missing))
 
     def take(
         self,

@@ -127,7 +127,7 @@ class Saving(QObject):
         for session in stamps:
             if is_begun(session) and (session.unsaved or not store.has(session.id)):
                 self._desk.recorder.keep(session)
-        project = self._present.snapshot(self._view.of_window())
+        project = self._present.snapshot(self._view.of_window(), wish.only)
         put_away = [entry.id for entry in wanted if entry.session is None]
         return _Taken(wish, project, stamps, put_away, self._present.set_now())
 
