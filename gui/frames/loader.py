@@ -185,9 +185,17 @@ class FrameLoader(QObject):
             )
         )
 
-    def read(self, what: str, do: Callable[[], object], take: Callable[..., None]) -> None:
-        """Read something in the same line, off the GUI's thread; `take` is given it in the GUI's thread."""
-        self._reading.add(Job(what, do, take, lambda error: self.failed.emit(what, error)))
+    def read(
+        self, what: str, do: Callable[[], object], take: Callable[..., None], fail: Callable[[], None] = lambda: None
+    ) -> None:
+        """Read something in the same line, off the GUI's thread; `take` is given it in the GUI's thread, or `fail` is
+        called after `failed` has been sent."""
+
+        def tell(error: Exception) -> None:
+            self.failed.emit(what, error)
+            fail()
+
+        self._reading.add(Job(what, do, take, tell))
 
     def _shown_already(self, origin: FrameSource | Path, key: str) -> bool:
         session = self._workspace.session_of(key)
