@@ -98,7 +98,8 @@ def _parser() -> argparse.ArgumentParser:
         nargs="*",
         metavar="FRAME",
         type=Path,
-        help="a project (.ilf), frame folders (with meta.json), run.json files, or a colour file and its depth file",
+        help="a project (.ilf), frame folders (with meta.json), folders of frames, run.json files, or a colour file "
+        "and its depth file",
     )
     parser.add_argument("--sample", action="store_true", help="open the bundled sample room")
     parser.add_argument("--depth-units", type=float, help="file units per metre of a depth file (1000: millimetres)")

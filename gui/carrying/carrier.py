@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 
-from gui.carrying.states import reading, session_of
+from gui.carrying.states import Reading, reading, session_of
 from gui.frames.loader import FrameLoader
 from gui.state.entries import Entry
 from gui.state.session import Session
@@ -99,7 +99,7 @@ class Carrier(QObject):
         self._present: Entry | None = None
         self._before: FrameState | None = None
         """The frame whose blocks are carried next."""
-        self._read: FrameState | None = None
+        self._read: Reading | None = None
         """The frame that blocks are carried to, as it was."""
         self._worker = Worker(self)
         self._worker.progressed.connect(self._take_read)
@@ -108,9 +108,9 @@ class Carrier(QObject):
         self._worker.cancelled.connect(self._end)
 
     @property
-    def present(self) -> str:
-        """Name of the frame that blocks are carried to; "" for none."""
-        return "" if self.journey is None or self._present is None else self._present.name
+    def present(self) -> Entry | None:
+        """The frame that blocks are carried to; None for none."""
+        return None if self.journey is None else self._present
 
     def start(
         self, source: Entry, targets: Sequence[Entry], how: str, replaces: bool = False, shows: bool = False
@@ -136,43 +136,51 @@ class Carrier(QObject):
 
     def _next(self) -> None:
         journey = self.journey
+        while journey is not None and self._waiting and not self._is_listed(self._waiting[0]):
+            self._waiting.popleft()
+            journey.total -= 1
         if journey is None or not self._waiting:
             self._end()
             return
         self._present = entry = self._waiting.popleft()
         self._read = None
-        if self._workspace.entries.of(entry.id) is not entry:  # it has been taken out of the list
-            journey.total -= 1
-            self._next()
-            return
         before, how = self._before, journey.how
         read = reading(entry, self._loader.stored)
         stays = before is None or (entry is not journey.source and self._keeps(entry, journey))
 
-        def job() -> Generator[FrameState, None, Carried | FrameState]:
-            state = read()
-            yield state
-            return state if stays or before is None else carry(before, state, how)
+        def job() -> Generator[Reading, None, Carried | FrameState]:
+            found = read()
+            yield found
+            return found.state if stays or before is None else carry(before, found.state, how)
 
         self._worker.start(job)
         self.changed.emit()
+
+    def _is_listed(self, entry: Entry) -> bool:
+        """Whether a frame is still in the list."""
+        return self._workspace.entries.of(entry.id) is entry
 
     @staticmethod
     def _keeps(entry: Entry, journey: Journey) -> bool:
         summary = entry.summary
         return not journey.replaces and summary.blocks > 0 and summary.stage in _WORKED_ON
 
-    def _take_read(self, states: list[FrameState]) -> None:
+    def _take_read(self, found: list[Reading]) -> None:
         """A frame has been read; it is shown while blocks are on their way to it."""
-        entry, self._read = self._present, states[-1]
-        if self.journey is not None and self.journey.shows and entry is not None and entry is not self.journey.source:
+        entry, self._read, journey = self._present, found[-1], self.journey
+        shows = journey is not None and journey.shows and entry is not journey.source
+        if shows and entry is not None and self._is_listed(entry):
             self._workspace.show_session(self._open(entry, self._read))
 
     def _take(self, outcome: Carried | FrameState) -> None:
         journey, entry = self.journey, self._present
         if journey is None or entry is None:
             return
-        if isinstance(outcome, Carried) and self._read is not None:
+        if not self._is_listed(entry):  # it has been taken out meanwhile
+            journey.total -= 1
+            if entry is journey.source:
+                self._waiting.clear()
+        elif isinstance(outcome, Carried) and self._read is not None:
             session, source = self._open(entry, self._read), outcome.state.notes.carried_from
             self._workspace.take_carried(session, outcome.state, f"Carry blocks from {source}")
             journey.done.append(_arrival(session, outcome))
@@ -186,11 +194,13 @@ class Carrier(QObject):
             self._waiting.clear()
         self._next()
 
-    def _open(self, entry: Entry, state: FrameState) -> Session:
+    def _open(self, entry: Entry, found: Reading) -> Session:
         """The session of a frame, which is opened if it is not."""
         if entry.session is None:
-            session = session_of(entry, state)
+            session = session_of(entry, found.state)
             self._workspace.add_session(session, restored=entry.has_state, show=False)
+            if found.problems:
+                self._loader.incomplete.emit(session, found.problems)
             return session
         return entry.session
 

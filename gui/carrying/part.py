@@ -12,7 +12,7 @@ from gui.carrying.commands import COMMANDS, HOW
 from gui.carrying.dialog import CarryDialog
 from gui.carrying.strip import CarryStrip
 from gui.carrying.texts import notes_of, summary, to_check
-from gui.desk import Desk, Part
+from gui.desk import Desk, Part, UnderWay
 from gui.inventory import plain
 from gui.menus import insert_menu
 from gui.state.entries import Entry
@@ -58,6 +58,13 @@ class CarryingPart(Part):
         menu.setToolTipsVisible(True)
         menu.addActions([self.desk.actions[name] for name in HOW])
         insert_menu(self.desk.window.menuBar(), menu, self.desk.actions["carry_through"])
+
+    def under_way(self) -> list[UnderWay]:
+        """The carrying to a frame, which must stay open meanwhile."""
+        entry, journey = self.carrier.present, self.carrier.journey
+        if entry is None or journey is None or entry is journey.source:
+            return []
+        return [UnderWay(f"carrying blocks to {entry.name}", entry.session)]
 
     def shutdown(self) -> bool:
         """Carry no further. True if no thread is left."""
@@ -143,8 +150,8 @@ class CarryingPart(Part):
         journey = self.carrier.journey
         if journey is None:
             self.strip.end()
-        elif self.carrier.present and journey.total:
-            self.strip.show_progress(self.carrier.present, min(journey.over, journey.total - 1), journey.total)
+        elif self.carrier.present is not None and journey.total > 0:
+            self.strip.show_progress(self.carrier.present.name, min(journey.over, journey.total - 1), journey.total)
 
     def _tell(self, journey: Journey) -> None:
         notes, text = self.desk.notes, summary(journey)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,13 @@ from gui.state.entries import Entry
 from gui.state.session import Session
 from ilf.io.frame_source import FrameSource
 from ilf.project import FrameState
+
+
+class Reading(NamedTuple):
+    """A frame as it was read, and what of it could not be read, a sentence each."""
+
+    state: FrameState
+    problems: tuple[str, ...] = ()
 
 
 def state_of(session: Session) -> FrameState:
@@ -38,19 +46,24 @@ def state_of(session: Session) -> FrameState:
     )
 
 
-def reading(entry: Entry, stored: StoredFrames | None) -> Callable[[], FrameState]:
+def reading(entry: Entry, stored: StoredFrames | None) -> Callable[[], Reading]:
     """What gives the state of a frame of the list, in any thread: as it is now if it is open, else as it was stored,
     else as its files have it, without blocks."""
     if entry.session is not None:
-        state = state_of(entry.session)
-        return lambda: state
+        read = Reading(state_of(entry.session))
+        return lambda: read
     id, source = entry.id, entry.source
     if entry.has_state and stored is not None and stored.has(id):
-        return lambda: stored.read(id, source).state
 
-    def load() -> FrameState:
+        def decoded() -> Reading:
+            found = stored.read(id, source)
+            return Reading(found.state, found.problems)
+
+        return decoded
+
+    def load() -> Reading:
         frame = _origin(entry).load()
-        return FrameState(id, frame, np.zeros(frame.shape, np.int32))
+        return Reading(FrameState(id, frame, np.zeros(frame.shape, np.int32)))
 
     return load
 

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from PySide6.QtCore import QModelIndex, Qt, Signal
+from PySide6.QtCore import QEvent, QModelIndex, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QPaintEvent
-from PySide6.QtWidgets import QAbstractItemView, QListView, QWidget
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView, QWidget
 
-from gui.frame_list.list_model import ENTRY, Index
-from gui.frame_list.row_painter import RowPainter, close_box
+from gui.frame_list.list_model import ENTRY
+from gui.frame_list.row_painter import RowPainter, close_box, row_height
 from gui.state.entries import Entry
 from gui.widgets.hint import paint_hint
 
 
-class FrameView(QListView):
+class FrameView(QTableView):
     """Clicks on a row's cross take the frame out and do nothing else.
+
+    A table of one column: unlike a list, it does not ask for every row whenever rows come or go.
 
     Signals
     -------
@@ -39,13 +39,19 @@ class FrameView(QListView):
         self.setAccessibleName("Frames")
         self.setItemDelegate(RowPainter(self))
         self.setMouseTracking(True)
-        self.setFrameShape(QListView.Shape.NoFrame)
+        self.setFrameShape(QTableView.Shape.NoFrame)
+        self.setShowGrid(False)
+        self.setTabKeyNavigation(False)
+        self.horizontalHeader().setStretchLastSection(True)
+        self.horizontalHeader().hide()
+        self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        self.verticalHeader().hide()
         self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.setUniformItemSizes(True)
+        self._fit_rows()
         # a click and Enter both mean it, and a style may report one click as both
         self.clicked.connect(self._open)
         self.activated.connect(self._open)
@@ -57,6 +63,23 @@ class FrameView(QListView):
     def _open(self, index: QModelIndex) -> None:
         if len(self.selectedIndexes()) <= 1:  # more are chosen for something else
             self.opened.emit(index.data(ENTRY))
+
+    def moveCursor(self, action: QAbstractItemView.CursorAction, keys: Qt.KeyboardModifier) -> QModelIndex:
+        """Home and End are the ends of the list, not of a row."""
+        ends = {
+            QAbstractItemView.CursorAction.MoveHome: 0,
+            QAbstractItemView.CursorAction.MoveEnd: self.model().rowCount() - 1,
+        }
+        return self.model().index(ends[action], 0) if action in ends else super().moveCursor(action, keys)
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Rows are as high as their text."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.FontChange:
+            self._fit_rows()
+
+    def _fit_rows(self) -> None:
+        self.verticalHeader().setDefaultSectionSize(row_height(self.fontMetrics()))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Delete takes the chosen frames out, F2 asks for a note."""
@@ -87,10 +110,6 @@ class FrameView(QListView):
         if not index.isValid() or event.button() != Qt.MouseButton.LeftButton:
             return QModelIndex()
         return index if close_box(self.visualRect(index)).adjusted(-3, -3, 3, 3).contains(at) else QModelIndex()
-
-    def dataChanged(self, topLeft: Index, bottomRight: Index, roles: Sequence[int] = ()) -> None:
-        """Rows look different, and are as high as before: there is no need to lay all of them out again."""
-        self.viewport().update(self.visualRect(topLeft).united(self.visualRect(bottomRight)))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)

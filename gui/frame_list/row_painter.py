@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QPoint, QPointF, QRect, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QPainter, QPalette, QPen, QPixmap
+from PySide6.QtGui import QColor, QFont, QFontMetrics, QPainter, QPalette, QPen, QPixmap
 from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
 from gui import theme
 from gui.frame_list.list_model import ENTRY, PRESENT
-from gui.frame_list.words import size_line, state_line
+from gui.frame_list.words import last_line, state_line
 from gui.state.entries import Entry
 from ilf.project import Stage
 
@@ -25,9 +25,6 @@ Index = QModelIndex | QPersistentModelIndex
 class RowPainter(QStyledItemDelegate):
     """Paints rows; the one under the mouse has a cross for taking it out."""
 
-    def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
-        return QSize(160, max(_THUMBNAIL.height(), 3 * _spacing(option)) + 2 * _MARGIN)
-
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         entry: Entry = index.data(ENTRY)
         present = bool(index.data(PRESENT))
@@ -40,6 +37,11 @@ class RowPainter(QStyledItemDelegate):
         if hovered:
             theme.icon("ph.x", option.palette).paint(painter, close_box(option.rect))
         painter.restore()
+
+
+def row_height(metrics: QFontMetrics) -> int:
+    """Of all rows [px]."""
+    return max(_THUMBNAIL.height(), 3 * _spacing(metrics)) + 2 * _MARGIN
 
 
 def close_box(row: QRect) -> QRect:
@@ -79,19 +81,18 @@ def _paint_lines(painter: QPainter, option: QStyleOptionViewItem, entry: Entry, 
     colours, summary = theme.colours(option.palette), entry.summary
     left = option.rect.left() + 2 * _MARGIN + _BAR_WIDTH + _THUMBNAIL.width()
     right = (close_box(option.rect).left() if hovered else option.rect.right()) - _MARGIN
-    spacing = _spacing(option)
+    spacing = _spacing(option.fontMetrics)
     top = option.rect.center().y() - 3 * spacing // 2
     boxes = [QRect(left, top + number * spacing, right - left, spacing) for number in range(3)]
     fonts = QFont(option.font), QFont(option.font), QFont(option.font)
     fonts[0].setBold(present)
     fonts[2].setItalic(bool(summary.note))
-    last = summary.note.splitlines()[0] if summary.note else summary.problem or size_line(summary)
     name = f"{entry.name} •" if entry.unsaved else entry.name
     _paint_mark(painter, QPointF(left + _MARK / 2, boxes[1].center().y() + 0.5), mark_colour(summary.stage, colours))
     boxes[1].setLeft(left + _MARK + 5)
     check = colours.warning if summary.to_check else colours.muted
     pens = colours.text, colours.error if summary.stage is Stage.FAILED else check, colours.muted
-    for text, box, font, pen in zip((name, state_line(entry), last), boxes, fonts, pens, strict=True):
+    for text, box, font, pen in zip((name, state_line(entry), last_line(entry)), boxes, fonts, pens, strict=True):
         painter.setFont(font)
         painter.setPen(pen)
         shown = painter.fontMetrics().elidedText(text, Qt.TextElideMode.ElideRight, box.width())
@@ -116,5 +117,5 @@ def _paint_mark(painter: QPainter, centre: QPointF, colour: QColor | None) -> No
     painter.drawEllipse(centre, _MARK / 2, _MARK / 2)
 
 
-def _spacing(option: QStyleOptionViewItem) -> int:
-    return option.fontMetrics.height() + 1
+def _spacing(metrics: QFontMetrics) -> int:
+    return metrics.height() + 1

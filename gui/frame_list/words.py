@@ -24,15 +24,23 @@ def state_line(entry: Entry) -> str:
     elif summary.blocks:
         parts.append(_blocks(summary.blocks))
     parts += [f"{summary.to_check} to check"] * bool(summary.to_check)
-    parts += ["own values"] * summary.own_parameters
     return ", ".join(parts)
 
 
 def size_line(summary: FrameSummary) -> str:
-    """How large it is and how much is missing; "" as long as nobody has read it."""
+    """How large it is, how much is missing, and whether it has values of its own where others have those of all; "" as
+    long as nobody has read it."""
     size = "" if summary.shape is None else f"{summary.shape[1]} x {summary.shape[0]}"
     missing = "" if summary.missing is None else f"{summary.missing:.1%} missing"
-    return ", ".join(filter(None, (size, missing)))
+    own = "own values" if summary.own_parameters else ""
+    return ", ".join(filter(None, (size, missing, own)))
+
+
+def last_line(entry: Entry) -> str:
+    """What there is room for in its row: the user's note, or why it cannot be opened, or how large it is."""
+    summary = entry.summary
+    problem = summary.problem.replace(entry.key, "").lstrip(" :/\\")
+    return summary.note.partition("\n")[0] or problem or size_line(summary)
 
 
 def whole_text(entry: Entry) -> str:

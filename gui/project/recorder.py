@@ -100,7 +100,6 @@ class Recorder(QObject):
         """Take all that has changed, at once. When it is stored, in the journal or, while that cannot be written, in
         memory, `then` is called: with None, or with what has kept a frame from being stored."""
         self._waiting.then.append(then)
-        self._project_touched = True
         self._end_stroke()
         self._take()
 

@@ -57,8 +57,8 @@ class Closing(QObject):
         then : callable
         """
         rows, running = self._rows(entries), self._running(entries)
-        others = [f"{way.what[:1].upper()}{way.what[1:]} is under way: it ends, and what it has found so far is lost."
-                  for way in self._desk.under_way() if _concerns(way.session, entries, whole)]  # fmt: skip
+        ways = [way.what for way in self._desk.under_way() if _concerns(way.session, entries, whole)]
+        others = [f"{way[:1].upper()}{way[1:]} is under way: it ends, and what it has found is lost." for way in ways]
         words = self._work.project_words() if whole else ""
         if words:
             rows.append(Unsaved("", "The project itself", words, ""))

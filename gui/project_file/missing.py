@@ -72,6 +72,7 @@ class Missing(QObject):
         self._checker.shutdown()
         self._searcher.shutdown()
         self._lost, self._wished = [], ""
+        self._present.forget_unfound()
         if self.dialog is not None:
             self.dialog.reject()
 

@@ -69,7 +69,7 @@ class PresentProject(QObject):
         self._saved = self.set_now()
         self._unfound: dict[str, FrameSummary] = {}
         self._found_elsewhere = False
-        self._summaries: dict[str, FrameSummary] = {}
+        self._saved_frames: dict[str, ProjectFrame] = {}
 
     @property
     def name(self) -> str:
@@ -103,18 +103,22 @@ class PresentProject(QObject):
         self._frames = None
 
     def snapshot(self, view: Mapping[str, Any], only: Collection[str] | None = None) -> Project:
-        """All of it as it is now, to be saved; with `only`, the other frames are as the file has them."""
+        """All of it as it is now, to be saved; with `only`, all other frames as they were saved before."""
         project = project_of(self._workspace)
-        summaries = dict(self._unfound)
-        if only is not None:
-            summaries |= {frame.id: self._of_file(frame) for frame in project.frames if frame.id not in only}
-        frames = (replace(frame, summary=summaries.get(frame.id, frame.summary)) for frame in project.frames)
+        frames = (
+            self._as_now(frame) if only is None or frame.id in only else self._as_before(frame)
+            for frame in project.frames
+        )
         return replace(project, frames=tuple(frames), view=view)
 
-    def _of_file(self, frame: ProjectFrame) -> FrameSummary:
-        """What the file says of a frame; as of one that nobody has touched if it is not in it."""
-        now = frame.summary
-        return self._summaries.get(frame.id, FrameSummary(shape=now.shape, missing=now.missing))
+    def _as_now(self, frame: ProjectFrame) -> ProjectFrame:
+        return replace(frame, summary=self._unfound.get(frame.id, frame.summary))
+
+    def _as_before(self, frame: ProjectFrame) -> ProjectFrame:
+        before = self._saved_frames.get(frame.id)
+        if before is None:
+            return replace(frame, summary=FrameSummary(), has_state=False)
+        return replace(frame, summary=before.summary, has_state=before.has_state)
 
     def take(
         self,
@@ -129,10 +133,9 @@ class PresentProject(QObject):
         self._is_new = new
         self.path, self.read_only = path, read_only
         self._mark = None if path is None else FileMark.of(path)
-        self._summaries = {frame.id: frame.summary for frame in project.frames} if project is not None else {}
+        self._saved_frames = {frame.id: frame for frame in project.frames} if project is not None else {}
         self._saved = saved or self.set_now()
         self._found_elsewhere = False
-        self._unfound.clear()
 
     def take_frames(self) -> None:
         """Which frames there are is no work: they have been found again."""
@@ -143,8 +146,9 @@ class PresentProject(QObject):
         self._saved = self._saved._replace(extraction=self._workspace.extraction_parameters)
 
     def saved_summary(self, entry: Entry) -> FrameSummary | None:
-        """What the file says of a frame; None if it is not in it."""
-        return self._summaries.get(entry.id)
+        """What the file says of a frame; None if it holds no work on it."""
+        saved = self._saved_frames.get(entry.id)
+        return None if saved is None or not saved.has_state else saved.summary
 
     def changed_on_disk(self) -> bool:
         """Whether somebody else has written the file since it was opened or saved, or has taken it away."""
@@ -155,6 +159,10 @@ class PresentProject(QObject):
     def note_unfound(self, entry: Entry) -> None:
         """The files of a frame are missing: what is said of it in the file stays as it is now."""
         self._unfound.setdefault(entry.id, entry.summary)
+
+    def forget_unfound(self) -> None:
+        """Other frames take the place of these."""
+        self._unfound.clear()
 
     def note_found(self, entry: Entry) -> FrameSummary | None:
         """They have been found elsewhere; what was said of the frame before."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Generator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from weakref import WeakSet
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
@@ -83,6 +84,9 @@ class Saving(QObject):
         self._view = view
         self._waiting: list[Wish] = []
         self._taken: _Taken | None = None
+        self._incomplete = WeakSet[Session]()
+        """Frames of which not all could be read: what is stored of them is left as it is until they are worked on."""
+        desk.loader.incomplete.connect(lambda session, _: self._incomplete.add(session))
         self.share = 0.0
         """How much of the file is written, 0-1."""
         self._worker = Worker(self)
@@ -125,7 +129,8 @@ class Saving(QObject):
         wanted = [entry for entry in workspace.entries if wish.only is None or entry.id in wish.only]
         stamps = {entry.session: entry.session.stamp for entry in wanted if entry.session is not None}
         for session in stamps:
-            if is_begun(session) and (session.unsaved or not store.has(session.id)):
+            whole = session not in self._incomplete or not store.has(session.id)
+            if session.unsaved or (is_begun(session) and whole):
                 self._desk.recorder.keep(session)
         project = self._present.snapshot(self._view.of_window(), wish.only)
         put_away = [entry.id for entry in wanted if entry.session is None]

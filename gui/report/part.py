@@ -57,7 +57,7 @@ class ReportPart(Part):
             return
         present = workspace.entries.of(workspace.session.id)
         entries = self._worked_on() if every else [present] if present is not None else []
-        subjects = subjects_of(entries, self.desk.store)
+        subjects = subjects_of(entries, self.desk.store, workspace.shared.values if workspace.shared.on else None)
         options = ReportOptions("Report", self.dialog.test, threads=spare_cores())
         self.dialog.begin()
         self.worker.start(lambda: write_steps(path, subjects, len(entries), options))

@@ -8,8 +8,8 @@ from gui.project.store import WorkStore
 from gui.state.entries import Entry
 from gui.state.session import Session
 from ilf.errors import IlfError
-from ilf.io.frame_source import FrameSource
 from ilf.outcomes import compose
+from ilf.parameters import Parameters
 from ilf.report import Subject, Unreadable
 
 
@@ -27,18 +27,21 @@ def subject_of(session: Session) -> Subject:
     )
 
 
-def subjects_of(entries: Sequence[Entry], store: WorkStore) -> Iterator[Subject | Unreadable]:
+def subjects_of(
+    entries: Sequence[Entry], store: WorkStore, for_all: Parameters | None
+) -> Iterator[Subject | Unreadable]:
     """Frames that have been worked on, open or not; those that are not are read when it is their turn.
 
-    To be called in the GUI's thread, and gone through in any.
+    To be called in the GUI's thread, and gone through in any. `for_all`: the parameters of all frames, if there are.
     """
     open_ones = {entry.id: subject_of(entry.session) for entry in entries if entry.session is not None}
-    return (open_ones.get(entry.id) or _stored(entry.id, entry.name, entry.source, store) for entry in entries)
+    noted = [(entry, entry.note) for entry in entries]
+    return (open_ones.get(entry.id) or _stored(entry, note, store, for_all) for entry, note in noted)
 
 
-def _stored(id: str, name: str, source: FrameSource | None, store: WorkStore) -> Subject | Unreadable:
+def _stored(entry: Entry, note: str, store: WorkStore, for_all: Parameters | None) -> Subject | Unreadable:
     try:
-        decoded = store.read(id, source)
+        decoded = store.read(entry.id, entry.source)
     except IlfError as error:
-        return Unreadable(name, str(error))
-    return Subject.of_state(decoded.state, problems=decoded.problems)
+        return Unreadable(entry.name, str(error))
+    return Subject.of_state(decoded.state.as_set(note, for_all), problems=decoded.problems)

@@ -17,6 +17,7 @@ from ..judgement.step import run_out
 from ..outcomes import Completion
 from ..parameters import BlockParameters
 from ..project.file import SUFFIX, OpenedProject, open_project
+from ..project.project import ProjectFrame
 from ..report import Subject, Unreadable
 from ..run import Run, replay
 from ..run.options import RECORD_FILE
@@ -110,13 +111,15 @@ def _of_project(project: OpenedProject, folders: Sequence[str]) -> list[ReportSo
     if not frames:
         raise InputError(f"{project.path} has no frame that has been worked on, so there is nothing to report on.")
 
-    def stored(frame_id: str, notes: list[str], tell: Tell) -> Subject:
-        decoded = project.state(frame_id, places)
-        notes += decoded.problems
-        again = shlex.join(["ilf", "project", "replay", str(project.path), "--frame", frame_id])
-        return Subject.of_state(decoded.state, again, decoded.problems)
+    for_all = project.project.common if project.project.for_all else None
 
-    return [ReportSource(frame.name, partial(stored, frame.id)) for frame in frames]
+    def stored(frame: ProjectFrame, notes: list[str], tell: Tell) -> Subject:
+        decoded = project.state(frame.id, places)
+        notes += decoded.problems
+        again = shlex.join(["ilf", "project", "replay", str(project.path), "--frame", frame.id])
+        return Subject.of_state(decoded.state.as_set(frame.summary.note, for_all), again, decoded.problems)
+
+    return [ReportSource(frame.name, partial(stored, frame)) for frame in frames]
 
 
 def _refuse_flags(arguments: argparse.Namespace, file: Path) -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import FormatError, InputError
+from ..number_words import counted
 from .camera_files import IntrinsicsSpec
 from .frame_source import FrameSource
 from .frames import META_NAME
@@ -82,11 +83,13 @@ def list_frames(
         return _by_time(root, UNITS if depth_units is None else depth_units, intrinsics)
     pairs, notes = _side_by_side(root, content)
     found = [FrameSource(rgb, depth, depth_units, intrinsics) for rgb, depth in pairs]
-    found = found or [
-        FrameSource(rgb, depth, depth_units, intrinsics)
-        for name in sorted(content.folders, key=natural)
-        for rgb, depth in _frame_in(os.path.join(root, name))
-    ]
+    if not found:
+        folders = [_frame_in(os.path.join(root, name)) for name in sorted(content.folders, key=natural)]
+        found = [FrameSource(rgb, depth, depth_units, intrinsics) for frame in folders for rgb, depth in frame]
+        if empty := sum(not frame for frame in folders):
+            notes.append(
+                f"{counted(empty, 'folder')} left out, with no colour and depth file that belong together, or several."
+            )
     if not found:
         raise InputError(f"{root} holds no frames. {WHAT_A_FOLDER_HOLDS}")
     return Listing(tuple(found), tuple(notes))
@@ -107,7 +110,7 @@ def _content(folder: str | Path) -> _Content:
     """Names in a folder, without hidden ones."""
     try:
         with os.scandir(folder) as entries:
-            shown = [(entry.name, entry.is_dir()) for entry in entries if not entry.name.startswith(".")]
+            shown = [(entry.name, _is_folder(entry)) for entry in entries if not entry.name.startswith(".")]
     except NotADirectoryError:
         raise InputError(f"{folder} is a file. Name the folder that holds the frames.") from None
     except FileNotFoundError:
@@ -118,6 +121,13 @@ def _content(folder: str | Path) -> _Content:
         frozenset(name for name, is_folder in shown if not is_folder),
         tuple(name for name, is_folder in shown if is_folder),
     )
+
+
+def _is_folder(entry: os.DirEntry[str]) -> bool:
+    try:
+        return entry.is_dir()
+    except OSError:  # a link that leads nowhere is no reason to list none of the others
+        return False
 
 
 def _refuse_misread(root: Path, content: _Content) -> None:
@@ -175,10 +185,10 @@ def _frame_in(folder: str) -> list[tuple[str, str | None]]:
     if os.path.isfile(os.path.join(folder, META_NAME)):
         return [(folder, None)]
     try:
-        names = os.listdir(folder)
-    except OSError:
+        content = _content(folder)
+    except InputError:
         return []
-    pairs = paired(*told_apart(names)).pairs
+    pairs = paired(*told_apart(content.files)).pairs
     return [(os.path.join(folder, rgb), os.path.join(folder, depth)) for rgb, depth in pairs] if len(pairs) == 1 else []
 
 

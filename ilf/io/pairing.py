@@ -13,6 +13,9 @@ _COLOUR_WORD = re.compile(r"(?<![a-z])(?:rgb|colou?rs?|images?|img)(?![a-z])|^r(
 _DEPTH_WORD = re.compile(r"(?<![a-z])depths?(?![a-z])|^d(?=[-_.])")
 _NUMBER = re.compile(r"\d+")
 
+Tell = Callable[[str], str | None]
+"""What tells a name from others; None for names that it says nothing of."""
+
 
 class Pairs(NamedTuple):
     """Names of colour files with those of their depth files, in natural order, and how many files have no partner."""
@@ -22,9 +25,15 @@ class Pairs(NamedTuple):
     lonely_depths: int
 
 
-def natural(name: str) -> list[tuple[int, str]]:
-    """Sorts names as people count: frame-2 before frame-10."""
-    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", name.casefold()) if part]
+def natural(name: str) -> str:
+    """Sorts names as people count.
+
+    Examples
+    --------
+    >>> sorted(["frame-10", "Frame-2", "frame-1"], key=natural)
+    ['frame-1', 'Frame-2', 'frame-10']
+    """
+    return _NUMBER.sub(lambda number: number[0].zfill(20), name.casefold())
 
 
 def told_apart(names: Iterable[str]) -> tuple[list[str], list[str]]:
@@ -47,21 +56,29 @@ def told_apart(names: Iterable[str]) -> tuple[list[str], list[str]]:
 def paired(colours: Iterable[str], depths: Iterable[str]) -> Pairs:
     """Match names of colour files with those of depth files.
 
-    Two belong together if their names are the same but for the words that tell colour from depth; if no two are, by the
-    last number in their names, where it is that of one file alone. Files of other kinds are left out.
+    Two belong together if their names are the same but for the words that tell colour from depth, and for zeros before
+    numbers if that gives more pairs. If no two are, it is the last number in their names that counts, where it is that
+    of one file alone, and if most of the fewer files find a partner by it: a few may do so by chance. Files of other
+    kinds are left out.
     """
     colour_names = [name for name in colours if _parts(name)[1] in COLOUR_SUFFIXES]
     depth_names = [name for name in depths if _parts(name)[1] in DEPTH_FILE_SUFFIXES]
-    for tell in _rest, _last_number:
-        by_colour, by_depth = _single(colour_names, tell), _single(depth_names, tell)
-        shared = by_colour.keys() & by_depth.keys()
-        if shared:
-            pairs = sorted(((by_colour[key], by_depth[key]) for key in shared), key=lambda pair: natural(pair[0]))
-            return Pairs(pairs, len(colour_names) - len(pairs), len(depth_names) - len(pairs))
-    return Pairs([], len(colour_names), len(depth_names))
+    pairs = max((_matched(colour_names, depth_names, tell) for tell in (_rest, _rest_without_zeros)), key=len)
+    if not pairs:
+        pairs = _matched(colour_names, depth_names, _last_number)
+        if 2 * len(pairs) <= min(len(colour_names), len(depth_names)):
+            pairs = []
+    return Pairs(pairs, len(colour_names) - len(pairs), len(depth_names) - len(pairs))
 
 
-def _single(names: Iterable[str], tell: Callable[[str], str | None]) -> dict[str, str]:
+def _matched(colours: Iterable[str], depths: Iterable[str], tell: Tell) -> list[tuple[str, str]]:
+    """Pairs of names of which the same is told, in natural order."""
+    by_colour, by_depth = _single(colours, tell), _single(depths, tell)
+    shared = by_colour.keys() & by_depth.keys()
+    return sorted(((by_colour[key], by_depth[key]) for key in shared), key=lambda pair: natural(pair[0]))
+
+
+def _single(names: Iterable[str], tell: Tell) -> dict[str, str]:
     """Names by what tells them apart, without those that share it with others."""
     found: dict[str, list[str]] = {}
     for name in names:
@@ -75,6 +92,10 @@ def _rest(name: str) -> str | None:
     """A name without its ending and the words that say what it holds."""
     stem = _DEPTH_WORD.sub("", _COLOUR_WORD.sub("", _parts(name)[0]))
     return "-".join(re.findall(r"[^\W_]+", stem))
+
+
+def _rest_without_zeros(name: str) -> str | None:
+    return _NUMBER.sub(lambda digits: str(int(digits[0])), _rest(name) or "")
 
 
 def _last_number(name: str) -> str | None:

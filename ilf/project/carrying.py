@@ -78,10 +78,11 @@ def carry(before: FrameState, after: FrameState, how: str = "auto") -> Carried:
     reasons = {now(label): reason for label, reason in followed.reasons.items() if now(label) in carried}
     came = labels.copy()
     came.setflags(write=False)
+    others = stays - set(range(numbers.size))  # they may have the numbers of blocks that are gone before
     known = BlockNotes(
-        {now(label): info for label, info in notes.infos.items()}
+        {now(label): info for label, info in notes.infos.items() if label not in others}
         | {label: info for label, info in after.notes.infos.items() if label in stays},
-        {now(label): own for label, own in notes.own.items()}
+        {now(label): own for label, own in notes.own.items() if label not in others}
         | {label: own for label, own in after.notes.own.items() if label in stays},
         _drawn(followed, after, here),
         notes.extraction,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -109,6 +109,11 @@ class FrameState:
     def edited(self) -> bool:
         """Whether the blocks differ from what the extraction gave."""
         return is_edited(self.notes, self.labels)
+
+    def as_set(self, note: str, for_all: Parameters | None) -> FrameState:
+        """The state with what may have been set since it was stored: the note, and the parameters of all frames, None
+        where there are none."""
+        return replace(self, note=note, common=self.common if for_all is None or self.own_parameters else for_all)
 
     def run(self) -> Run:
         """What a run of all blocks as they are now is made of."""

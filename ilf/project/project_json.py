@@ -73,16 +73,6 @@ def encode_project(project: Project, places: Places | None = None, *, embedded: 
         "schema": SCHEMA,
         "version": __version__,
         "folder": None if known.project is None else str(known.project.parent),
-        "frames": [
-            {
-                "id": frame.id,
-                "name": frame.name,
-                "source": None if frame.source is None else _source(frame.source),
-                "summary": vars(frame.summary),
-                "has_state": frame.has_state,
-            }
-            for frame in project.frames
-        ],
         "present": project.present,
         "parameters": project.common.to_dict(),
         "for_all": project.for_all,
@@ -91,6 +81,19 @@ def encode_project(project: Project, places: Places | None = None, *, embedded: 
         "view": plain(project.view),
         "embedded": embedded,
         "files": {path: vars(place) for path, place in known.files.items()},
+    }
+    # frame by frame: a list of thousands in one go would hold up all other threads
+    frames = b",".join(map(_encoded_frame, project.frames))
+    return strict_json(data)[:-1] + b',"frames":[' + frames + b"]}"
+
+
+def _encoded_frame(frame: ProjectFrame) -> bytes:
+    data = {
+        "id": frame.id,
+        "name": frame.name,
+        "source": None if frame.source is None else _source(frame.source),
+        "summary": vars(frame.summary),
+        "has_state": frame.has_state,
     }
     return strict_json(data)
 
@@ -150,7 +153,7 @@ class _Reader:
 
     def project(self) -> ReadProject:
         data, problems = self._data, self._problems
-        places = Places(self._path, self._files())
+        places = Places(self._path, self._files(), self._given())
         moved = self._path is not None and self._value("folder", None, str, type(None)) != str(self._path.parent)
         frames = []
         for row in self._value("frames", [], list):
@@ -191,6 +194,10 @@ class _Reader:
             if isinstance(relative, str | None) and isinstance(absolute, str | None):
                 found[path] = FilePlace(relative, absolute)
         return found
+
+    def _given(self) -> dict[str, Path]:
+        given = self._value("given", {}, dict)
+        return {key: Path(path) for key, path in given.items() if isinstance(path, str)}
 
 
 def _frame(row: Section, moved: Places | None) -> ProjectFrame:
@@ -310,5 +317,7 @@ def _stage(data: Mapping[str, Any]) -> Stage:
     if data.get("results"):
         return Stage.RUN
     notes = data.get("notes") or {}
-    as_extracted = notes.get("extracted") == data.get("labels") and not notes.get("kept")
-    return Stage.EXTRACTED if as_extracted else Stage.EDITED
+    as_it_came = notes.get("extracted") == data.get("labels")
+    if as_it_came and notes.get("carried_from"):
+        return Stage.CARRIED
+    return Stage.EXTRACTED if as_it_came and not notes.get("kept") else Stage.EDITED

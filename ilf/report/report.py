@@ -84,7 +84,8 @@ def made_text(options: ReportOptions) -> str:
 
 def write_report(path: str | os.PathLike[str], content: Report, options: ReportOptions) -> None:
     """Write a report's page, all of it or nothing; raises ExportError if that cannot be."""
-    write_bytes(path, html_of(content, options).encode())
+    # names of files may have bytes that are no text
+    write_bytes(path, html_of(content, options).encode(errors="replace"))
 
 
 def report_steps(

@@ -1,8 +1,8 @@
 """What the window does while blocks are carried through frames: `python -m tests.bench.carrying`.
 
 A picture of 1920 x 1080 that is looked at through a window which moves to the right: the first frame is extracted, and
-its blocks are carried through the others. How long each takes, and for how long the window's thread does not come round.
-Real time on a machine with nothing else to do.
+its blocks are carried through the others. How long each takes, and for how long the window's thread does not come
+round; real time, on a machine with nothing else to do.
 """
 
 from __future__ import annotations

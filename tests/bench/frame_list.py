@@ -93,22 +93,32 @@ def look(window: MainWindow, folder: Path) -> None:
 
 def turn(window: MainWindow) -> None:
     """Print how long the next frame takes until it is to be seen."""
-    for what, rest in (("when all is at rest", True), ("one after the other", False)):
-        seconds = []
-        for _ in range(12):
-            drawn: list[float] = []
-            window.workspace.session_changed.connect(lambda drawn=drawn: drawn.append(0.0))
-            begun = time.perf_counter()
-            window.actions_["next_frame"].trigger()
-            wait(lambda drawn=drawn: drawn)
-            window.refresh.now()
-            window.views.repaint()
-            seconds.append(time.perf_counter() - begun)
-            if rest:
-                wait(lambda: not window.loader.busy)
-                pause(300)
-        times = 1000 * np.array(seconds)
-        print(f"  next frame, {what}: median {np.median(times):.0f} ms, longest {times.max():.0f} ms", flush=True)
+
+    def seen(begin: Callable[[], object], rest: bool) -> float:
+        drawn: list[float] = []
+        told = window.workspace.session_changed.connect(lambda: drawn.append(0.0))
+        begun = time.perf_counter()
+        begin()
+        wait(lambda: drawn)
+        window.workspace.session_changed.disconnect(told)
+        window.refresh.now()
+        window.views.repaint()
+        taken = time.perf_counter() - begun
+        if rest:
+            wait(lambda: not window.loader.busy)
+            pause(400)
+        return 1000 * taken
+
+    def say(what: str, times: list[float]) -> None:
+        print(f"  {what}: median {np.median(times):.0f} ms, longest {max(times):.0f} ms", flush=True)
+
+    forward = window.actions_["next_frame"].trigger
+    say("next frame, when all is at rest", [seen(forward, True) for _ in range(12)])
+    say("next frame, one after the other", [seen(forward, False) for _ in range(12)])
+    wait(lambda: not window.loader.busy)
+    pause(1500)
+    left = [entry for entry in window.workspace.entries if entry.has_state and entry.session is None][:8]
+    say("back to one put away", [seen(lambda entry=entry: window.frame_part.open(entry), True) for entry in left])
     pause(1500)
     print(f"  frames that are open: {len(window.workspace.sessions)}")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from gui.state.session import Session
 from ilf.ebs.edit import patch_between
 from ilf.frame import RGBDFrame
 from ilf.io.frame_source import FrameSource
-from ilf.project import Stage
+from ilf.project import FrameState, Stage
 
 from .conftest import WAIT_MS, open_frame, write_frame
 
@@ -145,6 +146,27 @@ def test_frames_on_the_way_are_put_away_and_come_back(listed: MainWindow, part: 
     assert last.counts()
 
 
+def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(
+    listed: MainWindow, part: CarryingPart, qtbot: QtBot
+) -> None:
+    window, workspace, entries = listed, listed.workspace, listed.workspace.entries
+    first = workspace.session
+    second = carry(window, part, qtbot, "carry_next")
+    labels = second.labels.copy()
+    labels[:8, 50:] = 3
+    workspace.edit_labels(patch_between(second.labels, labels), "Draw")
+    workspace.show_session(first)
+    window.frame_part.open_frames.most = 1
+    window.frame_part.open_frames.tidy()
+    qtbot.waitUntil(lambda: entries[1].session is None, timeout=WAIT_MS)
+    with qtbot.waitSignal(part.carrier.ended, timeout=WAIT_MS) as ended:
+        part.carry_through(2)
+    (journey,) = ended.args
+    assert journey.kept == ["frame-1"]
+    assert [arrival.blocks for arrival in journey.done] == [3]
+    assert entries[1].session is None  # nobody had to open it
+
+
 def test_it_can_be_stopped_and_says_how_far_it_is(listed: MainWindow, part: CarryingPart, qtbot: QtBot) -> None:
     window = listed
     shown: list[str] = []
@@ -158,6 +180,55 @@ def test_it_can_be_stopped_and_says_how_far_it_is(listed: MainWindow, part: Carr
     assert shown[1:3] == ["Carrying blocks to frame-1 (1 of 4)", "Carrying blocks to frame-2 (2 of 4)"]
     assert "Stopped after 1 of 4 frames." in window.toasts.message
     assert window.actions_["carry_next"].isEnabled()
+
+
+def test_frames_that_are_taken_out_of_the_list_on_the_way_stay_out(
+    listed: MainWindow, part: CarryingPart, qtbot: QtBot
+) -> None:
+    workspace, entries = listed.workspace, listed.workspace.entries
+    workspace.add_entries([Entry.of(FrameSource(f"/nowhere/{number}")) for number in range(1500)])
+
+    def remove() -> None:
+        if part.carrier.present is entries[2]:
+            part.carrier.changed.disconnect(remove)
+            workspace.remove_entries(list(entries)[2:])
+
+    part.carrier.changed.connect(remove)
+    with qtbot.waitSignal(part.carrier.ended, timeout=WAIT_MS) as ended:
+        part.carry_through(1500)
+    (journey,) = ended.args
+    assert [one.name for one in journey.done] == ["frame-1"]
+    assert (journey.total, journey.problems) == (1, [])
+    assert len(entries) == 2
+
+
+def test_a_frame_stays_open_while_blocks_are_carried_to_it(
+    listed: MainWindow, part: CarryingPart, qtbot: QtBot
+) -> None:
+    window, workspace = listed, listed.workspace
+    first = workspace.session
+    second = carry(window, part, qtbot, "carry_next")
+    workspace.show_session(first)
+    window.frame_part.open_frames.most = 1
+    busy: list[bool] = []
+    part.carrier.changed.connect(lambda: busy.append(window.frame_part.open_frames._is_busy(second)))
+    with qtbot.waitSignal(part.carrier.ended, timeout=WAIT_MS):
+        part.carry_through(1, replaces=True)
+    assert busy == [False, True, False]
+
+
+def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(
+    listed: MainWindow, part: CarryingPart, qtbot: QtBot
+) -> None:
+    window, entry = listed, listed.workspace.entries[1]
+    state = FrameState(entry.id, entry.source.load(), np.zeros(window.workspace.session.labels.shape, np.int32))
+    damaged = SimpleNamespace(state=state, problems=("Its runs cannot be read.",))
+    window.loader.stored = SimpleNamespace(has=lambda id: True, read=lambda id, source: damaged)
+    entry.has_state = True
+    told: list[tuple[Session, tuple[str, ...]]] = []
+    window.loader.incomplete.connect(lambda session, problems: told.append((session, problems)))
+    session = carry(window, part, qtbot, "carry_next")
+    assert told == [(session, damaged.problems)]
 
 
 def test_what_needs_a_look_is_gone_through(listed: MainWindow, part: CarryingPart, qtbot: QtBot) -> None:

@@ -28,6 +28,7 @@ from ilf.ebs.edit import patch_between
 from ilf.frame import RGBDFrame
 from ilf.io.frame_source import FrameSource
 from ilf.project import FrameState, Stage
+from ilf.project.file import open_project as read_project
 from ilf.run import ExportOptions
 
 from ..ilf.project_states import assert_same
@@ -140,10 +141,16 @@ def test_all_work_comes_back_in_another_window(
     assert not window.project.present.unsaved, "as it was saved"
 
 
-def test_a_project_that_is_moved_with_its_frames_opens_and_an_embedded_one_alone(
-    opened: MainWindow, another: Open, qtbot: QtBot, run_all: Callable[[MainWindow], None], tmp_path: Path
+def test_a_project_opens_moved_with_its_frames_embedded_alone_and_damaged_but_for_the_damage(
+    opened: MainWindow,
+    another: Open,
+    qtbot: QtBot,
+    run_all: Callable[[MainWindow], None],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    before = state_of(work_on(opened, qtbot, run_all))
+    session = work_on(opened, qtbot, run_all)
+    before = state_of(session)
     frame = Path(opened.workspace.entries[0].key)
     there = tmp_path / "there"
     there.mkdir()
@@ -161,6 +168,26 @@ def test_a_project_that_is_moved_with_its_frames_opens_and_an_embedded_one_alone
         assert_same(again.runs[0].results, before.runs[0].results)
         assert_same(again.labels, before.labels)
         assert window.project.missing.dialog is None
+
+    path = there / "alone.ilf"
+    content = bytearray(path.read_bytes())
+    with zipfile.ZipFile(path) as archive:
+        packed = next(info for info in archive.infolist() if info.filename.endswith(".npz"))
+    begin = packed.header_offset + 260
+    content[begin : begin + 10] = bytes(10)
+    path.write_bytes(content)
+    told: list[str] = []
+    monkeypatch.setattr(window.notes, "warn", lambda what, notes, details="": told.extend([what] * bool(list(notes))))
+    open_project(window, qtbot, path)
+    damaged = window.workspace.session
+    assert np.array_equal(damaged.labels, session.labels)
+    assert damaged.info(1).name == "Wall"
+    assert told == ["two-planes: not all of the work could be read"]
+    with zipfile.ZipFile(path) as archive:
+        before_saving = sorted(archive.namelist())
+    save(window, qtbot, path)
+    with zipfile.ZipFile(path) as archive:
+        assert sorted(archive.namelist()) == before_saving, "what cannot be read is not thrown away"
 
 
 def test_missing_files_are_asked_for_and_checked(
@@ -187,7 +214,10 @@ def test_missing_files_are_asked_for_and_checked(
     assert not workspace.has_session
     assert [entry.summary.stage for entry in workspace.entries] == [Stage.FAILED] * 3
     assert dialog.files.topLevelItemCount() == 5
-    save(second, qtbot, path)  # what cannot be opened is kept as it was
+    for _ in range(2):  # what cannot be opened is kept as it was, and what is said of it
+        save(second, qtbot, path)
+    with read_project(path) as project:
+        assert [frame.summary.stage for frame in project.project.frames] == [Stage.EXTRACTED] * 3
     changed = next(lost for lost in second.project.missing.lost if lost.changed is not None)
     dialog.choose(changed.frame)
     assert "results would not be of it" in dialog.message.text()
@@ -219,33 +249,6 @@ def test_missing_files_are_asked_for_and_checked(
     open_project(third, qtbot, path)
     assert third.workspace.entries[0].session is not None or third.workspace.entries[3].session is not None
     assert {lost.frame for lost in third.project.missing.lost} == {changed.frame}, "what was found stays found"
-
-
-def test_a_damaged_part_costs_that_part_and_is_told_of_once(
-    opened: MainWindow,
-    another: Open,
-    qtbot: QtBot,
-    run_all: Callable[[MainWindow], None],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    session, path = work_on(opened, qtbot, run_all), tmp_path / "room.ilf"
-    save(opened, qtbot, path)
-    content = bytearray(path.read_bytes())
-    with zipfile.ZipFile(path) as archive:
-        parts = [info for info in archive.infolist() if info.filename.endswith(".npz")]
-        begin = parts[0].header_offset + 60
-    content[begin + 200 : begin + 210] = bytes(10)
-    path.write_bytes(content)
-    window = another()
-    told: list[str] = []
-    monkeypatch.setattr(window.notes, "warn", lambda what, notes, details="": told.extend([what] * bool(list(notes))))
-    open_project(window, qtbot, path)
-    again = window.workspace.session
-    assert np.array_equal(again.labels, session.labels)
-    assert again.info(1).name == "Wall"
-    assert len(told) == 1
-    assert "not all of the work" in told[0]
 
 
 def test_a_save_that_fails_leaves_file_and_mark_and_one_message(
@@ -286,30 +289,20 @@ def test_a_save_that_fails_leaves_file_and_mark_and_one_message(
     assert list(tmp_path.glob(".ilf-*")) == []
 
 
-def test_what_is_done_while_it_is_saved_stays_unsaved(opened: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
+def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(
+    opened: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     workspace, done = opened.workspace, []
     workspace.edit_info(1, "Rename", name="Wall")
     opened.project.saving.save(Wish(tmp_path / "p.ilf", then=done.append))
     workspace.edit_info(1, "Rename", name="Floor")
     qtbot.waitUntil(lambda: bool(done), timeout=WAIT_MS)
     assert workspace.session.unsaved
-    with ilf_project(tmp_path / "p.ilf") as opened_project:
-        entry = workspace.entries[0]
-        assert opened_project.state(entry.id).state.notes.infos[1].name == "Wall"
-
-
-def ilf_project(path: Path):  # type: ignore[no-untyped-def]
-    from ilf.project.file import open_project as read
-
-    return read(path)
-
-
-def test_a_file_that_somebody_else_has_written_is_not_replaced_without_asking(
-    opened: MainWindow, qtbot: QtBot, tmp_path: Path
-) -> None:
     path = tmp_path / "p.ilf"
-    opened.workspace.edit_info(1, "Rename", name="Wall")
-    save(opened, qtbot, path)
+    with read_project(path) as project:
+        assert project.state(workspace.entries[0].id).state.notes.infos[1].name == "Wall"
+
+    # somebody else writes it
     save(opened, qtbot, path)
     other = path.read_bytes() + b" "
     path.write_bytes(other)
@@ -326,12 +319,7 @@ def test_a_file_that_somebody_else_has_written_is_not_replaced_without_asking(
     qtbot.waitUntil(lambda: not opened.workspace.session.unsaved, timeout=WAIT_MS)
     assert path.read_bytes() != other
 
-
-def test_a_project_of_a_newer_program_is_saved_elsewhere(
-    opened: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "p.ilf"
-    save(opened, qtbot, path)
+    # it comes from a newer program
     _change_project(path, schema=99)
     told: list[str] = []
     monkeypatch.setattr(opened.notes, "warn", lambda what, notes, details="": told.extend(notes))
@@ -359,7 +347,12 @@ def _change_project(path: Path, **values: object) -> None:
 
 
 def test_closing_saves_discards_or_stays_frame_by_frame(
-    opened: MainWindow, another: Open, qtbot: QtBot, small_frame: RGBDFrame, tmp_path: Path
+    opened: MainWindow,
+    another: Open,
+    qtbot: QtBot,
+    small_frame: RGBDFrame,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     path, workspace = tmp_path / "p.ilf", opened.workspace
     opened.documents.discard_silently = False
@@ -392,8 +385,11 @@ def test_closing_saves_discards_or_stays_frame_by_frame(
     where = opened.findChild(SaveAsDialog)
     assert where is not None
     where.path.setText(str(path))
+    told: list[str] = []
+    monkeypatch.setattr(opened.notes, "warn", lambda what, notes, details="": told.extend(notes))
     where.accept()
     qtbot.waitUntil(lambda: not opened.isVisible(), timeout=WAIT_MS)
+    assert told == []
 
     window = another()
     with zipfile.ZipFile(path) as archive:
@@ -427,6 +423,11 @@ def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened: MainWindow, q
     assert not opened.project.present.unsaved
 
     workspace.edit_info(1, "Rename", name="Ceiling")
+    opened.documents.remove_entries([workspace.entries[0]])
+    box = next(box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible())
+    assert "The work on two-planes goes with it" in box.text()
+    box.button(QMessageBox.StandardButton.Cancel).click()
+    assert len(workspace.entries) == 1
     opened.actions_["new_project"].trigger()
     dialog = opened.project.closing.dialog
     assert dialog is not None
@@ -459,14 +460,24 @@ def test_a_run_is_not_lost_when_the_window_closes(
     (dialog.wait if waits else dialog.stop).setChecked(True)
     dialog.save_button.click()
     qtbot.waitUntil(lambda: not opened.isVisible(), timeout=WAIT_MS)
-    with ilf_project(path) as project:
+    with read_project(path) as project:
         state = project.state(project.project.frames[0].id).state
     (kept,) = state.runs
     assert kept.how == ("finished" if waits else "cancelled")
     assert set(state.results) == ({first, second} if waits else {first})
 
 
-def test_a_sweep_that_would_be_lost_is_named(opened: MainWindow, qtbot: QtBot) -> None:
+def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(
+    opened: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    assert not opened.project.present.unsaved, "a frame that was opened and extracted is no work"
+    opened.workspace.edit_info(1, "Rename", name="Wall")
+    with qtbot.waitSignal(opened.documents.exported, timeout=WAIT_MS):
+        opened.documents.export(tmp_path / "out", ExportOptions())
+    assert opened.project.present.unsaved
+    opened.workspace.undo_group.undo()
+    assert not opened.project.present.unsaved
+
     sweep = next(part for part in opened.parts if isinstance(part, SweepPart))
     opened.workspace.set_parameters(ilf.preset("released-code", max_iterations=100_000))
     opened.workspace.note_saved(opened.workspace.session, opened.workspace.session.stamp)
@@ -482,13 +493,3 @@ def test_a_sweep_that_would_be_lost_is_named(opened: MainWindow, qtbot: QtBot) -
     dialog.reject()
     assert sweep.worker.busy
     opened.documents.discard_silently = True
-
-
-def test_an_export_is_no_saving_and_opening_no_work(opened: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
-    assert not opened.project.present.unsaved, "a frame that was opened and extracted is no work"
-    opened.workspace.edit_info(1, "Rename", name="Wall")
-    with qtbot.waitSignal(opened.documents.exported, timeout=WAIT_MS):
-        opened.documents.export(tmp_path / "out", ExportOptions())
-    assert opened.project.present.unsaved
-    opened.workspace.undo_group.undo()
-    assert not opened.project.present.unsaved

@@ -19,7 +19,8 @@ from gui.state.entries import Entry
 from ilf.errors import InputError
 from ilf.frame import RGBDFrame
 from ilf.io.frame_source import FrameSource
-from ilf.project import FrameState
+from ilf.parameters import preset
+from ilf.project import FrameState, FrameSummary
 from ilf.project.decoding import Decoded
 from ilf.report import Subject, Unreadable
 
@@ -38,9 +39,11 @@ class Store:
 
 def test_frames_that_are_not_open_are_read_when_it_is_their_turn() -> None:
     entries = [Entry("stored", "/a/depth.png", "put away", has_state=True), Entry("lost", "/b/depth.png", "gone")]
-    first, second = subjects_of(entries, cast(WorkStore, Store()))
+    entries[0].set_summary(FrameSummary(note="for tomorrow"))  # noted since it was stored
+    first, second = subjects_of(entries, cast(WorkStore, Store()), preset("paper"))
     assert isinstance(first, Subject)
-    assert (first.note, first.problems) == ("for later", ("Its names are lost.",))
+    assert (first.note, first.problems) == ("for tomorrow", ("Its names are lost.",))
+    assert first.run.parameters == preset("paper")
     assert not first.completion.results
     assert second == Unreadable("gone", "depth.png is not there any more.")
 

@@ -33,12 +33,13 @@ def drawn(lines: BlockLines, labels: np.ndarray, sampling: Sampling, ratio: int)
 
 
 @settings(max_examples=150)
-@given(samplings, edits, st.sets(st.integers(1, 4)), st.booleans(), st.sampled_from([1, 2]))
-def test_what_is_drawn_box_by_box_is_what_the_whole_map_gives(sampling, edits, chosen, in_colours, ratio):
+@given(samplings, edits, st.sets(st.integers(1, 4)), st.sets(st.integers(1, 4)), st.booleans(), st.sampled_from([1, 2]))
+def test_what_is_drawn_box_by_box_is_what_the_whole_map_gives(sampling, edits, chosen, doubtful, in_colours, ratio):
     lines = BlockLines()
     lines.in_colours = in_colours
     lines.set_colours(COLOURS)
     lines.set_selected(chosen)
+    lines.set_doubtful(doubtful)
     labels = np.ones((HEIGHT, WIDTH), np.int32)
     here = sampling.sample(labels, whole(sampling.shape))
     pixels = drawn(lines, labels, sampling, ratio)
@@ -54,6 +55,23 @@ def test_what_is_drawn_box_by_box_is_what_the_whole_map_gives(sampling, edits, c
             outside[around] = False
             assert (before == pixels)[outside].all()
     np.testing.assert_array_equal(pixels, drawn(lines, labels, sampling, ratio))
+
+
+def test_blocks_that_need_a_look_have_a_line_inside_unless_they_are_hidden_or_chosen():
+    lines = BlockLines()
+    lines.set_colours(COLOURS)
+    labels = np.ones((HEIGHT, WIDTH), np.int32)
+    labels[4:20, 4:14], labels[4:20, 16:26] = 2, 3  # 3 is hidden
+    sampling = Sampling(1.0, 0, 0, (WIDTH, HEIGHT), (WIDTH, HEIGHT))
+    plain = drawn(lines, labels, sampling, 1)
+    assert lines.set_doubtful([2, 3]) == [2, 3]
+    marked = drawn(lines, labels, sampling, 1)
+    colour = marked[5, 9]
+    assert colour != plain[5, 9]
+    assert (marked == colour)[labels == 2].any()
+    assert not (marked == colour)[labels != 2].any()
+    lines.set_selected([2])
+    assert not (drawn(lines, labels, sampling, 1) == colour).any()
 
 
 @given(samplings)

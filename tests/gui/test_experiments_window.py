@@ -210,14 +210,7 @@ def test_a_run_goes_on_while_its_window_is_closed_and_tells_its_end(menu, window
     assert pages(window, FigureView)
 
 
-def test_closing_the_program_asks_and_ends_the_run(qtbot, tmp_path, monkeypatch):
-    asked = []
-
-    def answer(parent, title, *_):
-        asked.append(title)
-        return QMessageBox.StandardButton.Cancel if len(asked) == 1 else QMessageBox.StandardButton.Discard
-
-    monkeypatch.setattr(QMessageBox, "question", answer)
+def test_closing_the_program_asks_and_ends_the_run(qtbot, tmp_path):
     QSettings().setValue("experiments/folder", str(tmp_path / "results"))
     main = MainWindow(remembers=False)
     qtbot.addWidget(main)
@@ -225,10 +218,13 @@ def test_closing_the_program_asks_and_ends_the_run(qtbot, tmp_path, monkeypatch)
     window = opened(main.experiments, "cylinder")
     window.run_button.click()
     main.close()
+    question = main.project.closing.dialog
+    assert "experiment" in question.also.text()
+    question.reject()
     assert main.isVisible()
     assert window.runner.busy
     main.close()
-    assert asked == ["Experiments are running"] * 2
+    main.project.closing.dialog.discard_button.click()
     assert not main.isVisible()
     assert not window.isVisible()
     assert not window.runner.busy

@@ -15,7 +15,7 @@ from gui.frame_list.frames_panel import FramesPanel
 from gui.frame_list.list_model import FrameListModel
 from gui.frame_list.sieve import Sieve, counts
 from gui.frame_list.thumbnails import Thumbnails
-from gui.frame_list.words import whole_text
+from gui.frame_list.words import last_line, whole_text
 from gui.state.entries import Entries, Entry
 from gui.state.workspace import Workspace
 from ilf.io.frame_source import FrameSource
@@ -106,7 +106,10 @@ def test_row_says_all_in_words(qapp: object) -> None:
     text = whole_text(entry)
     for words in ("frame-2", "Run, 12 of 14 blocks, 3 to check", "640 x 480, 25.0% missing", "Note: glass door"):
         assert words in text
-    assert "its depth is truncated" in whole_text(_entries()[3])
+    broken = _entries()[3]
+    assert "its depth is truncated" in whole_text(broken)
+    broken.set_summary(FrameSummary(Stage.FAILED, problem="/nowhere/broken: its depth is truncated"))
+    assert last_line(broken) == "its depth is truncated"
     model = FrameListModel(lambda entry: None)
     model.set_entries([entry])
     assert model.index(0, 0).data(Qt.ItemDataRole.AccessibleTextRole) == (

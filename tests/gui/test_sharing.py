@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from gui.project.whole import project_of, take_settings
 from gui.state.session import Session
 from gui.state.sharing import Shared
 from gui.state.workspace import Workspace
@@ -144,3 +145,16 @@ def test_a_project_says_which_they_are_before_its_frames_are_opened(small_frame,
     assert workspace.parameters.smoothness == 4.0
     workspace.show_session(None)
     assert workspace.parameters.smoothness == 4.0
+
+
+def test_a_project_keeps_them_and_gives_them_back(shared: Workspace, qapp: object) -> None:
+    set_smoothness(shared, 3.0)
+    shared.keep_own_parameters()
+    set_smoothness(shared, 7.0)
+    project = project_of(shared)
+    assert (project.for_all, project.common.smoothness) == (True, 3.0)
+    assert [frame.summary.own_parameters for frame in project.frames] == [False, True]
+    later = Workspace()
+    take_settings(later, project)
+    assert later.shared == shared.shared
+    assert later.next_parameters.smoothness == 3.0

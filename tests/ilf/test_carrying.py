@@ -74,6 +74,11 @@ def test_locked_blocks_stay_unless_they_were_carried_there(before: FrameState, a
     assert state.notes.own[other] == {"smoothness": 3.0}
     assert 2 in state.notes.handmade
 
+    # nor does it get the values of a block with its number that is gone
+    gone = replace(before, notes=replace(before.notes, own={7: {"smoothness": 3.0}}))
+    locked = replace(after, labels=np.where(labels == 2, 7, 0).astype(np.int32), notes=BlockNotes({7: mine}))
+    assert carry(gone, locked).state.notes.own == {}
+
     carried = carry(before, after).state
     moved = replace(before, labels=np.where(before.labels == 1, 2, 1).astype(np.int32))
     assert np.array_equal(carry(moved, carried).state.labels, moved.labels)  # block 1, locked, had come from there

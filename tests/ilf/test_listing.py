@@ -50,7 +50,28 @@ def test_folders_without_meta_json_count_where_they_hold_one_pair(tmp_path):
         tmp_path, "a/rgb.png", "a/depth.png", "a/mask.png", "b/rgb.png", "c/1_rgb.png", "c/1_depth.png", "c/2_rgb.png"
     )
     _touch(tmp_path, "d/1_rgb.png", "d/1_depth.png", "d/2_rgb.png", "d/2_depth.png")
+    _touch(tmp_path, "a/._rgb.png", "a/._depth.png")  # as macOS leaves them beside files on foreign drives
     assert _named(tmp_path) == [("a/rgb.png", "a/depth.png"), ("c/1_rgb.png", "c/1_depth.png")]
+    assert list_frames(tmp_path).notes[0].startswith("2 folders left out")
+
+
+def test_links_that_lead_nowhere_do_not_count(tmp_path):
+    _touch(tmp_path, "1_rgb.png", "1_depth.png")
+    (tmp_path / "gone").symlink_to("nowhere")
+    (tmp_path / "round").symlink_to("about")
+    (tmp_path / "about").symlink_to("round")
+    assert _named(tmp_path) == [("1_rgb.png", "1_depth.png")]
+
+
+def test_numbers_are_matched_with_and_without_zeros_before_them(tmp_path):
+    _touch(tmp_path, *(f"rgb/{n}.png" for n in (1, 20, 300)), *(f"depth/{n:03d}.png" for n in (1, 20, 300)))
+    assert _named(tmp_path) == [(f"rgb/{n}.png", f"depth/{n:03d}.png") for n in (1, 20, 300)]
+
+
+def test_numbers_that_agree_by_chance_are_no_pairs(tmp_path):
+    _touch(tmp_path, *(f"rgb/1305.{n}.png" for n in (175304, 211214)), *(f"depth/1306.{n}.png" for n in (175304, 9)))
+    with pytest.raises(InputError, match="holds no frames"):
+        list_frames(tmp_path)
 
 
 @pytest.mark.parametrize("colour", ["rgb", "Color", "colour", "image"])

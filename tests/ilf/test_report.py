@@ -19,10 +19,11 @@ from ilf.cli import main
 from ilf.errors import InputError
 from ilf.io.frame_source import FrameSource
 from ilf.judgement import HiddenTest, judge_blocks, judge_completion, judge_hidden
+from ilf.judgement.step import run_out
 from ilf.number_words import millimetres
 from ilf.project import BlockInfo, BlockNotes, FrameState, FrameSummary, KeptRun, Project, ProjectFrame, Stage
 from ilf.project.file import save_project
-from ilf.report import ReportOptions, Subject, Unreadable, report
+from ilf.report import ReportOptions, Subject, Unreadable, report, report_steps, write_report
 from ilf.report.again import again_text
 from ilf.report.curves import _thinned
 from ilf.report.scale import scale_bar
@@ -200,6 +201,14 @@ def test_a_stored_frame_is_reported_with_its_results_and_names(run: Run, subject
     assert "ilf project replay all.ilf" in page.text
 
 
+def test_paths_that_are_no_text_are_told_as_far_as_they_are(run: Run, subject: Subject, tmp_path: Path) -> None:
+    odd = replace(run, frame=replace(run.frame, name="caf\udce9"))
+    options = ReportOptions()
+    content = run_out(report_steps([replace(subject, run=odd)], options))
+    write_report(tmp_path / "page.html", content, options)
+    assert "<h1>caf?</h1>" in (tmp_path / "page.html").read_text(encoding="utf-8")
+
+
 def test_the_scale_bar_is_as_long_as_it_says() -> None:
     depth = np.full((48, 64), 2.5, np.float32)
     camera = ilf.CameraIntrinsics(50, 50, 31.5, 23.5)
@@ -252,6 +261,14 @@ def test_the_command_line_reports_on_projects(
     assert "ilf project replay" in page.text
     assert main(["report", "work.ilf", "--preset", "paper"]) == 2
     assert "leave out --preset" in capsys.readouterr().err
+    # set since the frame was stored: its note, and the parameters of all frames
+    noted = replace(project.frames[0], summary=FrameSummary(Stage.RUN, note="set later"))
+    save_project("work.ilf", replace(project, frames=(noted,), common=ilf.preset("paper"), for_all=True), [state])
+    assert main(["report", "work.ilf", "--out", "again.html"]) == 0
+    page = Page(Path("again.html").read_text(encoding="utf-8"))
+    assert "set later" in page.text
+    assert "the preset paper, as it is" in page.text
+    assert page.table("no.", "block", "pixels")[1][5] == "values changed"
     save_project("empty.ilf", Project())
     assert main(["report", "empty.ilf"]) == 1
     assert "no frame that has been worked on" in capsys.readouterr().err
