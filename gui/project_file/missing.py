@@ -110,10 +110,11 @@ class Missing(QObject):
 
     def _note_failure(self, entry: Entry, error: Exception) -> None:
         """A frame could not be opened."""
-        if not isinstance(error, MissingSource | ChangedSource):
+        if isinstance(error, MissingSource | ChangedSource):
+            self._note(LostFile(entry.id, error.wanted, error.found if isinstance(error, ChangedSource) else None))
+        elif all(lost.frame != entry.id for lost in self._lost):
             return
         self._wished = entry.id
-        self._note(LostFile(entry.id, error.wanted, error.found if isinstance(error, ChangedSource) else None))
         if not self._checker.busy:
             self._ask()
 
@@ -190,10 +191,11 @@ class Missing(QObject):
             if not found:
                 dialog.message.say("None of the files is there with the content that the work was done on.", "error")
             elif left:
-                dialog.message.say(f"Found {len(found)} files; {left} frames still miss some.", "text")
+                miss = "1 frame still misses some" if left == 1 else f"{left} frames still miss some"
+                dialog.message.say(f"{_files_found(len(found))}; {miss}.", "text")
             else:
                 dialog.accept()
-                self._desk.notes.tell(f"Found {len(found)} files: all frames can be opened. Save keeps their places.")
+                self._desk.notes.tell(f"{_files_found(len(found))}: all frames can be opened. Save keeps their places.")
 
     def _bring_back(self, frame: str, found: dict[str, Path]) -> None:
         """Files of a frame have been found."""
@@ -221,3 +223,7 @@ def _one_and_others(
     found = yield from find_in(path.parent, [named, *others], deep=False)
     there = found.pop(named, None)
     return {wanted: there, **found} if there is not None else found
+
+
+def _files_found(count: int) -> str:
+    return f"Found {count} file{'s' * (count != 1)}"

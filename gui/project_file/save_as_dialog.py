@@ -25,6 +25,10 @@ from gui.widgets.messages import Message, last_folder
 from ilf.io.frame_source import FrameSource
 
 FOLDER_KEY = "project/folder"
+_BY_PLACE = (
+    "Without them, the project finds the frames where they are now, or where they lie from it: move them together, or "
+    "only the project."
+)
 _MOST_SIZED = 500
 """Frames whose files are looked at, to say how large they are."""
 KINDS = f"Project of ILF Studio (*{PROJECT_SUFFIX})"
@@ -71,6 +75,7 @@ class SaveAsDialog(QDialog):
         buttons.rejected.connect(self.reject)
         self._why = why
         self.path.textChanged.connect(lambda _: self._check())
+        self.embed.toggled.connect(lambda _: self._check())
 
         label = QLabel("&File")
         label.setBuddy(self.path)
@@ -128,7 +133,7 @@ class SaveAsDialog(QDialog):
         elif replaces:
             self.message.say(f"{self.chosen().name} is there already, and will be replaced.", "warning")
         else:
-            self.message.say(self._why)
+            self.message.say(self._why or ("" if self.embed.isChecked() else _BY_PLACE))
 
 
 def proposed_path(name: str) -> Path:

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from gui import theme
 
-_HINT = "Drop a colour and a depth file here, or open a frame by the menu File"
+_HINT = "Drop a colour and a depth file, a folder of frames or a project here, or open one by the menu File"
 
 
 class EmptyHint(QWidget):

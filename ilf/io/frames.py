@@ -119,6 +119,8 @@ def load_frame(
                 f"{Path(rgb) / META_NAME} has no depth_units_per_m: add the file units per metre (1000 for "
                 "millimetres), or give depth units."
             )
+    elif not Path(rgb).exists():
+        raise InputError(f"{rgb}: there is no such file or folder. Check the name.")
     else:
         raise InputError(
             f"{rgb}: a frame needs a depth image beside its colour image. Give both files, or one folder "

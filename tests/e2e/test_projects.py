@@ -392,6 +392,9 @@ def test_closing_saves_discards_or_stays_frame_by_frame(
     assert told == []
 
     window = another()
+    with zipfile.ZipFile(path) as archive:
+        stages = [frame["summary"]["stage"] for frame in json.loads(archive.read("project.json"))["frames"]]
+    assert stages == ["extracted", "untouched"], "the list says of a frame what the file holds"
     open_project(window, qtbot, path)
     names = []
     for entry in window.workspace.entries:
