@@ -121,8 +121,12 @@ class ChangingParameters(FramesAtWork):
 
     def set_shared(self, shared: Shared) -> None:
         """Whether parameters are for all frames, and which: as a project has it, before its frames are opened."""
-        self.shared = shared
+        former, self.shared = self.shared, shared
         shared.spread(self.sessions)
+        if former.on and not shared.on:  # from now on they are what is stored of each frame
+            for session in self.sessions:
+                if session.counts() or session.unsaved:
+                    self.touched.emit(session)
         self.parameters_changed.emit()
         self.project_touched.emit()
 
