@@ -81,6 +81,7 @@ def encode_project(project: Project, places: Places | None = None, *, embedded: 
         "view": plain(project.view),
         "embedded": embedded,
         "files": {path: vars(place) for path, place in known.files.items()},
+        "given": {key: str(path) for key, path in known.given.items()},
     }
     # frame by frame: a list of thousands in one go would hold up all other threads
     frames = b",".join(map(_encoded_frame, project.frames))
