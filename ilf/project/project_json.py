@@ -197,7 +197,7 @@ class _Reader:
         return found
 
     def _given(self) -> dict[str, Path]:
-        given = self._value("given", {}, dict)
+        given = self._value("given", {}, dict) if "given" in self._data.values else {}
         return {key: Path(path) for key, path in given.items() if isinstance(path, str)}
 
 
