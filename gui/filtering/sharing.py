@@ -87,3 +87,5 @@ class SharingPresenter(QObject):
     def part(self) -> None:
         """Every frame has values of its own from now on."""
         self._workspace.part_parameters()
+        if any(entry.session is None and entry.has_state for entry in self._workspace.entries):
+            self.message.emit("Frames that are not open have the values with which they were left.")

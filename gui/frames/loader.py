@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 from weakref import WeakSet
 
 import numpy as np
@@ -166,17 +166,21 @@ class FrameLoader(QObject):
         stored = self.stored
         if entry.has_state and stored is not None and stored.has(entry.id):
             do: Callable[[], object] = lambda: stored.read(entry.id, entry.source)  # noqa: E731
-            take: Callable[..., None] = lambda decoded: self._take_restored(entry, decoded)  # noqa: E731
+            take: Callable[[Any], None] = lambda decoded: self._take_restored(entry, decoded)  # noqa: E731
         else:
             source, parameters = entry.source or FrameSource(entry.key), self._workspace.extraction_parameters
-            do, take = lambda: _open(source, parameters), lambda opened: self._take_opened(opened, passing=True)
+            do, take = lambda: _open(source, parameters), lambda opened: self._take_entry(entry, opened)
+
+        def wanted() -> bool:
+            return entry.session is None and self._workspace.entries.of(entry.id) is entry
+
         self._reading.add(
             Job(
                 f"Open {entry.name}",
                 do,
-                take,
-                lambda error: self._note_problem(entry, error),
-                lambda: entry.session is None and self._workspace.entries.of(entry.id) is entry,
+                lambda found: take(found) if wanted() else None,
+                lambda error: self._note_problem(entry, error) if wanted() else None,
+                wanted,
                 passing=True,
             )
         )
@@ -192,7 +196,14 @@ class FrameLoader(QObject):
         self._workspace.show_session(session)
         return True
 
-    def _take_opened(self, opened: _Opened, passing: bool = False) -> None:
+    def _take_entry(self, entry: Entry, opened: _Opened) -> None:
+        """A frame of the list has been read; others of the same files have nothing to do with it."""
+        session = Session.of(opened.run, opened.origin, opened.key)
+        session.id = entry.id
+        self._workspace.add_session(session)
+        self._extract_first(session, passing=True)
+
+    def _take_opened(self, opened: _Opened) -> None:
         if self._shown_already(opened.origin, opened.key):
             return
         session = Session.of(opened.run, opened.origin, opened.key, opened.again)
@@ -201,7 +212,7 @@ class FrameLoader(QObject):
             self._workspace.close_session(replaced)
         if opened.again is None:
             self._workspace.add_session(session)
-            self._extract_first(session, passing)
+            self._extract_first(session)
         else:
             self._workspace.add_session(session, opened.run)
             self._tell_blocks(session, *opened.run.notes)

@@ -22,6 +22,10 @@ class Work(Protocol):
         """What is unsaved beside the frames; "" for nothing."""
         ...
 
+    def when_saved(self, then: Callable[[], None]) -> None:
+        """Call `then` as soon as nothing is being saved."""
+        ...
+
     def save_then(self, frames: frozenset[str], then: Callable[[bool], None]) -> None:
         """Save the work on these frames alone; `then` is told whether that has been done."""
         ...
@@ -56,13 +60,20 @@ class Closing(QObject):
             What is about to happen, as in "the window closes".
         then : callable
         """
+        if self._desk.documents.discard_silently:
+            then()
+            return
+        self._work.when_saved(lambda: self._ask(entries, whole, what, then))
+
+    def _ask(self, entries: Sequence[Entry], whole: bool, what: str, then: Callable[[], None]) -> None:
+        """The same, once nothing is being saved."""
         rows, running = self._rows(entries), self._running(entries)
         ways = [way.what for way in self._desk.under_way() if _concerns(way.session, entries, whole)]
         others = [f"{way[:1].upper()}{way[1:]} is under way: it ends, and what it has found is lost." for way in ways]
         words = self._work.project_words() if whole else ""
         if words:
             rows.append(Unsaved("", "The project itself", words, ""))
-        if self._desk.documents.discard_silently or not (rows or others):
+        if not (rows or others):
             then()
             return
         if self.dialog is not None:

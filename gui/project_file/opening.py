@@ -42,7 +42,7 @@ class Opening(QObject):
         read(
             f"Open {path.name}",
             lambda: open_project(path),
-            lambda opened: then(lambda: self._leave(lambda: self._take(opened))),
+            lambda opened: then(lambda: self._leave(lambda: self._take_newest(opened))),
         )
 
     def begin(self) -> None:
@@ -92,6 +92,15 @@ class Opening(QObject):
             present.take(opened.path, opened.project, _why_read_only(opened), nothing_listed)
         self._show(project)
         self._record("" if opened is None else str(opened.path))
+
+    def _take_newest(self, opened: OpenedProject) -> None:
+        """Take up a project; it is read again if it has been saved meanwhile, as when it is the one that was left."""
+        if not opened.parts.replaced():
+            self._take(opened)
+            return
+        opened.close()
+        self._begin()
+        self._desk.loader.read(f"Open {opened.path.name}", lambda: open_project(opened.path), self._take)
 
     def _take(self, opened: OpenedProject) -> None:
         store = self._desk.store

@@ -119,6 +119,10 @@ class ProjectPart(Part):
         """What is unsaved beside the frames; "" for nothing."""
         return self.present.words()
 
+    def when_saved(self, then: Callable[[], None]) -> None:
+        """Call `then` as soon as nothing is being saved."""
+        self.saving.when_done(then)
+
     def save_then(self, frames: frozenset[str], then: Callable[[bool], None]) -> None:
         """Save the work on these frames alone; `then` is told whether that has been done."""
         self._save(frames, then)

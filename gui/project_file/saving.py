@@ -14,6 +14,7 @@ from gui.project.store import WorkStore
 from gui.project.whole import is_begun
 from gui.project_file.present import PresentProject, Set
 from gui.project_file.view_state import ViewState
+from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.work.worker import Worker
 from ilf.errors import InputError
@@ -55,8 +56,10 @@ class _Taken:
     wish: Wish
     project: Project
     stamps: Mapping[Session, tuple[int, int, int]]
-    put_away: Collection[str]
-    """Ids of frames that are not open, and saved, too."""
+    put_away: Mapping[Entry, int]
+    """Frames that are not open, and saved, too, with how often they had been changed by then."""
+    archive: Parts | None
+    """The project's file by then."""
     set: Set
 
 
@@ -83,6 +86,7 @@ class Saving(QObject):
         self._present = present
         self._view = view
         self._waiting: list[Wish] = []
+        self._afterwards: list[Callable[[], None]] = []
         self._taken: _Taken | None = None
         self._incomplete = WeakSet[Session]()
         """Frames of which not all could be read: what is stored of them is left as it is until they are worked on."""
@@ -105,9 +109,17 @@ class Saving(QObject):
         self._waiting.append(wish)
         self._next()
 
+    def when_done(self, then: Callable[[], None]) -> None:
+        """Call `then` as soon as nothing is being saved, nor waits for that: at once, if it is so already."""
+        if self.busy:
+            self._afterwards.append(then)
+        else:
+            then()
+
     def shutdown(self) -> bool:
-        """Wait for what is being saved, before the window closes. True if the thread has ended."""
+        """Stop for good, before the window closes. True if the thread has ended."""
         self._waiting.clear()
+        self._afterwards.clear()
         self._pace.stop()
         return self._worker.shutdown()
 
@@ -133,14 +145,16 @@ class Saving(QObject):
             if session.unsaved or (is_begun(session) and whole):
                 self._desk.recorder.keep(session)
         project = self._present.snapshot(self._view.of_window(), wish.only)
-        put_away = [entry.id for entry in wanted if entry.session is None]
-        return _Taken(wish, project, stamps, put_away, self._present.set_now())
+        put_away = {entry: entry.changes for entry in wanted if entry.session is None}
+        return _Taken(wish, project, stamps, put_away, store.project, self._present.set_now())
 
     def _write(self, error: Exception | None) -> None:
         """All of it is stored, or cannot be."""
         taken, store = self._taken, self._desk.store
         if taken is None:
             return
+        if error is None and store.project is not taken.archive:
+            error = InputError("Another project has taken its place.")
         if error is not None:
             self._fail(error)
             return
@@ -155,7 +169,7 @@ class Saving(QObject):
         """Called in the thread."""
         wish, project = taken.wish, taken.project
         made_folder(wish.path.parent)
-        archive = store.project
+        archive = taken.archive
         with store.held():
             left = [] if wish.only is None else [frame.id for frame in project.frames if frame.id not in wish.only]
             base: list[Parts] = [_Stored(store, left), *([] if archive is None else [archive])]
@@ -185,7 +199,7 @@ class Saving(QObject):
         for entry in workspace.entries:
             if entry.id in there:
                 entry.has_state = True
-            if entry.session is None and entry.id in taken.put_away:
+            if entry.session is None and entry.changes == taken.put_away.get(entry):
                 entry.set_unsaved(False)
         for session, stamp in taken.stamps.items():
             if session in workspace.sessions:
@@ -206,6 +220,8 @@ class Saving(QObject):
         tell()
         taken.wish.then(done)
         self._next()
+        while self._afterwards and not self.busy:
+            self._afterwards.pop(0)()
 
 
 class _Stored:

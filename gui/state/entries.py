@@ -35,6 +35,8 @@ class Entry:
         Whether a state of it is stored, to be opened in place of the source.
     of_folder : bool
         Whether it was found in a folder, which is what the user has opened.
+    changes : int
+        How often it has been changed while it was not open.
     """
 
     id: str
@@ -44,6 +46,7 @@ class Entry:
     session: Session | None = None
     has_state: bool = False
     of_folder: bool = False
+    changes: int = 0
     _summary: FrameSummary = field(default_factory=FrameSummary)
     _stamp: tuple[int, ...] = ()
     _unsaved: bool = False
@@ -82,6 +85,7 @@ class Entry:
     def set_unsaved(self, unsaved: bool) -> None:
         """Whether there is such work, while it is not open."""
         self._unsaved = unsaved
+        self.changes += unsaved
 
     @property
     def origin(self) -> object:

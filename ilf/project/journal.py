@@ -138,9 +138,12 @@ class Journal:
         self._lock = threading.RLock()
         self._pieces: Pieces | None = None
         """Of what is there; read when something is to be written for the first time."""
-        with self._telling(reading=self.path.exists()):
+        there = self.path.exists()
+        # who looks at a new file for a moment is waited for; who works on one is not
+        wait = 0.0 if there else _WAIT_S
+        with self._telling(reading=there):
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._database = sqlite3.connect(self.path, timeout=_WAIT_S, isolation_level=None, check_same_thread=False)
+            self._database = sqlite3.connect(self.path, timeout=wait, isolation_level=None, check_same_thread=False)
         try:
             with self._telling(reading=True):
                 self._open()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 from ..drawing.block_pictures import block_colour
@@ -50,7 +50,7 @@ class Subject:
         """A frame as a project holds it, with its present results."""
         infos = state.notes.infos
         return cls(
-            state.run(),
+            replace(state.run(), dense=state.guess is not None),
             stored_completion(state),
             {label: info.name for label, info in infos.items()},
             {label: info.colour for label, info in infos.items()},

@@ -104,6 +104,20 @@ def test_own_values_may_become_those_of_all_and_all_may_part(
     assert smoothness(session, other) == [7.0, 3.0]
 
 
+def test_when_all_part_the_values_of_every_frame_are_stored(
+    shared: Workspace, session: Session, other: Session
+) -> None:
+    set_smoothness(shared, 3.0)
+    touched: set[Session] = set()
+    shared.touched.connect(touched.add)
+    shared.part_parameters()
+    assert touched == {session, other}
+    session.undo_stack.undo()
+    touched.clear()
+    session.undo_stack.redo()
+    assert touched == {session, other}
+
+
 def test_own_values_of_blocks_stay_with_their_frame(shared: Workspace, session: Session, other: Session) -> None:
     shared.set_own({"smoothness": 3.0}, [1])
     assert session.notes.own == {1: {"smoothness": 3.0}}

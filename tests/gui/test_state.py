@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
+from gui.state.changing_blocks import Kept
 from gui.state.results import Held
 from gui.state.session import LARGEST_LABEL, Session
 from gui.state.tally import BlockCounts
-from gui.state.workspace import Kept, Workspace
+from gui.state.workspace import Workspace
 from ilf.ebs.edit import patch_between
 from ilf.frame import RGBDFrame
 from ilf.outcomes import BlockResult

@@ -96,6 +96,22 @@ def test_a_pose_is_exact_on_planes_without_any_detail() -> None:
     assert follow(frames[0], labels.astype(np.int32), frames[1], how="flow", pose=pose, extraction=_QUICK).how == "flow"
 
 
+def test_a_pose_that_the_pictures_contradict_is_left_aside() -> None:
+    (before, labels), (after, truth) = (_view(30, left, intrinsics=_CAMERA) for left in (30, 36))
+    flat = np.full(_SHAPE, 2.0)
+    frames = RGBDFrame(before.rgb, flat, _CAMERA), RGBDFrame(after.rgb, flat, _CAMERA)
+    pose = np.eye(4)
+    pose[0, 3] = -0.1
+    right = follow(frames[0], labels, frames[1], pose=pose, extraction=_QUICK)
+    assert (right.how, right.notes) == ("pose", ())
+    for wrong in (np.linalg.inv(pose), np.diag([1.0, 1, 1, 1]) + 1000 * (pose - np.eye(4))):
+        found = follow(frames[0], labels, frames[1], pose=wrong, extraction=_QUICK)
+        assert found.how == "flow"
+        assert "does not fit the pictures" in found.notes[0]
+        assert (found.labels != truth)[:, :-8].mean() < 0.01
+        assert follow(frames[0], labels, frames[1], how="pose", pose=wrong, extraction=_QUICK).how == "pose"
+
+
 def test_what_comes_into_the_picture_has_a_new_number_and_what_leaves_is_gone() -> None:
     rgb, depth, labels = (
         np.ascontiguousarray(np.pad(one[:96, :128], ((0, 0), (0, 40), (0, 0))[: one.ndim], "edge")) for one in _scene()
@@ -155,7 +171,7 @@ def test_drawn_borders_go_along() -> None:
     assert locked.drawn is None
 
 
-def test_thirty_steps_leave_no_crumbs_and_pictures_of_other_places_are_extracted_anew() -> None:
+def test_fifteen_steps_leave_no_crumbs_and_pictures_of_other_places_are_extracted_anew() -> None:
     before, labels = _view(30, 10)
     start = labels
     for step in range(1, 16):

@@ -191,13 +191,14 @@ def test_what_is_not_there_is_said(tmp_path: Path) -> None:
 def test_a_stored_frame_is_reported_with_its_results_and_names(run: Run, subject: Subject) -> None:
     results = {1: subject.completion.results[1]}
     notes = BlockNotes({1: BlockInfo("Wall", (1, 2, 3))}, {1: {"smoothness": 9.0}}, extraction=run.extraction)
-    state = FrameState("a1", run.frame, run.blocks, notes, run.parameters, results, note="by the window")
+    state = FrameState("a1", run.frame, run.blocks, notes, run.parameters, results, dense=True, note="by the window")
     page = Page(report([Subject.of_state(state, "ilf project replay all.ilf")]))
     first, second = page.table("no.", "block", "pixels")
     assert first[1] == "Wall"
     assert first[5] == "values changed"  # it was run with another smoothness than is set now
     assert second[5] == "not run"
     assert "by the window" in page.text
+    assert "to be guessed" not in page.text  # it is wished for, but has not been done
     assert "ilf project replay all.ilf" in page.text
 
 

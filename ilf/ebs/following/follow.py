@@ -18,10 +18,10 @@ from ..drawn import border_pixels
 from .doubts import doubts
 from .flow import by_flow, depth_of_parts, flows_between
 from .parts import parts_of
-from .reprojection import by_pose
+from .reprojection import by_pose, off_flow
 from .settling import extracted_anew, labels_in, settle
 from .sources import Mask, Sources, sources_of
-from .stillness import ALL_STILL, around, camera_is_still, changed
+from .stillness import ALL_STILL, around, camera_is_still, changed, detailed
 
 WAYS = ("auto", "copied", "flow", "pose")
 """How blocks can be carried; auto takes the pose where it is known, else copies what is still and follows the rest."""
@@ -33,6 +33,15 @@ thirds of the picture have changed, less than 0.05 between pictures of different
 _LOST = (
     "Only {share:.0%} of the picture could be followed from the frame before, so its blocks were extracted anew and "
     "named after what they lie on: look at all of them."
+)
+
+_POSE_OFF = 0.3
+"""Half of the picture may be off its motion by the pose by more than this share of that motion, or of 8 px if it is
+smaller: a pose that is turned around, or in other units, is off by 0.3 to 2, a true one by less than 0.05."""
+
+_WRONG_POSE = (
+    "The camera's pose does not fit the pictures: half of what they show is off by {off:.0%} or more of its motion. So "
+    "the blocks were carried by optical flow. Poses must take points of the camera [m] to the world."
 )
 
 _OTHER = 0.1
@@ -100,7 +109,8 @@ def follow(
     how : str
         "copied": every pixel keeps its block, as from the same camera position. "flow": along optical flow. "pose":
         along a known motion of the camera, with flow where depth is missing. "auto": by the pose if it is given;
-        else what has not changed is copied, and what has moved is carried by flow.
+        else what has not changed is copied, and what has moved is carried by flow. A pose that the pictures contradict
+        is left aside, which is said.
     pose : array_like of float, shape (4, 4), optional
         Takes points [m] of the camera before to the camera after (x to the right, y down, z forward). Both frames must
         have intrinsics.
@@ -156,11 +166,16 @@ def follow(
     depth = depth_of_parts(before, parts)
     motion, done = by_flow(flow, agrees, parts, depth), "flow"
     share = float(agrees.mean())
-    if known is not None:
-        motion, done, share = by_pose(before, after, known, depth, motion), "pose", 1.0
-    sources = sources_of(motion, after, still)
     chosen = extraction or BlockParameters()
     notes = find_edges(after, chosen).notes
+    if known is not None:
+        by_known = by_pose(before, after, known, depth, motion)
+        off = off_flow(by_known, flow, agrees & detailed(before))
+        if how == "pose" or off <= _POSE_OFF:
+            motion, done, share = by_known, "pose", 1.0
+        else:
+            notes = (*notes, _WRONG_POSE.format(off=off))
+    sources = sources_of(motion, after, still)
     if share < _LEAST:
         settled = extracted_anew(parts, sources, after, chosen, taken)
         reasons = dict.fromkeys(labels_in(settled.labels), "Too little of the picture is like the frame before.")

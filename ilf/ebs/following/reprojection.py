@@ -6,9 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...frame import RGBDFrame
-from .sources import Field, Motion
+from .sources import Field, Mask, Motion
 
 Pose = NDArray[np.float64]
+
+_LEAST_MOTION = 8.0
+"""Motions that are smaller [px] are not told from errors of the flow."""
 
 
 def by_pose(before: RGBDFrame, after: RGBDFrame, pose: Pose, depth: Field, flow: Motion) -> Motion:
@@ -41,3 +44,21 @@ def by_pose(before: RGBDFrame, after: RGBDFrame, pose: Pose, depth: Field, flow:
         z.astype(np.float32),
         np.where(known, np.isfinite(z), flow.sure),
     )
+
+
+def off_flow(motion: Motion, flow: Field, agrees: Mask) -> float:
+    """How far motion by a pose is off the flow, as a share of the flow's length; the median, 0 where nothing tells.
+
+    Parameters
+    ----------
+    motion : Motion
+    flow : ndarray of float32, shape (H, W, 2)
+        Offsets x, y [px].
+    agrees : ndarray of bool, shape (H, W)
+        Where it can be relied on.
+    """
+    rows, columns = np.indices(agrees.shape)
+    off = np.hypot(motion.columns - columns - flow[..., 0], motion.rows - rows - flow[..., 1])
+    told = agrees & ~np.isnan(off)
+    length = np.maximum(np.hypot(flow[..., 0], flow[..., 1]), _LEAST_MOTION)
+    return float(np.median(off[told] / length[told])) if told.any() else 0.0

@@ -64,16 +64,20 @@ def around(mask: Mask) -> Mask:
 
 def camera_is_still(before: RGBDFrame, flow: Field) -> bool:
     """Whether most of the detail of the picture is where it was, by the flow to the frame after, float32 (H, W, 2)."""
-    grey = brightness(before)
-    detail = np.hypot(cv2.Sobel(grey, cv2.CV_32F, 1, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 1)) / 8 > _DETAIL
     motions = [
         float(np.hypot(*np.median(there[here], axis=0)))
-        for rows, flows in zip(np.array_split(detail, _CELLS), np.array_split(flow, _CELLS), strict=True)
+        for rows, flows in zip(np.array_split(detailed(before), _CELLS), np.array_split(flow, _CELLS), strict=True)
         for here, there in zip(np.array_split(rows, _CELLS, axis=1), np.array_split(flows, _CELLS, axis=1), strict=True)
         if np.count_nonzero(here) >= _LEAST_DETAIL
     ]
     # without any detail, nothing speaks for a motion
     return not motions or float(np.quantile(motions, _SHARE)) < _MOTION
+
+
+def detailed(frame: RGBDFrame) -> Mask:
+    """Pixels that would show a motion, bool (H, W)."""
+    grey = brightness(frame)
+    return np.hypot(cv2.Sobel(grey, cv2.CV_32F, 1, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 1)) / 8 > _DETAIL
 
 
 def brightness(frame: RGBDFrame) -> NDArray[np.float32]:

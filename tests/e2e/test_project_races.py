@@ -1,0 +1,100 @@
+"""What is done to a project while it is saved, opened or left: nothing is mixed, and nothing is lost."""
+
+from __future__ import annotations
+
+import uuid
+from pathlib import Path
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from gui.main_window import MainWindow
+from gui.project_file.saving import Wish
+from gui.state.entries import Entry
+from ilf.frame import RGBDFrame
+from ilf.io.frame_source import FrameSource
+from ilf.project.file import open_project
+
+from .conftest import WAIT_MS, write_frame
+
+
+def _saved(window: MainWindow, qtbot: QtBot, path: Path) -> None:
+    with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
+        window.project.saving.save(Wish(path))
+
+
+def test_the_present_project_is_opened_again_as_it_has_been_saved_before(
+    opened: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    path = tmp_path / "room.ilf"
+    _saved(opened, qtbot, path)
+    opened.workspace.edit_info(1, "Rename", name="Wall")
+    opened.documents.discard_silently = False
+    opened.documents.open_paths([path])
+    qtbot.waitUntil(lambda: opened.project.closing.dialog is not None, timeout=WAIT_MS)
+    dialog = opened.project.closing.dialog
+    assert dialog is not None
+    with qtbot.waitSignal(opened.project.opening.opened, timeout=WAIT_MS):
+        dialog.save_button.click()
+    qtbot.waitUntil(lambda: opened.workspace.has_session, timeout=WAIT_MS)
+    opened.documents.discard_silently = True
+    assert opened.workspace.session.info(1).name == "Wall"
+
+
+@pytest.mark.parametrize("leave", ["new_project", "quit"])
+def test_a_project_is_left_only_when_it_has_been_saved(
+    opened: MainWindow, qtbot: QtBot, tmp_path: Path, leave: str
+) -> None:
+    path, other = tmp_path / "room.ilf", tmp_path / "other.ilf"
+    _saved(opened, qtbot, path)
+    opened.documents.discard_silently = False
+    opened.project.saving.save(Wish(other))
+    opened.actions_[leave].trigger()
+    qtbot.waitUntil(lambda: not (opened.isVisible() and len(opened.workspace.entries)), timeout=WAIT_MS)
+    with open_project(other) as project:
+        assert [frame.has_state for frame in project.project.frames] == [True]
+    if leave == "new_project":
+        assert opened.project.present.path is None, "the file is not that of the new project"
+
+
+def test_a_note_written_while_the_project_is_saved_stays_unsaved(
+    opened: MainWindow, qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame
+) -> None:
+    entry = Entry.of(FrameSource(str(write_frame(tmp_path / "second", small_frame))))
+    opened.workspace.add_entries([entry])
+    with qtbot.waitSignal(opened.project.saving.saved, timeout=WAIT_MS):
+        opened.project.saving.save(Wish(tmp_path / "room.ilf"))
+        opened.workspace.set_note(entry, "Late.")
+    assert entry.unsaved
+    _saved(opened, qtbot, tmp_path / "room.ilf")
+    assert not entry.unsaved
+
+
+def test_two_frames_of_the_same_files_stay_apart(opened: MainWindow, qtbot: QtBot) -> None:
+    """As where work is restored beside a frame that is in the list already."""
+    workspace = opened.workspace
+    (worked,) = workspace.entries
+    workspace.edit_info(1, "Rename", name="Wall")
+    others = [
+        Entry(uuid.uuid4().hex, worked.key, "other", FrameSource(worked.key, None, units)) for units in (None, 1000.0)
+    ]
+    workspace.add_entries(others)
+    for other in others:
+        opened.loader.open_entry(other)
+        qtbot.waitUntil(lambda: not opened.loader.busy, timeout=WAIT_MS)
+    sessions = [entry.session for entry in workspace.entries]
+    assert None not in sessions
+    assert [session.id for session in sessions if session is not None] == [worked.id, *(one.id for one in others)]
+    assert worked.session is not None
+    assert worked.session.info(1).name == "Wall"
+
+
+def test_a_frame_that_is_removed_while_it_is_read_does_not_come_back(
+    opened: MainWindow, qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame
+) -> None:
+    entry = Entry.of(FrameSource(str(write_frame(tmp_path / "second", small_frame))))
+    opened.workspace.add_entries([entry])
+    opened.loader.open_entry(entry)
+    opened.workspace.remove_entries([entry])
+    qtbot.waitUntil(lambda: not opened.loader.busy, timeout=WAIT_MS)
+    assert len(opened.workspace.entries) == len(opened.workspace.sessions) == 1
