@@ -182,3 +182,21 @@ def test_a_project_that_was_saved_after_the_work_was_left_is_not_replaced_unaske
     assert window.project.present.path == path
     assert "saved again since" in window.project.present.read_only
     window.close()
+
+
+def test_a_journal_that_cannot_be_taken_away_does_not_keep_the_window_open(
+    window: MainWindow, left: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dialog = _dialog(window, qtbot)
+    dialog.rows[1].restore_button.click()
+    qtbot.waitUntil(lambda: 1 not in dialog.rows and not window.loader.busy, timeout=WAIT_MS)
+
+    def fail(journal: Journal) -> None:
+        journal.close()
+        raise OSError("the folder is read-only")
+
+    with monkeypatch.context() as locked:
+        locked.setattr(Journal, "discard", fail)
+        window.close()
+    assert not window.isVisible()
+    assert any(f"-{os.getpid()}-" in path.name for path in left.glob("*.journal"))
