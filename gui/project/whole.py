@@ -6,7 +6,6 @@ from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.state.sharing import Shared
 from gui.state.workspace import Workspace
-from ilf.frame import RGBDFrame
 from ilf.io.frame_source import FrameSource
 from ilf.project import Project, ProjectFrame
 
@@ -34,25 +33,10 @@ def is_begun(session: Session | None) -> bool:
 
 def source_of(entry: Entry) -> FrameSource | None:
     """Where the frame of an entry is, with absolute paths; None if it comes from no file."""
-    source = entry.source
-    if source is None and entry.session is not None:
-        source = _source_of_frame(entry.session.frame)
+    source, session = entry.source, entry.session
+    if source is None and session is not None and session.frame.inputs is not None:
+        source = FrameSource.of(session.frame.inputs)
     return None if source is None else source.absolute()
-
-
-def _source_of_frame(frame: RGBDFrame) -> FrameSource | None:
-    inputs = frame.inputs
-    if inputs is None:
-        return None
-    truth = inputs.truth
-    return FrameSource(
-        inputs.rgb.path,
-        inputs.depth.path,
-        inputs.depth_units,
-        inputs.intrinsics,
-        None if truth is None else truth.path,
-        None if truth is None else truth.units,
-    )
 
 
 def take_settings(workspace: Workspace, project: Project) -> None:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 from .naming import name_by
 
 if TYPE_CHECKING:
-    from ..frame import RGBDFrame
+    from ..frame import FrameInputs, RGBDFrame
     from .camera_files import IntrinsicsSpec
 
 
@@ -28,6 +28,19 @@ class FrameSource:
     intrinsics: IntrinsicsSpec | None = None
     truth: str | None = None
     truth_units: float | None = None
+
+    @classmethod
+    def of(cls, inputs: FrameInputs) -> Self:
+        """What a frame with these inputs is opened from again."""
+        truth = inputs.truth
+        return cls(
+            inputs.rgb.path,
+            inputs.depth.path,
+            inputs.depth_units,
+            inputs.intrinsics,
+            None if truth is None else truth.path,
+            None if truth is None else truth.units,
+        )
 
     @property
     def key(self) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import platformdirs
 
-SUFFIX = ".ilf"
+from .file import SUFFIX
 
 
 def projects_of_folders() -> Path:

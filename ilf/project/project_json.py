@@ -299,16 +299,7 @@ def _of_its_own(identity: str, parts: Parts) -> ProjectFrame:
     data = read_frame_part(identity, parts)
     frame, source = data.section("frame"), None
     if "inputs" in frame.values:
-        inputs = parsed_inputs(frame.section("inputs"))
-        truth = inputs.truth
-        source = FrameSource(
-            inputs.rgb.path,
-            inputs.depth.path,
-            inputs.depth_units,
-            inputs.intrinsics,
-            None if truth is None else truth.path,
-            None if truth is None else truth.units,
-        )
+        source = FrameSource.of(parsed_inputs(frame.section("inputs")))
     height, width = frame.items("shape", int)
     stage = _stage(data.values)
     summary = FrameSummary(stage, data.get("note", str), (height, width), completed=len(data.get("results", list)))
