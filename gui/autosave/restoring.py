@@ -84,10 +84,12 @@ class Restoring(QObject):
 
     def _take(self, plan: _Plan, brought: _Brought, then: Callable[[], None]) -> None:
         desk, left, ids = self._desk, plan.left, plan.ids
+        given = left.read.places.given  # files that were found again are found there, whatever the project's file says
         if plan.alone:
-            places = left.read.places if brought.opened is None else brought.opened.places
+            places = left.read.places if brought.opened is None else replace(brought.opened.places, given=given)
             self._opening.take_back(left.read.project, places, brought.opened, left.changed)
         else:
+            desk.store.places = replace(desk.store.places, given={**given, **desk.store.places.given})
             new = [entry_of(_under(frame, ids[frame.id]), unsaved=True) for frame in plan.frames]
             desk.workspace.add_entries(new)
             if new:

@@ -55,6 +55,10 @@ class ShareNotices(Protocol):
         """The frames that are open."""
         ...
 
+    def touch(self, session: Session, looked: bool = False) -> None:
+        """Something has changed that a project holds; `looked`: no reason to save."""
+        ...
+
     def take_shared(self, shared: Shared, session: Session, common: Parameters, own: bool) -> None:
         """Whether parameters are for all frames, which those are, and those of one frame."""
         ...
@@ -75,6 +79,7 @@ class ShareParameters(QUndoCommand):
         """Make the change."""
         self._former = WeakKeyDictionary({session: session.common for session in self._notices.sessions})
         self._swap()
+        self._note_parted()
 
     def undo(self) -> None:
         """Take it back."""
@@ -85,6 +90,14 @@ class ShareParameters(QUndoCommand):
                 if session in there and session.common != common:
                     session.settle_parameters()
                     session.take_common(common)
+        self._note_parted(looked=True)  # to come back to what was there before is no work
+
+    def _note_parted(self, looked: bool = False) -> None:
+        """Frames have no longer the values of all, but those that they have by now: these must be stored with them."""
+        notices, was_shared = self._notices, self._shared.on
+        for session in notices.sessions if was_shared and not notices.shared.on else ():
+            if session is not self._session and not session.own_parameters:
+                notices.touch(session, looked)
 
     def _swap(self) -> None:
         notices, session = self._notices, self._session

@@ -122,13 +122,12 @@ def _left(path: Path) -> LeftWork | None:
 
 
 def _as_it_is(listed: ProjectFrame, own: ProjectFrame | None) -> ProjectFrame:
-    """A frame of the list, with what its own part, which is newer, says of it."""
+    """A frame of the list, with what its own part says of how far it has come, which is newer. Notes are written to
+    frames that are not open, too, where the list alone has them."""
     if own is None:
         return listed
     fresh = own.summary
-    summary = replace(
-        listed.summary, stage=fresh.stage, note=fresh.note, shape=fresh.shape, completed=fresh.completed, problem=""
-    )
+    summary = replace(listed.summary, stage=fresh.stage, shape=fresh.shape, completed=fresh.completed, problem="")
     return replace(listed, has_state=True, summary=summary)
 
 

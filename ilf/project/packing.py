@@ -26,6 +26,9 @@ ARRAYS = "arrays/"
 MAX_UNPACKED = 2**29
 """Bytes that an array may have: the depth of the largest frame that is read."""
 
+_MAX_UNPACKED_TOGETHER = 2 * MAX_UNPACKED + 2**20
+"""Bytes that all that is asked for of one npz may have: a guess has two arrays."""
+
 _LONGEST_HEADER = 1024
 _NPY_ERRORS = (zipfile.BadZipFile, zlib.error, EOFError, OSError, LookupError, RuntimeError, ValueError, SyntaxError)
 """What reading a damaged npz may raise: NotImplementedError is a RuntimeError, decoding errors are ValueErrors."""
@@ -125,6 +128,7 @@ class Npz:
 
     def __init__(self, name: str, content: bytes) -> None:
         self._name = name
+        self._left = _MAX_UNPACKED_TOGETHER
         try:
             self._zip = zipfile.ZipFile(io.BytesIO(content))
         except _NPY_ERRORS as error:
@@ -150,8 +154,9 @@ class Npz:
         """The bytes of a file in it, which may not be more than so many."""
         try:
             entry = self._zip.getinfo(name)
-            if entry.file_size > min(at_most, MAX_UNPACKED):
+            if entry.file_size > min(at_most, MAX_UNPACKED + _LONGEST_HEADER, self._left):
                 raise ValueError(f"{name} is too large")
+            self._left -= entry.file_size
             with self._zip.open(entry) as stream:
                 content = stream.read(entry.file_size + 1)
         except _NPY_ERRORS as error:

@@ -153,7 +153,7 @@ class _Reader:
 
     def project(self) -> ReadProject:
         data, problems = self._data, self._problems
-        places = Places(self._path, self._files())
+        places = Places(self._path, self._files(), self._given())
         moved = self._path is not None and self._value("folder", None, str, type(None)) != str(self._path.parent)
         frames = []
         for row in self._value("frames", [], list):
@@ -194,6 +194,10 @@ class _Reader:
             if isinstance(relative, str | None) and isinstance(absolute, str | None):
                 found[path] = FilePlace(relative, absolute)
         return found
+
+    def _given(self) -> dict[str, Path]:
+        given = self._value("given", {}, dict)
+        return {key: Path(path) for key, path in given.items() if isinstance(path, str)}
 
 
 def _frame(row: Section, moved: Places | None) -> ProjectFrame:

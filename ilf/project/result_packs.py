@@ -139,6 +139,8 @@ def _unpacked(packed: Npz, head: Section, measured: NDArray[np.float32]) -> list
     edges = [BlockParameters.from_dict(values) for values in head.items("edges", dict)]
     boxes = [_box(entry, measured.shape) for entry in entries]
     shapes = [(box[0].stop - box[0].start, box[1].stop - box[1].start) for box in boxes]
+    if sum(h * w for h, w in shapes) > 8 * PACK_BYTES + measured.size:
+        raise FormatError("The results are more than a part ever holds.")
     mask_bits = _Stretch(packed.array("masks", np.uint8, (sum((h * w + 7) // 8 for h, w in shapes),)))
     masks = [mask_bits.bits(h * w).reshape(h, w) for h, w in shapes]
     pixels = [int(np.count_nonzero(mask)) for mask in masks]

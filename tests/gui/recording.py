@@ -24,7 +24,7 @@ class Recording:
     """Two frames that are open, a store and a recorder. Copies of the journal are made in a folder aside."""
 
     def __init__(self, folder: Path, aside: Path, frame: RGBDFrame, labels: np.ndarray) -> None:
-        self.folder, self._aside = folder, aside
+        self.folder, self.aside = folder, aside
         self.workspace = Workspace()
         self.store = WorkStore(folder)
         self.recorder = Recorder(self.workspace, self.store)
@@ -43,9 +43,9 @@ class Recording:
     def journal(self) -> Journal:
         """The journal as another program finds it after this one's end."""
         (path,) = self.folder.glob("*.journal")
-        shutil.rmtree(self._aside, ignore_errors=True)
-        shutil.copytree(self.folder, self._aside)
-        return Journal(self._aside / path.name)
+        shutil.rmtree(self.aside, ignore_errors=True)
+        shutil.copytree(self.folder, self.aside)
+        return Journal(self.aside / path.name)
 
     def end(self) -> None:
         """As a window that is closed."""

@@ -16,6 +16,7 @@ from ilf.errors import InputError
 from ilf.frame import RGBDFrame
 from ilf.project.decoding import load_state
 from ilf.project.encoding import frame_part
+from ilf.project.journals import left_work
 
 from .recording import WAIT_MS, Recording, assert_holds
 
@@ -146,3 +147,46 @@ def test_what_is_in_the_project_file_is_in_the_journal_too_once_a_frame_changes(
     assert_holds(journal, again)
     assert load_state(again.id, journal).state.notes.drawn is not None
     journal.discard()
+
+
+def test_parameters_that_were_for_all_frames_are_stored_with_each_when_they_are_not(
+    desk: Recording, qtbot: QtBot
+) -> None:
+    one, two = desk.sessions
+    workspace = desk.workspace
+    workspace.show_session(one)
+    former = two.common
+    workspace.share_parameters()
+    workspace.set_parameters(workspace.parameters.replace(max_iterations=7))
+    _stored(desk, qtbot)
+    workspace.part_parameters()
+    _stored(desk, qtbot)
+    assert desk.store.read(two.id).state.common == two.common == former.replace(max_iterations=7)
+    assert two.unsaved
+    while one.undo_stack.canUndo():
+        one.undo_stack.undo()
+    _stored(desk, qtbot)
+    assert desk.store.read(two.id).state.common == two.common == former
+
+
+def test_a_note_on_a_frame_that_is_put_away_is_among_what_is_left(desk: Recording, qtbot: QtBot) -> None:
+    one, two = desk.sessions
+    desk.recorder.is_unsaved = lambda: True
+    desk.erase(two, 3)
+    desk.workspace.show_session(one)
+    _stored(desk, qtbot)
+    entry = desk.workspace.entries[1]
+    desk.workspace.put_away(two)
+    desk.workspace.set_note(entry, "Look again.")
+    _stored(desk, qtbot)
+    desk.journal().close()
+    (left,) = left_work(desk.aside)
+    left.release()
+    assert {frame.id: frame.summary.note for frame in left.frames}[entry.id] == "Look again."
+
+
+def _stored(desk: Recording, qtbot: QtBot) -> None:
+    told: list[Exception | None] = []
+    desk.recorder.settle(told.append)
+    qtbot.waitUntil(lambda: bool(told), timeout=WAIT_MS)
+    assert told == [None]

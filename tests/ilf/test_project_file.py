@@ -20,6 +20,8 @@ from ilf.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.archive import Archive
 from ilf.project.encoding import frame_part
 from ilf.project.file import open_project, save_project
+from ilf.project.packing import Npz, npz
+from ilf.project.result_packs import unpack_results
 from ilf.project.sources import ChangedSource, MissingSource, Places
 
 from .project_states import assert_same, made_frame, rich_state, small_frame
@@ -341,3 +343,19 @@ def test_what_claims_to_be_huge_is_not_unpacked(work, monkeypatch):
         with pytest.raises(FormatError, match="compressed"):
             opened.parts.read("arrays/bomb.npz")
         assert opened.state("a1", Places(path)).problems == ()
+
+
+def test_a_small_part_does_not_unpack_to_gigabytes(monkeypatch):
+    """Bits and zeros take hardly any room as long as they are packed."""
+    measured = np.full((1000, 1000), 2.0, np.float32)
+    row = {"box": [0, 1000, 0, 1000], "drawn": False, "history": None}
+    head = {"results": [row] * 69, "parameters": [], "edges": []}
+    content = npz({"masks": np.zeros(69 * 125_000, np.uint8)}, {"results.json": json.dumps(head).encode()})
+    assert len(content) < 50_000
+    with pytest.raises(FormatError, match="more than a part ever holds"):
+        unpack_results("arrays/bomb.npz", content, measured)
+    monkeypatch.setattr("ilf.project.packing._MAX_UNPACKED_TOGETHER", 2_500)
+    columns = Npz("arrays/bomb.npz", npz({"a": np.zeros(100), "b": np.zeros(100), "c": np.zeros(100)}))
+    assert [columns.array(name, np.float64, (100,)).sum() for name in "ab"] == [0, 0]
+    with pytest.raises(FormatError, match="too large"):
+        columns.array("c", np.float64, (100,))
