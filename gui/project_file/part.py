@@ -194,7 +194,9 @@ class ProjectPart(Part):
     def _save_as(self, why: str, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
         desk = self.desk
         first = next(iter(desk.workspace.entries), None)
-        proposed = self.folders.proposed() or proposed_path("project" if first is None else first.name)
+        proposed = self.folders.proposed() or proposed_path(
+            self.present.name or ("project" if first is None else first.name)
+        )
         sources = [source for source in map(source_of, desk.workspace.entries) if source is not None]
         embedded = any(name.startswith("sources/") for name in desk.store.all_names())
         dialog = SaveAsDialog(proposed, embedded, sources, why, desk.window)
