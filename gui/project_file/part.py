@@ -210,8 +210,8 @@ class ProjectPart(Part):
         box = QMessageBox(self.desk.window)
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.setIcon(QMessageBox.Icon.Warning)
-        box.setWindowTitle("Replace the project?")
         there = path.exists()
+        box.setWindowTitle("Replace the project?" if there else "Write the project anew?")
         when = f" ({datetime.datetime.fromtimestamp(path.stat().st_mtime):%Y-%m-%d %H:%M})" if there else ""
         box.setText(
             f"{path.name} has been changed by another window or program since it was opened{when}."
