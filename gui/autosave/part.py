@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from gui.autosave.recovery import Recovery
-from gui.autosave.unkept_label import UnkeptLabel
+from gui.autosave.unkept_label import MEANING, UnkeptLabel
 from gui.desk import Desk, Part
 from gui.project_file.opening import Opening
+from gui.widgets.problems import error_details, error_text
 from ilf.project.journals import journal_folder
 
 
@@ -37,7 +38,7 @@ class AutosavePart(Part):
         self.label.say(str(error))
         if not self._failing:
             self._failing = True
-            self.desk.notes.report("Autosave", error)
+            self.desk.notes.warn("Not autosaved", [error_text(error), MEANING], error_details(error))
 
     def _tell_kept(self) -> None:
         if self._failing:

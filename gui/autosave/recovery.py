@@ -110,7 +110,9 @@ def _offered(left: LeftWork) -> OfferedWork:
     frames, all_frames = left.frames, left.read.project.frames
     stages = Counter(frame.summary.stage for frame in frames)
     parts = [f"{stages[stage]} {text}" for stage, text in _STAGES.items() if stages[stage]]
-    lines = [f"{len(frames)} of {_counted(len(all_frames), 'frame')} changed: {', '.join(parts)}"]
+    count = _counted(len(all_frames), "frame")
+    changed = f"{len(frames)} of {count} changed: {', '.join(parts)}"
+    lines = [changed if frames else f"{count}: no work on them, but their list or what is set for them has changed"]
     if left.note.project:
         lines.append(f"Project {left.note.project}")
     if left.note.host != socket.gethostname():

@@ -84,6 +84,7 @@ class RecoveryDialog(QDialog):
             row.restore_button.clicked.connect(lambda _=False, number=number: self._restore(number))
             row.discard_button.clicked.connect(lambda _=False, number=number: self.discard_wished.emit(number))
             row.later_button.clicked.connect(lambda _=False, number=number: self.remove(number))
+            row.later_button.setVisible(len(works) > 1)  # the dialog's own says the same of all
             column.addWidget(row)
         column.addStretch(1)
         area = QScrollArea()

@@ -8,6 +8,11 @@ from PySide6.QtWidgets import QLabel, QWidget
 
 from gui import theme
 
+MEANING = (
+    "What you do is kept in memory only, until this works again, which is tried every few seconds. Save the project to "
+    "be safe."
+)
+
 
 class UnkeptLabel(QLabel):
     """To be seen while there is something to say."""
@@ -21,10 +26,7 @@ class UnkeptLabel(QLabel):
     def say(self, why: str) -> None:
         """The reason, in a sentence; "" when all is well again."""
         self.setVisible(bool(why))
-        self.setToolTip(
-            f"<p>{why}</p><p>What you do is kept in memory only, until this works again, which is tried every few "
-            "seconds. Save the project to be safe.</p>"
-        )
+        self.setToolTip(f"<p>{why}</p><p>{MEANING}</p>")
         self.setAccessibleDescription(why)
 
     def changeEvent(self, event: QEvent) -> None:

@@ -179,6 +179,7 @@ class Missing(QObject):
         store, dialog = self._desk.store, self.dialog
         given = {wanted.sha256 or wanted.path: path for wanted, path in found.items()}
         store.places = replace(store.places, given={**store.places.given, **given})
+        self._desk.recorder.note_project()
         affected = {lost.frame for lost in self._lost if lost.wanted in found}
         self._lost = [lost for lost in self._lost if lost.wanted not in found]
         by_path = {wanted.path: path for wanted, path in found.items()}

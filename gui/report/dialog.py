@@ -101,10 +101,11 @@ class ReportDialog(QDialog):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(14, 14, 14, 14)
         layout.setSpacing(10)
-        for widget in (about, self._form, self.state, self.work, buttons):
+        for widget in (about, self._form, self.state, self.work):
             layout.addWidget(widget)
         layout.addStretch(1)
-        self.resize(520, 330)
+        layout.addWidget(buttons)
+        self.setMinimumWidth(520)
         self._restore()
         self._allow()
 

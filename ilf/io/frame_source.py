@@ -32,7 +32,7 @@ class FrameSource:
     @property
     def key(self) -> str:
         """Tells frames apart: the path of what holds the depth."""
-        return str(Path(self.depth or self.rgb).absolute())
+        return os.path.abspath(self.depth or self.rgb)
 
     @property
     def name(self) -> str:

@@ -81,6 +81,7 @@ def encode_project(project: Project, places: Places | None = None, *, embedded: 
         "view": plain(project.view),
         "embedded": embedded,
         "files": {path: vars(place) for path, place in known.files.items()},
+        "given": {key: str(path) for key, path in known.given.items()},
     }
     # frame by frame: a list of thousands in one go would hold up all other threads
     frames = b",".join(map(_encoded_frame, project.frames))
@@ -196,7 +197,7 @@ class _Reader:
         return found
 
     def _given(self) -> dict[str, Path]:
-        given = self._value("given", {}, dict)
+        given = self._value("given", {}, dict) if "given" in self._data.values else {}
         return {key: Path(path) for key, path in given.items() if isinstance(path, str)}
 
 

@@ -193,3 +193,8 @@ def test_thumbnail_is_the_colour_image_made_small(tmp_path):
     (tmp_path / "a.png").write_bytes((tmp_path / "a.png").read_bytes()[:400])
     with pytest.raises(FormatError):
         read_thumbnail(FrameSource(str(tmp_path / "a.png"), "unread.png"))
+
+
+def test_a_frame_is_the_same_by_whatever_path(tmp_path):
+    _touch(tmp_path, "a/meta.json", "b/meta.json")
+    assert FrameSource(str(tmp_path / "b" / ".." / "a")).key == FrameSource(f"{tmp_path}/a/").key == str(tmp_path / "a")

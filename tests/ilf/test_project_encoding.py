@@ -1,12 +1,16 @@
 """Frames' states as parts and back."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
 
+from ilf.project import Project
 from ilf.project.decoding import decode, load_state
 from ilf.project.encoding import Encoder, frame_part
+from ilf.project.project_json import decode_project, encode_project
+from ilf.project.sources import Places
 
 from .project_states import assert_same, made_frame, rich_state, small_frame
 
@@ -92,3 +96,13 @@ def test_the_state_that_is_tried_has_something_in_every_place(state):
                 continue
             values = [getattr(thing, field.name) for thing in things]
             assert any(value is not default and not np.array_equal(value, default) for value in values), field.name
+
+
+def test_where_the_user_says_that_files_are_is_told_with_the_list(tmp_path):
+    given = {"/gone/rgb.png": tmp_path / "rgb.png", "ab12": tmp_path / "depth.png"}
+    held = Held({"project.json": encode_project(Project(), Places(given=given))})
+    assert decode_project(held).places.given == given
+    data = json.loads(held.parts["project.json"])
+    del data["given"]  # as projects were written before
+    read = decode_project(Held({"project.json": json.dumps(data).encode()}))
+    assert (read.places.given, read.problems) == ({}, ())
