@@ -60,6 +60,12 @@ class FrameView(QTableView):
         """The entries of the chosen rows, from top to bottom."""
         return [index.data(ENTRY) for index in sorted(self.selectedIndexes(), key=QModelIndex.row)]
 
+    def show_row(self, index: QModelIndex) -> None:
+        """Have a row in sight, also if rows have come or gone just now."""
+        self.executeDelayedItemsLayout()
+        self.updateGeometries()
+        self.scrollTo(index)
+
     def _open(self, index: QModelIndex) -> None:
         if len(self.selectedIndexes()) <= 1:  # more are chosen for something else
             self.opened.emit(index.data(ENTRY))

@@ -102,8 +102,16 @@ class FramesPanel(QWidget):
         index = self.model.index_of(entry)
         if index.isValid():
             self.view.setCurrentIndex(index)
-            self.view.scrollTo(index)
+            self.view.show_row(index)
         self._turn_note()
+
+    def bring_in_sight(self, entry: Entry | None) -> None:
+        """Have the frame that is shown in sight again: it stands elsewhere in the list now."""
+        index = self.model.index_of(entry)
+        if index.isValid():
+            if not self.view.currentIndex().isValid():
+                self.view.setCurrentIndex(index)
+            self.view.show_row(index)
 
     def show_note(self) -> None:
         """The note on the frame, as it is now; not while it is being written."""

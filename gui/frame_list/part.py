@@ -115,9 +115,13 @@ class FramesPart(Part):
         """All of the list: which frames there are, in which order, and how many of which state."""
         self._soon.stop()
         entries = self.desk.workspace.entries
+        present, model = self._present(), self.panel.model
         self.panel.show_counts(counts(entries))
-        self.panel.model.set_entries(self.panel.sieve.shown(entries, self._present()))
+        row = model.row_of(present)
+        model.set_entries(self.panel.sieve.shown(entries, present))
         self._show_present()
+        if model.row_of(present) != row:
+            self.panel.bring_in_sight(present)
 
     def _show_present(self) -> None:
         """The frame that is shown, and what there is to say of it now."""

@@ -194,7 +194,9 @@ class ProjectPart(Part):
     def _save_as(self, why: str, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
         desk = self.desk
         first = next(iter(desk.workspace.entries), None)
-        proposed = self.folders.proposed() or proposed_path("project" if first is None else first.name)
+        proposed = self.folders.proposed() or proposed_path(
+            self.present.name or ("project" if first is None else first.name)
+        )
         sources = [source for source in map(source_of, desk.workspace.entries) if source is not None]
         embedded = any(name.startswith("sources/") for name in desk.store.all_names())
         dialog = SaveAsDialog(proposed, embedded, sources, why, desk.window)
@@ -208,8 +210,8 @@ class ProjectPart(Part):
         box = QMessageBox(self.desk.window)
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.setIcon(QMessageBox.Icon.Warning)
-        box.setWindowTitle("Replace the project?")
         there = path.exists()
+        box.setWindowTitle("Replace the project?" if there else "Write the project anew?")
         when = f" ({datetime.datetime.fromtimestamp(path.stat().st_mtime):%Y-%m-%d %H:%M})" if there else ""
         box.setText(
             f"{path.name} has been changed by another window or program since it was opened{when}."

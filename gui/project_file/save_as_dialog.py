@@ -25,10 +25,7 @@ from gui.widgets.messages import Message, last_folder
 from ilf.io.frame_source import FrameSource
 
 FOLDER_KEY = "project/folder"
-_BY_PLACE = (
-    "Without them, the project finds the frames where they are now, or where they lie from it: move them together, or "
-    "only the project."
-)
+_BY_PLACE = "The frames' files stay where they are: take them along when you move the project to another machine."
 _MOST_SIZED = 500
 """Frames whose files are looked at, to say how large they are."""
 KINDS = f"Project of ILF Studio (*{PROJECT_SUFFIX})"

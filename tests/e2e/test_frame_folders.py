@@ -133,6 +133,8 @@ def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(
     assert [entry.name for entry in panel.model.entries] == ["frame-1", "frame-5"], "what was left is left out now"
     panel.show_all()
     assert len(panel.model.entries) == COUNT
+    row = panel.view.visualRect(panel.model.index_of(entries[5]))
+    assert panel.view.viewport().rect().contains(row), "the present one is in sight again"
 
     asked: list[list[Entry]] = []
     some = [entries[1], entries[3], entries[5]]
