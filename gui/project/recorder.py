@@ -112,6 +112,7 @@ class Recorder(QObject):
             self._store.arrived(frames)
             self._store.revert(frames)
             then()
+            self.note_project()  # the journal is to be without them, too
 
         self.settle(drop)
 

@@ -211,3 +211,15 @@ def test_a_part_is_read_from_the_file_that_has_taken_the_others_place(tmp_path: 
     store = WorkStore(tmp_path)
     store.project = Replaced()
     assert store.part("arrays/1.png") == b"content"
+
+
+def test_what_is_discarded_is_soon_out_of_the_journal(desk: Recording, qtbot: QtBot) -> None:
+    _, two = desk.sessions
+    desk.erase(two, 3)
+    _stored(desk, qtbot)
+    desk.recorder.revert([two.id], lambda: desk.workspace.put_away(two))
+    qtbot.waitUntil(lambda: two not in desk.workspace.sessions, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: desk.store.is_written, timeout=WAIT_MS)
+    journal = desk.journal()
+    assert frame_part(two.id) not in journal.names()
+    journal.discard()
