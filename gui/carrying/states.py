@@ -72,7 +72,9 @@ def session_of(entry: Entry, state: FrameState) -> Session:
     """A session of a frame that is not open, whose state has been read."""
     if entry.has_state:
         return restore(state, entry.source or Path(entry.key), entry.key)
-    return Session(state.frame, _origin(entry), entry.key)
+    session = Session(state.frame, _origin(entry), entry.key)
+    session.id = entry.id  # others may be of the same files
+    return session
 
 
 def _origin(entry: Entry) -> FrameSource:

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from gui.blocks.block_rows import block_rows
-from gui.carrying.states import state_of
-from gui.state.entries import summary_of
+from gui.carrying.states import session_of, state_of
+from gui.state.entries import Entry, summary_of
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.runs import RunController
 from ilf.ebs.edit import LabelPatch, patch_between
+from ilf.frame import RGBDFrame
+from ilf.io.frame_source import FrameSource
 from ilf.parameters import Parameters
 from ilf.project import FrameState, Stage, carry
 
@@ -138,3 +140,12 @@ def test_another_extraction_forgets_what_was_carried(
     session.undo_stack.undo()
     assert session.to_check == {2}
     assert session.notes.carried_from == carried.notes.carried_from
+
+
+def test_of_frames_of_the_same_files_the_chosen_one_is_opened(workspace: Workspace, small_frame: RGBDFrame) -> None:
+    chosen, other = (Entry.of(FrameSource("/frames/one")) for _ in range(2))
+    workspace.add_entries([chosen, other])
+    state = FrameState(chosen.id, small_frame, np.zeros(small_frame.shape, np.int32))
+    workspace.add_session(session_of(chosen, state), show=False)
+    assert chosen.session is not None
+    assert other.session is None
