@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+
 from gui.autosave.recovery import Recovery
 from gui.autosave.unkept_label import MEANING, UnkeptLabel
 from gui.desk import Desk, Part
@@ -31,7 +33,8 @@ class AutosavePart(Part):
     def shutdown(self) -> bool:
         """Stop for good; what is left has been saved, or is not to be kept. True if no thread of it is left."""
         ended = all([self.recovery.shutdown(), self.desk.recorder.shutdown()])
-        self.desk.store.discard()
+        with contextlib.suppress(OSError):  # what cannot be taken away is offered the next time
+            self.desk.store.discard()
         return ended
 
     def _tell_failure(self, error: Exception) -> None:

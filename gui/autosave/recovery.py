@@ -71,7 +71,15 @@ class Recovery(QObject):
 
     def _restore(self, number: int) -> None:
         self._let_go.add(number)  # by the one who restores it
-        self._restoring.restore(self._found[number], lambda: self._restored(number))
+        self._restoring.restore(self._found[number], lambda: self._restored(number), lambda: self._failed(number))
+
+    def _failed(self, number: int) -> None:
+        """It is left for another time."""
+        if self.dialog is None:
+            self._found[number].release()
+            return
+        self._let_go.discard(number)
+        self.dialog.go_on()
 
     def _restored(self, number: int) -> None:
         self._desk.notes.tell(f"Restored {name_of(self._found[number])}: save it to keep it")

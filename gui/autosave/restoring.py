@@ -35,6 +35,8 @@ class _Brought:
     """What has been read, and is stored in this window."""
 
     opened: OpenedProject | None
+    newer: str
+    """Why the project's file may hold newer work than what was left; "" if it does not."""
     problems: tuple[str, ...]
 
 
@@ -50,13 +52,21 @@ class Restoring(QObject):
         """Whether there is no project yet that what comes back would be added to."""
         return not len(self._desk.workspace.entries) and self._desk.store.project is None
 
-    def restore(self, left: LeftWork, then: Callable[[], None]) -> None:
-        """Bring it back; `then` is called when it is there. It is taken away only when this window has stored it."""
+    def restore(self, left: LeftWork, then: Callable[[], None], fail: Callable[[], None]) -> None:
+        """Bring it back; `then` is called when it is there, `fail` when it cannot be. It is taken away only when this
+        window has stored it."""
         plan = self._plan(left)
         for frame_id in plan.ids.values():
             self._desk.store.expect(frame_id)
         what = f"Restore {name_of(left)}"
-        self._desk.loader.read(what, lambda: self._bring(plan), lambda brought: self._take(plan, brought, then))
+
+        def give_up() -> None:
+            self._desk.store.arrived(plan.ids.values())
+            fail()
+
+        self._desk.loader.read(
+            what, lambda: self._bring(plan), lambda brought: self._take(plan, brought, then), give_up
+        )
 
     def _plan(self, left: LeftWork) -> _Plan:
         entries, alone = self._desk.workspace.entries, self.is_alone()
@@ -71,6 +81,7 @@ class Restoring(QObject):
         """Called off the GUI's thread."""
         left = plan.left
         opened, problems = _project_of(left)
+        newer = "" if opened is None else _why_newer(opened.path, left)
         stores: list[Parts] = [left.parts]
         wanted = {former: frame_id for former, frame_id in plan.ids.items() if former in left.changed}
         if opened is not None and not plan.alone:
@@ -80,14 +91,15 @@ class Restoring(QObject):
         self._desk.store.keep(copied.put, copied.refers)
         if opened is not None and not plan.alone:
             opened.close()
-        return _Brought(opened, (*left.read.problems, *problems, *copied.problems))
+        return _Brought(opened, newer, (*left.read.problems, *problems, *copied.problems))
 
     def _take(self, plan: _Plan, brought: _Brought, then: Callable[[], None]) -> None:
         desk, left, ids = self._desk, plan.left, plan.ids
         given = left.read.places.given  # files that were found again are found there, whatever the project's file says
         if plan.alone:
             places = left.read.places if brought.opened is None else replace(brought.opened.places, given=given)
-            self._opening.take_back(left.read.project, places, brought.opened, left.changed)
+            self._opening.take_back(left.read.project, places, brought.opened, left.changed, brought.newer)
+            desk.notes.warn(f"Restored {name_of(left)}", [brought.newer] * bool(brought.newer))
         else:
             desk.store.places = replace(desk.store.places, given={**given, **desk.store.places.given})
             new = [entry_of(_under(frame, ids[frame.id]), unsaved=True) for frame in plan.frames]
@@ -136,8 +148,15 @@ def _project_of(left: LeftWork) -> tuple[OpenedProject | None, tuple[str, ...]]:
         opened = open_project(path)
     except IlfError as error:
         return None, (f"{error}{lost} Save the project under a new name.",)
-    changed = Path(path).stat().st_mtime
-    if left.note is not None and changed > left.note.changed.timestamp() and without:
-        note = f"{Path(path).name} has been saved again since: {len(without)} frames are as they are there."
-        return opened, (*opened.problems, note)
     return opened, opened.problems
+
+
+def _why_newer(path: Path, left: LeftWork) -> str:
+    """Why a project's file must not be replaced unasked: it has been saved since the work was left."""
+    with contextlib.suppress(OSError):
+        if left.note is not None and path.stat().st_mtime > left.note.changed.timestamp():
+            return (
+                f"{path.name} has been saved again since this work was left, and may hold newer work: Save asks for "
+                "another place."
+            )
+    return ""

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QSettings, Qt, Signal
@@ -121,15 +119,16 @@ class Documents(QObject):
 
     def open_source(self, source: FrameSource) -> None:
         """Open a frame, or the frames of a folder; ask first if it would replace the same frame, read in another way,
-        and the work done there."""
+        and the work done there, saved or not."""
+        source = source.absolute()
         if source.depth is None and Path(source.rgb).is_dir() and not (Path(source.rgb) / META_NAME).is_file():
-            self.folder_wished.emit(replace(source, rgb=os.path.abspath(source.rgb)))
+            self.folder_wished.emit(source)
             return
         entry = self._workspace.entries.of_key(source.key)
         if entry is None or entry.origin == source:
             self._loader.open(source)
         else:
-            self.leave([entry], lambda: self._loader.open(source))
+            self.remove([entry], lambda: self._loader.open(source))
 
     def _open_dialog(self, rgb: str | None, depth: str | None) -> None:
         dialog = OpenFrameDialog(self._window)

@@ -51,6 +51,7 @@ def close_box(row: QRect) -> QRect:
 
 def _paint_ground(painter: QPainter, option: QStyleOptionViewItem, present: bool, hovered: bool) -> None:
     tint = option.palette.color(QPalette.ColorRole.Highlight)
+    painter.fillRect(option.rect, option.palette.base())  # over the full colour that tables give to chosen rows
     if present:
         painter.fillRect(QRect(option.rect.topLeft(), QSize(_BAR_WIDTH, option.rect.height())), tint)
     if option.state & QStyle.StateFlag.State_Selected or hovered:

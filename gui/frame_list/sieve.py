@@ -7,18 +7,14 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
+from gui.frame_list.words import STAGE_WORDS
 from gui.state.entries import Entry
 from ilf.io.pairing import natural
 from ilf.project import Stage
 
 STATES: dict[str, str] = {
     "all": "All",
-    Stage.UNTOUCHED: "Untouched",
-    Stage.EXTRACTED: "Extracted",
-    Stage.CARRIED: "Carried",
-    Stage.EDITED: "Edited",
-    Stage.RUN: "Run",
-    Stage.FAILED: "Failed",
+    **STAGE_WORDS,
     "note": "With a note",
     "check": "To check",
     "unsaved": "Unsaved",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from gui.state.entries import Entry
 from ilf.project import FrameSummary, Stage
 
-STAGE_WORDS = {
+STAGE_WORDS: dict[str, str] = {
     Stage.UNTOUCHED: "Untouched",
     Stage.EXTRACTED: "Extracted",
     Stage.CARRIED: "Carried",

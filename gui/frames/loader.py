@@ -145,7 +145,10 @@ class FrameLoader(QObject):
     def open_run(self, record: Path) -> None:
         """Read a run.json: its frame, blocks and parameters. What it filled comes back by running it."""
         record = Path(os.path.abspath(record))  # whichever way it is named, it is one frame
-        if not self._shown_already(record, str(record)):
+        entry = self._workspace.entries.of_key(str(record))
+        if entry is not None and entry.session is None:
+            self.open_entry(entry)
+        elif not self._shown_already(record, str(record)):
             self.read(f"Open {record.name}", lambda: _open_run(record), self._take_opened)
 
     def open_folder(self, how: FrameSource, show: bool = True) -> None:
@@ -185,9 +188,17 @@ class FrameLoader(QObject):
             )
         )
 
-    def read(self, what: str, do: Callable[[], object], take: Callable[..., None]) -> None:
-        """Read something in the same line, off the GUI's thread; `take` is given it in the GUI's thread."""
-        self._reading.add(Job(what, do, take, lambda error: self.failed.emit(what, error)))
+    def read(
+        self, what: str, do: Callable[[], object], take: Callable[..., None], fail: Callable[[], None] = lambda: None
+    ) -> None:
+        """Read something in the same line, off the GUI's thread; `take` is given it in the GUI's thread, or `fail` is
+        called after `failed` has been sent."""
+
+        def tell(error: Exception) -> None:
+            self.failed.emit(what, error)
+            fail()
+
+        self._reading.add(Job(what, do, take, tell))
 
     def _shown_already(self, origin: FrameSource | Path, key: str) -> bool:
         session = self._workspace.session_of(key)
@@ -207,9 +218,9 @@ class FrameLoader(QObject):
         if self._shown_already(opened.origin, opened.key):
             return
         session = Session.of(opened.run, opened.origin, opened.key, opened.again)
-        replaced = self._workspace.session_of(opened.key)
+        replaced = self._workspace.entries.of_key(opened.key)
         if replaced is not None:
-            self._workspace.close_session(replaced)
+            self._workspace.remove_entries([replaced])
         if opened.again is None:
             self._workspace.add_session(session)
             self._extract_first(session)

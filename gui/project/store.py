@@ -122,7 +122,12 @@ class WorkStore:
                     raise
         if project is None:
             raise InputError(f"There is no part {name}.")
-        return project.read(name)
+        try:
+            return project.read(name)
+        except InputError:
+            if self.project is project:
+                raise
+        return self.part(name)  # another file has taken its place meanwhile, and it has been closed
 
     def all_names(self) -> set[str]:
         """Of all parts."""

@@ -68,7 +68,12 @@ class Opening(QObject):
         desk.recorder.revert([entry.id for entry in desk.workspace.entries], leave)
 
     def take_back(
-        self, project: Project, places: Places, opened: OpenedProject | None, unsaved: Collection[str]
+        self,
+        project: Project,
+        places: Places,
+        opened: OpenedProject | None,
+        unsaved: Collection[str],
+        read_only: str = "",
     ) -> None:
         """Go on with a project that another window has left behind, in a window without frames.
 
@@ -81,6 +86,8 @@ class Opening(QObject):
             Its file, which does not hold all of it; None if it has none.
         unsaved : collection of str
             Ids of the frames with work that is not in the file, but stored by now.
+        read_only : str
+            Why the file must not be replaced; "" if nothing is known against that.
         """
         store, present = self._desk.store, self._present
         store.project, store.places = None if opened is None else opened.parts, places
@@ -89,7 +96,7 @@ class Opening(QObject):
         if opened is None:
             present.take(None)
         else:
-            present.take(opened.path, opened.project, _why_read_only(opened), nothing_listed)
+            present.take(opened.path, opened.project, _why_read_only(opened) or read_only, nothing_listed)
         self._show(project)
         self._record("" if opened is None else str(opened.path))
 

@@ -106,8 +106,8 @@ class ProjectPart(Part):
         self.opening.open(path.absolute(), lambda take: self._leave_project(f"{path.name} is opened", take))
 
     def save(self) -> None:
-        """Save to the project's file, or ask for one."""
-        self._save(None, lambda done: None)
+        """Save to the project's file, or ask for one; after what is being saved, which may give it one."""
+        self.saving.when_done(lambda: self._save(None, lambda done: None))
 
     def save_as(self) -> None:
         """Save to another file."""

@@ -113,7 +113,7 @@ def find_in(
     Yields
     ------
     float
-        How much of the folder has been looked through, 0-1, a file a step.
+        How much of the folder has been looked through, 0-1, a file a step; 0 while it is listed.
 
     Returns
     -------
@@ -124,7 +124,11 @@ def find_in(
     left = list(dict.fromkeys(wanted))
     names = {_name(file.path) for file in left}
     kinds = {Path(name).suffix.lower() for name in names}
-    there = [folder, *(_below(folder) if deep else sorted(folder.iterdir()))]
+    there = [folder]
+    for path in _below(folder) if deep else sorted(folder.iterdir()):
+        if path.is_dir():
+            yield 0.0  # so that it can be given up: there may be very many
+        there.append(path)
     for file in [file for file in left if not file.sha256]:  # it may be a folder
         same = [path for path in there if path.name == _name(file.path) and path.is_dir()]
         if same:

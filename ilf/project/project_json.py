@@ -261,6 +261,8 @@ def _source_from(data: Section) -> FrameSource:
     if isinstance(camera, dict) and "camera" in camera:
         fx, fy, cx, cy, name = camera["camera"]
         camera = CameraIntrinsics(float(fx), float(fy), float(cx), float(cy), str(name))
+    elif isinstance(camera, list):
+        camera = tuple(camera)
     return FrameSource(
         data.get("rgb", str),
         data.get("depth", str, type(None)),

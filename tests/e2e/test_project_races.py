@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import uuid
 from pathlib import Path
 
 import pytest
+from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
 from gui.main_window import MainWindow
@@ -98,3 +100,27 @@ def test_a_frame_that_is_removed_while_it_is_read_does_not_come_back(
     opened.workspace.remove_entries([entry])
     qtbot.waitUntil(lambda: not opened.loader.busy, timeout=WAIT_MS)
     assert len(opened.workspace.entries) == len(opened.workspace.sessions) == 1
+
+
+def test_saved_work_is_not_replaced_unasked_by_the_same_frame_named_or_read_otherwise(
+    opened: MainWindow, qtbot: QtBot, tmp_path: Path, frame_folder: Path
+) -> None:
+    workspace, documents = opened.workspace, opened.documents
+    (entry,) = workspace.entries
+    workspace.edit_info(1, "Rename", name="Wall")
+    _saved(opened, qtbot, tmp_path / "room.ilf")
+    workspace.put_away(workspace.session)
+    documents.discard_silently = False
+    with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
+        documents.open_source(FrameSource(os.path.relpath(frame_folder)))
+    assert workspace.session.info(1).name == "Wall"
+    workspace.put_away(workspace.session)
+    documents.open_source(FrameSource(str(frame_folder), None, 2000.0))
+    (box,) = (box for box in opened.findChildren(QMessageBox) if box.isVisible())
+    box.button(QMessageBox.StandardButton.Cancel).click()
+    assert list(workspace.entries) == [entry]
+    assert not opened.loader.busy
+    documents.discard_silently = True
+    with qtbot.waitSignal(opened.loader.idle, timeout=WAIT_MS):
+        documents.open_source(FrameSource(str(frame_folder), None, 2000.0))
+    assert [one.id for one in workspace.entries] == [workspace.session.id] != [entry.id]

@@ -22,7 +22,8 @@ from gui.state.workspace import Workspace
 from ilf.errors import ExportError
 from ilf.frame import RGBDFrame
 from ilf.io import load_frame
-from ilf.project import Journal, JournalInUse
+from ilf.project import Journal, JournalInUse, Project
+from ilf.project.file import save_project
 from ilf.run import Run
 from tests.gui.naming import unnamed
 
@@ -43,9 +44,10 @@ def left(qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame, small_labels: np.
     return folder
 
 
-def _leave(qtbot: QtBot, folder: Path, frames: list[Path], labels: np.ndarray) -> None:
+def _leave(qtbot: QtBot, folder: Path, frames: list[Path], labels: np.ndarray, project: str = "") -> None:
     workspace, store = Workspace(), WorkStore(folder)
     recorder = Recorder(workspace, store)
+    recorder.project = project
     recorder.start()
     for number, path in enumerate(frames):
         workspace.add_session(Session.of(Run(load_frame(str(path)), labels), None, str(path)))
@@ -143,3 +145,58 @@ def _say_that_it_fails(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> N
     assert "The disk is full." in label.toolTip()
     window.recorder.kept.emit()
     assert not label.isVisible()
+
+
+def test_what_cannot_be_restored_is_left_for_another_time(
+    window: MainWindow, left: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dialog = _dialog(window, qtbot)
+    journals = set(left.glob("*.journal"))
+
+    def fail(*_: object) -> None:
+        raise OSError("the drive has been removed")
+
+    with monkeypatch.context() as broken:
+        broken.setattr("gui.autosave.restoring.copied_frames", fail)
+        with qtbot.waitSignal(window.loader.failed, timeout=WAIT_MS):
+            dialog.rows[1].restore_button.click()
+    assert set(left.glob("*.journal")) == journals
+    dialog.rows[1].restore_button.click()
+    qtbot.waitUntil(lambda: 1 not in dialog.rows and not window.loader.busy, timeout=WAIT_MS)
+    assert _names(window) == ["frame-hall", "frame-stairs"]
+
+
+def test_a_project_that_was_saved_after_the_work_was_left_is_not_replaced_unasked(
+    qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame, small_labels: np.ndarray
+) -> None:
+    folder, path = Path(os.environ["ILF_AUTOSAVE"]), tmp_path / "room.ilf"
+    _leave(qtbot, tmp_path / "work", [write_frame(tmp_path / "hall", small_frame)], small_labels, str(path))
+    shutil.copytree(tmp_path / "work", folder)
+    save_project(path, Project())
+    window = MainWindow()
+    window.documents.discard_silently = True
+    qtbot.addWidget(window)
+    window.show()
+    _dialog(window, qtbot).rows[0].restore_button.click()
+    qtbot.waitUntil(lambda: window.workspace.has_session, timeout=WAIT_MS)
+    assert window.project.present.path == path
+    assert "saved again since" in window.project.present.read_only
+    window.close()
+
+
+def test_a_journal_that_cannot_be_taken_away_does_not_keep_the_window_open(
+    window: MainWindow, left: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dialog = _dialog(window, qtbot)
+    dialog.rows[1].restore_button.click()
+    qtbot.waitUntil(lambda: 1 not in dialog.rows and not window.loader.busy, timeout=WAIT_MS)
+
+    def fail(journal: Journal) -> None:
+        journal.close()
+        raise OSError("the folder is read-only")
+
+    with monkeypatch.context() as locked:
+        locked.setattr(Journal, "discard", fail)
+        window.close()
+    assert not window.isVisible()
+    assert any(f"-{os.getpid()}-" in path.name for path in left.glob("*.journal"))

@@ -152,6 +152,18 @@ def test_click_opens_and_cross_takes_out(panel, qtbot):
     assert blocker.args == [entries[1:]]
 
 
+def test_chosen_row_can_be_read(panel, qtbot):
+    view = panel.view
+    view.setCurrentIndex(panel.model.index(0, 0))
+    chosen, other = (view.visualRect(panel.model.index(row, 0)) for row in (0, 1))
+    picture = view.viewport().grab().toImage()
+    ground, plain = (picture.pixelColor(row.right() - 3, row.bottom() - 3) for row in (chosen, other))
+    base = view.palette().base().color()
+    assert plain == base
+    assert ground != base
+    assert abs(ground.lightness() - base.lightness()) < 60, "a soft colour: that of text is made for the list's ground"
+
+
 def test_note_is_of_the_row_that_is_chosen(panel, qtbot):
     told = []
     panel.noted.connect(lambda entry, text: told.append((entry.name, text)))

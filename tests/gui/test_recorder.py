@@ -11,6 +11,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from gui.project.restore import restore
+from gui.project.store import WorkStore
 from ilf.ebs.edit import patch_between
 from ilf.errors import InputError
 from ilf.frame import RGBDFrame
@@ -190,3 +191,23 @@ def _stored(desk: Recording, qtbot: QtBot) -> None:
     desk.recorder.settle(told.append)
     qtbot.waitUntil(lambda: bool(told), timeout=WAIT_MS)
     assert told == [None]
+
+
+def test_a_part_is_read_from_the_file_that_has_taken_the_others_place(tmp_path: Path) -> None:
+    class Replaced:
+        """A project file that is closed as another one is saved, while it is read."""
+
+        def names(self) -> set[str]:
+            return {"arrays/1.png"}
+
+        def read(self, name: str) -> bytes:
+            store.project = Saved()
+            raise InputError("It is closed.")
+
+    class Saved(Replaced):
+        def read(self, name: str) -> bytes:
+            return b"content"
+
+    store = WorkStore(tmp_path)
+    store.project = Replaced()
+    assert store.part("arrays/1.png") == b"content"

@@ -359,3 +359,10 @@ def test_a_small_part_does_not_unpack_to_gigabytes(monkeypatch):
     assert [columns.array(name, np.float64, (100,)).sum() for name in "ab"] == [0, 0]
     with pytest.raises(FormatError, match="too large"):
         columns.array("c", np.float64, (100,))
+
+
+def test_how_a_frame_is_read_comes_back_as_it_was_given(tmp_path):
+    source = FrameSource(str(tmp_path / "rgb.png"), str(tmp_path / "depth.png"), 1000.0, (80.0, 80.0, 39.5, 29.5))
+    save_project(tmp_path / "room.ilf", Project((ProjectFrame("a1", "room", source),)))
+    with open_project(tmp_path / "room.ilf") as opened:
+        assert opened.project.frames[0].source == source

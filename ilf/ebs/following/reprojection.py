@@ -7,11 +7,15 @@ from numpy.typing import NDArray
 
 from ...frame import RGBDFrame
 from .sources import Field, Mask, Motion
+from .stillness import in_cells
 
 Pose = NDArray[np.float64]
 
 _LEAST_MOTION = 8.0
 """Motions that are smaller [px] are not told from errors of the flow."""
+
+_LEAST_CELLS = 16
+"""Of 64: the flow along a single edge tells nothing."""
 
 
 def by_pose(before: RGBDFrame, after: RGBDFrame, pose: Pose, depth: Field, flow: Motion) -> Motion:
@@ -46,19 +50,19 @@ def by_pose(before: RGBDFrame, after: RGBDFrame, pose: Pose, depth: Field, flow:
     )
 
 
-def off_flow(motion: Motion, flow: Field, agrees: Mask) -> float:
-    """How far motion by a pose is off the flow, as a share of the flow's length; the median, 0 where nothing tells.
+def off_flow(motion: Motion, flow: Field, told: Mask) -> float:
+    """How far motion by a pose is off the flow, as a share of the flow's length: the median of cells of the picture.
 
     Parameters
     ----------
     motion : Motion
     flow : ndarray of float32, shape (H, W, 2)
         Offsets x, y [px].
-    agrees : ndarray of bool, shape (H, W)
-        Where it can be relied on.
+    told : ndarray of bool, shape (H, W)
+        Where it can be relied on. If that is in few cells, nothing is told, and the result is 0.
     """
-    rows, columns = np.indices(agrees.shape)
+    rows, columns = np.indices(told.shape)
     off = np.hypot(motion.columns - columns - flow[..., 0], motion.rows - rows - flow[..., 1])
-    told = agrees & ~np.isnan(off)
-    length = np.maximum(np.hypot(flow[..., 0], flow[..., 1]), _LEAST_MOTION)
-    return float(np.median(off[told] / length[told])) if told.any() else 0.0
+    share = off / np.maximum(np.hypot(flow[..., 0], flow[..., 1]), _LEAST_MOTION)
+    shares = [float(np.median(cell)) for cell in in_cells(share, told & ~np.isnan(off))]
+    return float(np.median(shares)) if len(shares) >= _LEAST_CELLS else 0.0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -64,14 +66,16 @@ def around(mask: Mask) -> Mask:
 
 def camera_is_still(before: RGBDFrame, flow: Field) -> bool:
     """Whether most of the detail of the picture is where it was, by the flow to the frame after, float32 (H, W, 2)."""
-    motions = [
-        float(np.hypot(*np.median(there[here], axis=0)))
-        for rows, flows in zip(np.array_split(detailed(before), _CELLS), np.array_split(flow, _CELLS), strict=True)
-        for here, there in zip(np.array_split(rows, _CELLS, axis=1), np.array_split(flows, _CELLS, axis=1), strict=True)
-        if np.count_nonzero(here) >= _LEAST_DETAIL
-    ]
+    motions = [float(np.hypot(*np.median(there, axis=0))) for there in in_cells(flow, detailed(before))]
     # without any detail, nothing speaks for a motion
     return not motions or float(np.quantile(motions, _SHARE)) < _MOTION
+
+
+def in_cells(values: Field, mask: Mask) -> Iterator[Field]:
+    """Values at the pixels of a mask, cell by cell of the picture, for cells that have enough of them."""
+    for rows, parts in zip(np.array_split(mask, _CELLS), np.array_split(values, _CELLS), strict=True):
+        cells = zip(np.array_split(rows, _CELLS, axis=1), np.array_split(parts, _CELLS, axis=1), strict=True)
+        yield from (part[here] for here, part in cells if np.count_nonzero(here) >= _LEAST_DETAIL)
 
 
 def detailed(frame: RGBDFrame) -> Mask:
