@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QActionGroup, QResizeEvent
+from PySide6.QtGui import QActionGroup, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLineEdit, QMenu, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from gui import theme
@@ -49,7 +49,7 @@ class FramesPanel(QWidget):
         self.view = FrameView(self)
         self.view.setModel(self.model)
         self.view.hint = _NOTHING_OPEN
-        self.note = QLineEdit()
+        self.note = _NoteLine()
         self.note.setAccessibleName("Note on the frame")
         self.note.setToolTip("What you want to remember of this frame; it is saved with the project (F2 in the list)")
         self._lay_out()
@@ -59,6 +59,8 @@ class FramesPanel(QWidget):
         self.state.currentIndexChanged.connect(lambda _: self.sieve_changed.emit())
         self.order.changed.connect(self.sieve_changed)
         self.note.editingFinished.connect(self._take_note)
+        self.note.returnPressed.connect(self.view.setFocus)
+        self.note.given_up.connect(self._give_up_note)
         self.view.selectionModel().currentChanged.connect(lambda *_: self._turn_note())
 
     def _lay_out(self) -> None:
@@ -152,10 +154,31 @@ class FramesPanel(QWidget):
             self.note.setModified(False)
             self.noted.emit(entry, text)
 
+    def _give_up_note(self) -> None:
+        """The note stays as it was before it was written."""
+        self.note.setModified(False)
+        self.view.setFocus()
+        self.show_note()
+
     def shutdown(self) -> bool:
         """Stop for good, before the window closes. True if no thread is left."""
         self._take_note()
         return self.thumbnails.shutdown()
+
+
+class _NoteLine(QLineEdit):
+    """A line that Escape gives up, and nothing else in the window."""
+
+    given_up = Signal()
+
+    def event(self, event: QEvent) -> bool:
+        """Escape is for this line."""
+        if isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_Escape:
+            event.accept()
+            if event.type() == QEvent.Type.KeyPress:
+                self.given_up.emit()
+            return True
+        return super().event(event)
 
 
 class _OrderButton(QToolButton):

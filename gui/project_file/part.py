@@ -169,8 +169,8 @@ class ProjectPart(Part):
             self.desk.recorder.revert([entry.id], close)
 
     def _leave_frames(self, entries: Sequence[Entry], then: Callable[[], None]) -> None:
-        names = entries[0].name if len(entries) == 1 else f"{len(entries)} frames"
-        self.closing.leave(entries, False, f"{names} {'is' if len(entries) == 1 else 'are'} closed", then)
+        what = "the frame is closed" if len(entries) == 1 else f"{len(entries)} frames are closed"
+        self.closing.leave(entries, False, what, then)
 
     def _leave_project(self, what: str, then: Callable[[], None]) -> None:
         self.closing.leave(list(self.desk.workspace.entries), True, what, then)

@@ -176,6 +176,13 @@ def test_note_is_of_the_row_that_is_chosen(panel, qtbot):
     panel.view.setCurrentIndex(panel.model.index(2, 0))
     assert told == [("frame-2", "mirror")], "what was written belongs to the frame that it was written of"
     assert panel.note.text() == ""
+    panel.view.setCurrentIndex(panel.model.index(1, 0))
+    panel.write_note(panel.model.entries[1])
+    qtbot.keyClicks(panel.note, "no")
+    qtbot.keyClick(panel.note, Qt.Key.Key_Escape)
+    assert panel.note.text() == "glass door", "given up"
+    assert panel.view.hasFocus()
+    assert len(told) == 1
 
 
 def test_note_of_a_frame_that_is_not_open_goes_with_it(workspace: Workspace, session) -> None:
