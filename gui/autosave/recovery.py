@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Generator
 from pathlib import Path
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Qt
 from PySide6.QtWidgets import QMessageBox
 
 from gui.autosave.recovery_dialog import OfferedWork, RecoveryDialog
@@ -90,9 +90,18 @@ class Recovery(QObject):
 
     def _discard(self, number: int) -> None:
         left = self._found[number]
-        text = f"Delete the unsaved work on {name_of(left) or left.path.name} for good?"
-        if QMessageBox.question(self._desk.window, "Discard unsaved work", text) != QMessageBox.StandardButton.Yes:
-            return
+        box = QMessageBox(self.dialog)
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.setIcon(QMessageBox.Icon.Warning)
+        box.setWindowTitle("Discard unsaved work?")
+        box.setText(f"The unsaved work on {name_of(left) or left.path.name} is deleted for good.")
+        discard = box.addButton("&Discard", QMessageBox.ButtonRole.DestructiveRole)
+        box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
+        box.finished.connect(lambda _: self._delete(number) if box.clickedButton() is discard else None)
+        box.open()
+
+    def _delete(self, number: int) -> None:
+        left = self._found[number]
         try:
             left.discard()
         except OSError as error:
