@@ -171,7 +171,7 @@ class Session:
         edits = abs(self.undo_stack.index() - clean) if clean >= 0 else self.undo_stack.index()
         runs = sum(kept.number >= self._runs_saved for kept in self.kept_runs)
         counts = [f"{count} {what}{'s' * (count != 1)}" for count, what in ((edits, "edit"), (runs, "run")) if count]
-        return ", ".join(counts) or "other changes"
+        return ", ".join(counts) or "changes"
 
     @property
     def stamp(self) -> tuple[int, int, int]:

@@ -147,7 +147,7 @@ def test_the_work_is_told_in_words(saved: PresentProject, workspace: Workspace, 
     workspace.put_away(session)
     assert workspace.entries[1].unsaved_words() == "2 edits, 1 run"
     workspace.set_visible(1, False)
-    assert workspace.session.unsaved_words() == "other changes"
+    assert workspace.session.unsaved_words() == "changes"
 
 
 def test_without_a_file_a_list_of_frames_is_no_work(workspace: Workspace, session: Session) -> None:
