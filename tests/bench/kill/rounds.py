@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,7 @@ from ilf.io import load_frame
 from ilf.project import Parts, ProjectFrame
 from ilf.project.decoding import load_state
 from ilf.project.encoding import frame_part
-from ilf.project.file import open_project
+from ilf.project.file import OpenedProject, open_project
 from ilf.project.journals import LeftWork, left_work
 from tests.e2e.conftest import write_frame
 
@@ -146,7 +147,13 @@ def _killed(number: int, moment: str, wait: float, frames: Sequence[Path], folde
 
 def _look(found: Found, told: _Told, killed: float, folder: Path) -> None:
     """Look for the project file and for left work as the next window does."""
-    state, base = _in_project(folder / "work.ilf")
+    path = folder / "work.ilf"
+    with open_project(path) if path.exists() else nullcontext() as opened:
+        _compare(found, told, killed, folder, opened)
+
+
+def _compare(found: Found, told: _Told, killed: float, folder: Path, opened: OpenedProject | None) -> None:
+    state, base = _in_project(opened), None if opened is None else opened.parts
     if base is not None:
         if state not in told.states:
             found.problem = f"the project file holds no state of the child: {_nearest(state, told)}"
@@ -154,8 +161,10 @@ def _look(found: Found, told: _Told, killed: float, folder: Path) -> None:
         found.project_opened = True
     works = left_work(folder / "autosave")
     if works:
-        state = _in_work(works[0], base)
-        works[0].discard()
+        try:
+            state = _in_work(works[0], base)
+        finally:
+            works[0].discard()
         fitting = [number for number, one in enumerate(told.states) if one == state]
     else:  # all there was is saved, or nothing has been done but to extract blocks
         saved = [(number, one) for number, one in enumerate(told.states) if not told.unsaved[number]]
@@ -167,15 +176,13 @@ def _look(found: Found, told: _Told, killed: float, folder: Path) -> None:
         found.age = max(killed - overtaken, 0.0)
 
 
-def _in_project(path: Path) -> tuple[dict[str, str], Parts | None]:
-    """Digests of all frames of the project file, and its parts."""
-    if not path.exists():
-        return {}, None
-    opened = open_project(path)
+def _in_project(opened: OpenedProject | None) -> dict[str, str]:
+    """Digests of all frames of the project file."""
+    if opened is None:
+        return {}
     if opened.problems:
         raise InputError(" ".join(opened.problems))
-    frames = [frame for frame in opened.project.frames if frame.has_state]
-    return {frame.id: _digest(frame, opened.parts) for frame in frames}, opened.parts
+    return {frame.id: _digest(frame, opened.parts) for frame in opened.project.frames if frame.has_state}
 
 
 def _in_work(left: LeftWork, base: Parts | None) -> dict[str, str]:
