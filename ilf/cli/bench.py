@@ -12,7 +12,7 @@ from ..bench.results import write_csv, write_json
 from ..errors import InputError
 from . import bench_blocks
 from .comparison import Column, advance, comparison_table, skipped_lines, unit_bar
-from .parsing import Commands, count, seed
+from .parsing import Commands, add_progress, count, seed
 from .report import warn
 
 _PATTERNS_USED = "random,areas"
@@ -76,11 +76,7 @@ def add_command(commands: Commands) -> None:
     )
     parser.add_argument("--csv", metavar="FILE", help="write the table")
     parser.add_argument("--json", metavar="FILE", help="write the table, the row of every frame, and the parameters")
-    parser.add_argument(
-        "--progress",
-        action=argparse.BooleanOptionalAction,
-        help="progress bar on stderr (default: if that is a terminal)",
-    )
+    add_progress(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -27,6 +27,7 @@ from .parsing import (
     add_frame,
     add_parameters,
     add_preset,
+    add_progress,
     add_truth,
     frame_from,
     parameter_flags,
@@ -97,11 +98,7 @@ def add_command(commands: Commands) -> None:
     output.add_argument("--axes", choices=CLOUD_AXES, help="axes of the point cloud (default: camera: x right, y down)")
     output.add_argument("--cloud-unit", choices=CLOUD_UNITS, help="unit of the point cloud (default: m)")
     output.add_argument("--no-cloud", action="store_true", help="write no point cloud")
-    output.add_argument(
-        "--progress",
-        action=argparse.BooleanOptionalAction,
-        help="progress bar on stderr (default: if that is a terminal)",
-    )
+    add_progress(output)
     output.add_argument("--quiet", action="store_true", help="print nothing but warnings and errors")
     add_parameters(parser, Parameters, "filter", presets=PRESETS, default=DEFAULT_PRESET)
     add_block_parameters(parser)

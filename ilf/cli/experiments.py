@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from ..io.folders import made_folder
 from .comparison import unit_bar
-from .parsing import Commands, count, seed
+from .parsing import Commands, add_progress, count, seed
 from .progress import Bar
 from .report import warn
 
@@ -88,11 +88,7 @@ def _add_run(actions: Commands) -> None:
         metavar="N",
         help="processes that share the work; more than 1 spoils the seconds (default: 1)",
     )
-    parser.add_argument(
-        "--progress",
-        action=argparse.BooleanOptionalAction,
-        help="progress bar on stderr (default: if that is a terminal)",
-    )
+    add_progress(parser)
     parser.set_defaults(command=_run)
 
 

@@ -40,17 +40,17 @@ from .parsing import (
     add_frame,
     add_parameters,
     add_preset,
+    add_progress,
+    add_seeds,
     add_truth,
-    count,
     frame_from,
     preset_from,
+    seeds_of,
     value_from,
     with_given,
 )
 from .progress import ShareProgress
 from .report import table, warn
-
-_SEEDS = 3
 
 
 @dataclass(frozen=True)
@@ -117,9 +117,7 @@ def add_command(commands: Commands) -> None:
         choices=tuple(HIDDEN_PATTERNS),
         help="judge on hidden depth, in this pattern (default: areas, if the frame has no truth)",
     )
-    parser.add_argument(
-        "--seeds", type=count, metavar="N", help=f"how often depth is hidden, ever other pixels (default: {_SEEDS})"
-    )
+    add_seeds(parser)
     parser.add_argument(
         "--sweep",
         action="append",
@@ -129,11 +127,7 @@ def add_command(commands: Commands) -> None:
     output = parser.add_argument_group("output")
     output.add_argument("--by-block", action="store_true", help="the RMSE of every block, too")
     output.add_argument("--csv", metavar="FILE", help="write all figures, those of every block included")
-    output.add_argument(
-        "--progress",
-        action=argparse.BooleanOptionalAction,
-        help="progress bar on stderr (default: if that is a terminal)",
-    )
+    add_progress(output)
     add_parameters(parser, Parameters, "filter", presets=PRESETS, default=DEFAULT_PRESET)
     add_block_parameters(parser)
 
@@ -175,7 +169,7 @@ def _test(arguments: argparse.Namespace, frame: RGBDFrame) -> HiddenTest | None:
         if arguments.seeds is not None:
             raise UsageError("--seeds is about hidden depth, but the frame's truth judges: add --hidden.")
         return None
-    return HiddenTest(arguments.hidden or "areas", tuple(range(arguments.seeds or _SEEDS)))
+    return HiddenTest(arguments.hidden or "areas", seeds_of(arguments))
 
 
 def _runs(

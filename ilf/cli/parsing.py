@@ -24,6 +24,9 @@ _SWITCH = {"on": True, "true": True, "off": False, "false": False}
 
 Set = TypeVar("Set", bound=ParameterSet)
 
+_SEEDS = 3
+"""How often depth is hidden unless the user says otherwise."""
+
 
 class UsageError(IlfError):
     """Arguments that do not go together."""
@@ -94,6 +97,27 @@ def add_look_in(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="folder where files of frames may be that are not where they were; can be given several times",
     )
+
+
+def add_progress(parser: argparse._ActionsContainer) -> None:
+    """Add the flag about the progress bar."""
+    parser.add_argument(
+        "--progress",
+        action=argparse.BooleanOptionalAction,
+        help="progress bar on stderr (default: if that is a terminal)",
+    )
+
+
+def add_seeds(parser: argparse.ArgumentParser) -> None:
+    """Add how often depth is hidden; see `seeds_of`."""
+    parser.add_argument(
+        "--seeds", type=count, metavar="N", help=f"how often depth is hidden, ever other pixels (default: {_SEEDS})"
+    )
+
+
+def seeds_of(arguments: argparse.Namespace) -> tuple[int, ...]:
+    """The seeds that `add_seeds` asked for."""
+    return tuple(range(arguments.seeds or _SEEDS))
 
 
 def add_preset(parser: argparse.ArgumentParser, **how: Any) -> None:

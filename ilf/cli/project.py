@@ -21,7 +21,7 @@ from ..project.file import SUFFIX, OpenedProject, open_project, save_project
 from ..project.stored import differences, stored_completion, stored_run
 from ..run import ExportOptions, Run, write
 from ..run.options import as_file_name
-from .parsing import Commands, UsageError, add_look_in
+from .parsing import Commands, UsageError, add_look_in, add_progress
 from .progress import RunProgress
 from .project_facts import counted, facts_as_json, print_facts
 from .report import warn
@@ -66,11 +66,7 @@ def add_command(commands: Commands) -> None:
 
     again = _action(actions, "replay", run_replay, "run frames again, and see whether what is stored comes out")
     _add_choice(again)
-    again.add_argument(
-        "--progress",
-        action=argparse.BooleanOptionalAction,
-        help="progress bar on stderr (default: if that is a terminal)",
-    )
+    add_progress(again)
 
 
 def _action(actions: Commands, name: str, command: object, text: str) -> argparse.ArgumentParser:

@@ -21,14 +21,15 @@ from .parsing import (
     add_look_in,
     add_parameters,
     add_preset,
+    add_progress,
+    add_seeds,
     add_truth,
-    count,
+    seeds_of,
 )
 from .progress import ShareProgress
 from .report import warn
 from .report_sources import read_subjects, report_sources
 
-_SEEDS = 3
 _USAGE = """ilf report RGB DEPTH [options]
        ilf report (FOLDER | run.json | PROJECT.ilf)... [options]"""
 
@@ -56,16 +57,10 @@ def add_command(commands: Commands) -> None:
         choices=tuple(HIDDEN_PATTERNS),
         help="also judge on known depth that is hidden, in this pattern; takes as long as the run, once per seed",
     )
-    parser.add_argument(
-        "--seeds", type=count, metavar="N", help=f"how often depth is hidden, ever other pixels (default: {_SEEDS})"
-    )
+    add_seeds(parser)
     output = parser.add_argument_group("output")
     output.add_argument("--out", metavar="FILE.html", help="the page (default: NAME-report.html here)")
-    output.add_argument(
-        "--progress",
-        action=argparse.BooleanOptionalAction,
-        help="progress bar on stderr (default: if that is a terminal)",
-    )
+    add_progress(output)
     add_parameters(parser, Parameters, "filter", presets=PRESETS, default=DEFAULT_PRESET)
     add_block_parameters(parser)
 
@@ -95,7 +90,7 @@ def _test(arguments: argparse.Namespace) -> HiddenTest | None:
         if arguments.seeds is not None:
             raise UsageError("--seeds is about hidden depth: add --hidden.")
         return None
-    return HiddenTest(arguments.hidden, tuple(range(arguments.seeds or _SEEDS)))
+    return HiddenTest(arguments.hidden, seeds_of(arguments))
 
 
 def _output(arguments: argparse.Namespace) -> Path | None:
