@@ -12,8 +12,9 @@ from .blocks import Block, checked_drawn, checked_labels, drawn_of, find_blocks
 from .errors import InputError
 from .filter.convergence import IterationRecord
 from .filter.history import CompactHistory
-from .filter.stepper import Stepper, edge_parameters, edges_for, make_stepper
+from .filter.stepper import Stepper, edge_parameters, edges_for, guide_carries, make_stepper
 from .frame import RGBDFrame
+from .guide import Guide
 from .outcomes import BlockOutcome, BlockResult, Completion, Progress, Status, compose, notes_of
 from .parameters import BlockParameters, Parameters
 from .threads import available_cores, one_by_one, side_by_side
@@ -129,6 +130,7 @@ def complete(
     threads: int | None = None,
     extraction: BlockParameters | None = None,
     drawn: ArrayLike | None = None,
+    guide: ArrayLike | Guide | None = None,
 ) -> Completion:
     """Complete the depth of all blocks of a frame by iterative low-pass filtering (section 3).
 
@@ -149,6 +151,11 @@ def complete(
         Pixels of blocks whose border, to another block or to none, was drawn by hand: no depth gets across there. Of a
         block's result, only those of its own pixels decide. The pass band has no use for them, since it sees nothing
         beyond a block.
+    guide : array_like or Guide, optional
+        Depth or inverse depth of the frame, metric or relative, shape (H, W) or of the same aspect: from a network,
+        another sensor or another completion. The frame's own, if it has one, if left out. NaN, infinite and zero mean
+        that nothing is said there. The edge-aware filter follows it as far as the known depth bears it out; the pass
+        band has no use for it.
 
     Returns
     -------
@@ -172,11 +179,12 @@ def complete(
     (40, 2.0, 'completed')
     """
     chosen = Parameters() if parameters is None else parameters
-    with CompletionRun(frame, blocks, chosen, threads=threads, extraction=extraction, drawn=drawn) as run:
+    guided = frame if guide is None else frame.with_guide(guide)
+    with CompletionRun(guided, blocks, chosen, threads=threads, extraction=extraction, drawn=drawn) as run:
         for progress in run:
             if on_progress is not None:
                 on_progress(progress)
-    return compose(frame, run.results)
+    return compose(guided, run.results)
 
 
 def iterate(
@@ -187,6 +195,7 @@ def iterate(
     *,
     extraction: BlockParameters | None = None,
     drawn: ArrayLike | None = None,
+    guide: ArrayLike | Guide | None = None,
 ) -> Stepper:
     """The stepper of one block: iterate over it for one record per iteration.
 
@@ -202,6 +211,8 @@ def iterate(
     extraction : BlockParameters, optional
         As in `complete`.
     drawn : array_like of bool, shape (H, W), optional
+        As in `complete`.
+    guide : array_like or Guide, optional
         As in `complete`.
 
     Returns
@@ -234,7 +245,8 @@ def iterate(
     if not np.isfinite(frame.depth[block.box][block.mask]).any():
         raise InputError(f"Block {label} has no known depth, so there is nothing to iterate on.")
     own = drawn_of(block, checked_drawn(drawn, frame.shape))
-    return make_stepper(frame, block, parameters or Parameters(), extraction, own)
+    guided = frame if guide is None else frame.with_guide(guide)
+    return make_stepper(guided, block, parameters or Parameters(), extraction, own)
 
 
 def prepare(frame: RGBDFrame, parameters: Parameters, extraction: BlockParameters | None = None) -> None:
@@ -303,7 +315,7 @@ def _refusal(frame: RGBDFrame, block: Block, parameters: Parameters) -> BlockOut
     if known == pixels and parameters.mode == "fill":
         return BlockOutcome(block.label, Status.NOTHING_MISSING, "All depth is known.", pixels, known)
     needed = int(known_needed(pixels, parameters))
-    if known < needed:
+    if known < needed and not guide_carries(frame, block, parameters):
         message = (
             f"{known} of {pixels} pixels have depth ({known / pixels:.1%}); at least {needed} are needed. "
             "Merge it with a neighbour on the same surface, or lower the limits under Data."

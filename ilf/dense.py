@@ -59,7 +59,7 @@ def guess_steps(
     guessed = ~np.isfinite(completion.depth)
     if not guessed.any():
         return completion
-    completed = RGBDFrame(frame.rgb, completion.depth)
+    completed = RGBDFrame(frame.rgb, completion.depth, guide=frame.guide)
     whole = np.ones(frame.shape, np.int32)
     iteration = iterate(completed, whole, 1, preset("best", trend=False), extraction=extraction)
     yield from iteration

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .camera import CameraIntrinsics
 from .errors import InputError
+from .guide import Guide, as_guide
 from .masks import checked_mask, fixed
 
 MEDIAN_DEPTH_RANGE = (0.1, 50.0)
@@ -73,6 +74,9 @@ class RGBDFrame:
     truth : array_like, optional
         True depth [m] of the same pixels, shape (H, W), any real type; what is not finite and positive is unknown and
         becomes NaN. It is there to judge results by: nothing that makes them looks at it.
+    guide : Guide or array_like, optional
+        What something else says of the frame's depth, in whatever unit and sense; the edge-aware filter follows it as
+        far as the known depth bears it out. Of another size, but the same aspect, it is resized.
 
     Attributes
     ----------
@@ -102,6 +106,7 @@ class RGBDFrame:
     inputs: FrameInputs | None = None
     distrusted: NDArray[np.bool_] | None = None
     truth: NDArray[np.float32] | None = field(default=None, repr=False)
+    guide: Guide | None = field(default=None, repr=False)
     measured: NDArray[np.float32] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -122,6 +127,8 @@ class RGBDFrame:
             raise InputError("All depth of the frame is distrusted: nothing is left to go by. Trust some of it.")
         if self.truth is not None:
             object.__setattr__(self, "truth", _checked_truth(self.truth, self.shape))
+        if self.guide is not None:
+            object.__setattr__(self, "guide", as_guide(self.guide).of_size(self.shape))
         check_depth_scale(self.depth)
 
     @property
@@ -149,6 +156,12 @@ class RGBDFrame:
         """The same frame with another truth [m], shape (H, W), and the file that it is from; or with none."""
         inputs = None if self.inputs is None else replace(self.inputs, truth=file)
         return replace(self, depth=self.measured, truth=None if truth is None else np.asarray(truth), inputs=inputs)
+
+    def with_guide(self, guide: ArrayLike | Guide | None) -> Self:
+        """The same frame with another guide, or with none."""
+        if guide is self.guide:
+            return self
+        return replace(self, depth=self.measured, guide=None if guide is None else as_guide(guide))
 
     @property
     def shape(self) -> tuple[int, int]:

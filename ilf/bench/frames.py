@@ -82,8 +82,8 @@ def load_bench_frame(folder: str | os.PathLike[str]) -> BenchFrame:
             raise InputError(f"There is neither raw depth nor a measured or exact {TRUTH_FILE} with a {HOLE_FILE}.")
         return _masked_truth(root, meta)
     frame = load_frame(root)
-    # the methods have no use for it, and runs that know a truth take the time to tell their error
-    return BenchFrame(frame.with_truth(None), frame.truth)
+    # the methods have no use for it, and runs that know a truth take the time to tell their error; nor has any a guide
+    return BenchFrame(frame.with_truth(None).with_guide(None), frame.truth)
 
 
 def _masked_truth(root: Path, meta: dict[str, Any]) -> BenchFrame:

@@ -25,6 +25,7 @@ from .parsing import (
     add_block_parameters,
     add_distrusted,
     add_frame,
+    add_guide,
     add_parameters,
     add_preset,
     add_progress,
@@ -64,6 +65,7 @@ def add_command(commands: Commands) -> None:
     parser.set_defaults(command=run)
     add_frame(parser)
     add_distrusted(parser)
+    add_guide(parser)
     add_truth(parser)
     add_preset(parser)
     add_given_blocks(parser, "--blocks", "--labels")
@@ -173,7 +175,7 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
     also = [
         f"--{name.replace('_', '-')}"
         for name in (
-            *("preset", "blocks", "drawn", "distrust", "truth", "truth_units"),
+            *("preset", "blocks", "drawn", "distrust", "guide", "truth", "truth_units"),
             *("depth_units", "intrinsics", "depth_formats", "png_units"),
         )
         if getattr(arguments, name) is not None

@@ -12,7 +12,16 @@ from numpy.typing import NDArray
 from ..camera import CameraIntrinsics, camera_text
 from ..errors import InputError
 from ..frame import check_depth_scale
-from ..io import META_NAME, FrameFiles, default_depth_units, frame_beside, frame_folder, read_colour, read_depth_values
+from ..io import (
+    META_NAME,
+    FrameFiles,
+    default_depth_units,
+    frame_beside,
+    frame_folder,
+    load_guide,
+    read_colour,
+    read_depth_values,
+)
 from ..io.camera_files import intrinsics_from
 from ..io.depth_files import depth_in_metres
 from ..io.truth_files import read_truth, scale_misfit
@@ -20,7 +29,7 @@ from ..project.file import SUFFIX
 from ..run import missing_or_changed, read_record
 from ..run.options import RECORD_FILE
 from ..run.staging import interrupted
-from .parsing import Commands, UsageError, add_frame, add_truth
+from .parsing import Commands, UsageError, add_frame, add_guide, add_truth
 from .record_facts import record_facts
 from .report import outcome_lines
 
@@ -36,6 +45,7 @@ def add_command(commands: Commands) -> None:
     )
     parser.set_defaults(command=run)
     add_frame(parser)
+    add_guide(parser)
     add_truth(parser)
 
 
@@ -57,6 +67,7 @@ def run(arguments: argparse.Namespace) -> None:
                 return
             metres, found = _depth_facts(inputs[1], arguments.depth_units, arguments.intrinsics)
             facts += [*found, *_truth_facts(arguments.truth, arguments.truth_units, metres, arguments.depth_units)]
+            facts += _guide_facts(arguments.guide, metres)
         _print_facts(facts)
     else:
         raise UsageError("Give a colour and a depth file, one folder, or a run.json.")
@@ -86,7 +97,15 @@ def _print_frame(files: FrameFiles, arguments: argparse.Namespace) -> None:
     truth = _truth_facts(arguments.truth or files.truth, arguments.truth_units or stated, metres, units)
     if not truth and (filled := sorted(files.rgb.parent.glob("gt.*"))):
         truth = [("truth", f"none: {META_NAME} says of {filled[0].name} that it is no measured or exact depth")]
-    _print_facts([("name", files.name), ("colour", _colour(files.rgb)), *found, *truth])
+    _print_facts(
+        [
+            ("name", files.name),
+            ("colour", _colour(files.rgb)),
+            *found,
+            *truth,
+            *_guide_facts(arguments.guide or files.guide, metres),
+        ]
+    )
 
 
 def _print_record(path: Path) -> None:
@@ -145,6 +164,19 @@ def _truth_facts(
     ]
     problem = scale_misfit(truth, depth, file.units)
     return [*facts, ("problem", problem)] if problem else facts
+
+
+def _guide_facts(path: str | Path | None, depth: NDArray[np.float32]) -> list[tuple[str, str]]:
+    """What there is to say about a guide; nothing if there is none."""
+    if path is None:
+        return []
+    try:
+        guide = load_guide(path, (depth.shape[0], depth.shape[1]))
+    except InputError as error:
+        return [("problem", str(error))]
+    said = np.isfinite(guide.values)
+    share = np.count_nonzero(said & np.isnan(depth)) / max(int(np.count_nonzero(np.isnan(depth))), 1)
+    return [("guide", f"{guide.path}, says something of {said.mean():.1%}, {share:.1%} of what is missing")]
 
 
 def _print_facts(facts: Iterable[tuple[str, str]]) -> None:

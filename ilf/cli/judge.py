@@ -38,6 +38,7 @@ from .parsing import (
     add_block_parameters,
     add_distrusted,
     add_frame,
+    add_guide,
     add_parameters,
     add_preset,
     add_progress,
@@ -108,6 +109,7 @@ def add_command(commands: Commands) -> None:
     parser.set_defaults(command=run)
     add_frame(parser)
     add_distrusted(parser)
+    add_guide(parser)
     add_truth(parser)
     add_preset(parser, action="append")
     add_given_blocks(parser, "--blocks")

@@ -72,6 +72,17 @@ def add_distrusted(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_guide(parser: argparse.ArgumentParser) -> None:
+    """Add the argument that names a frame's guide."""
+    parser.add_argument(
+        "--guide",
+        metavar="FILE",
+        help="depth or inverse depth of the frame from elsewhere (a network that guesses depth, another sensor), in "
+        "any unit: PNG with 8 or 16 bits, TIFF, NPY or NPZ; 0 and NaN say nothing. It is followed as far as the known "
+        "depth bears it out (default: guide.* in the frame's folder)",
+    )
+
+
 def add_truth(parser: argparse.ArgumentParser) -> None:
     """Add the arguments that name a frame's truth."""
     truth = parser.add_argument_group("truth, to judge the result by")
@@ -140,7 +151,7 @@ def preset_from(name: str | None) -> OwnPreset:
 
 
 def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
-    """Load the frame that the arguments name, with what they distrust and the truth that they name."""
+    """Load the frame that the arguments name, with what they distrust, and the truth and the guide that they name."""
     inputs = arguments.inputs
     if len(inputs) not in {1, 2}:
         raise UsageError(f"Give a colour and a depth file, or one folder; these are {len(inputs)} paths.")
@@ -151,6 +162,7 @@ def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
         intrinsics=arguments.intrinsics,
         truth=given.get("truth"),
         truth_units=given.get("truth_units"),
+        guide=given.get("guide"),
     )
     return frame if arguments.distrust is None else frame.distrusting(read_mask(arguments.distrust, frame.shape))
 

@@ -48,6 +48,9 @@ def record_facts(record: RunRecord) -> list[tuple[str, str]]:
         facts.append(("distrusted", f"depth in {record.distrusted.file}"))
     if record.drawn is not None:
         facts.append(("drawn", f"borders in {record.drawn.file}"))
+    if record.guide is not None:
+        origin = "" if record.guide.path is None else f", read from {record.guide.path}"
+        facts.append(("guide", f"in {record.guide.file}{origin}"))
     if record.dense:
         facts.append(("dense", "the rest was guessed"))
     return [*facts, ("files", ", ".join(record.outputs or record.options.filenames()))]

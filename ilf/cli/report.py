@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..confidence import expected_error
+from ..filter.edge_aware.guiding import fit_guide
 from ..frame import RGBDFrame
 from ..judgement import Judgement, judge_blocks, judge_completion
 from ..outcomes import BlockOutcome, Completion, Status
@@ -26,6 +27,7 @@ def completion_report(
     """What came out of a run, and where it lies."""
     outcomes, frame = completion.outcomes.values(), run.frame
     judged: list[str] = []
+    guide = fit_guide(frame)
     errors: dict[int, Judgement] = {}
     if frame.truth is not None:
         expected = expected_error(frame, completion)
@@ -37,6 +39,7 @@ def completion_report(
         f"{frame.name}: {len(outcomes)} blocks cover {np.count_nonzero(run.blocks) / run.blocks.size:.1%} of the "
         "frame.",
         _recovered_line(frame, completion, seconds),
+        *([] if guide is None else [f"Guide: {guide.in_words()}."]),
         *judged,
         f"Written to {folder}: {', '.join(file.name for file in files)}",
     ])  # fmt: skip

@@ -18,6 +18,7 @@ from .parsing import (
     add_block_parameters,
     add_distrusted,
     add_frame,
+    add_guide,
     add_look_in,
     add_parameters,
     add_preset,
@@ -49,6 +50,7 @@ def add_command(commands: Commands) -> None:
     parser.set_defaults(command=run)
     add_frame(parser)
     add_distrusted(parser)
+    add_guide(parser)
     add_truth(parser)
     add_look_in(parser)
     add_preset(parser)

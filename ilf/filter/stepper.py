@@ -13,6 +13,7 @@ from ..edges.frame_edges import FrameEdges, find_edges
 from ..frame import RGBDFrame
 from ..parameters import BlockParameters, Parameters
 from .convergence import IterationRecord
+from .edge_aware.guiding import fit_guide
 from .edge_aware.iteration import EdgeAwareIteration
 from .pass_band.iteration import PassBandIteration
 from .snapshot import Snapshot
@@ -86,7 +87,7 @@ def make_stepper(
     ----------
     frame : RGBDFrame
     block : Block
-        The pixels to iterate on, at least one of them with known depth.
+        The pixels to iterate on, at least one of them with known depth, unless a guide carries them.
     parameters : Parameters
     extraction : BlockParameters, optional
         What the blocks were extracted with, where that is known; see `edges_for`.
@@ -98,6 +99,12 @@ def make_stepper(
     if edges is None:
         return PassBandIteration(frame, block, parameters)
     return EdgeAwareIteration(frame, block, parameters, edges, drawn)
+
+
+def guide_carries(frame: RGBDFrame, block: Block, parameters: Parameters) -> bool:
+    """Whether the frame's guide is believed so far that a block can be completed with hardly any known depth."""
+    guide = fit_guide(frame) if parameters.filter == "edge-aware" else None
+    return guide is not None and guide.carries(block)
 
 
 def edges_for(frame: RGBDFrame, parameters: Parameters, extraction: BlockParameters | None = None) -> FrameEdges | None:

@@ -17,6 +17,7 @@ from .depth_files import (
     write_expected_error,
 )
 from .frames import META_NAME, FrameFiles, frame_beside, frame_folder, load_frame
+from .guide_files import GUIDE_SUFFIXES, load_guide
 from .images import read_colour
 from .interchange import BLOCK_FORMATS, LoadedBlocks, read_blocks, write_blocks
 from .label_files import read_labels, write_labels, write_mask
@@ -27,6 +28,7 @@ __all__ = [
     "BLOCK_FORMATS",
     "CLOUD_SUFFIXES",
     "DEPTH_SUFFIXES",
+    "GUIDE_SUFFIXES",
     "META_NAME",
     "UINT16_MAX",
     "FrameFiles",
@@ -41,6 +43,7 @@ __all__ = [
     "intrinsics_from",
     "list_frames",
     "load_frame",
+    "load_guide",
     "load_open3d",
     "load_truth",
     "png_fit",

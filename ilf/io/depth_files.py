@@ -54,7 +54,7 @@ def read_depth_values(path: FileSource) -> NDArray[Any]:
         If it is damaged or holds something other than depth, such as a picture of depth.
     """
     content = read_file(path)
-    values = _read_npy(content) if content.path.suffix.lower() == ".npy" else read_image(content)
+    values = read_npy(content) if content.path.suffix.lower() == ".npy" else read_image(content)
     if values.dtype.kind in "iu" and values.dtype.itemsize == 1:
         channels = f", {values.shape[2]} channels" if values.ndim == 3 else ""
         raise FormatError(
@@ -277,7 +277,8 @@ def _in_units(metres: NDArray[np.floating], units: float) -> NDArray[np.float64]
     return np.rint(metres.astype(np.float64) * units)
 
 
-def _read_npy(file: FileContent) -> NDArray[Any]:
+def read_npy(file: FileContent) -> NDArray[Any]:
+    """The array of an NPY file; raises FormatError if it is damaged or holds Python objects."""
     stream = io.BytesIO(file.data.data)
     try:
         # np.load would otherwise go on to try archives and pickles

@@ -84,4 +84,5 @@ class FrameSource:
         taken += ["depth units"] * (self.depth_units is None and files.depth_units is not None)
         taken += ["intrinsics"] * (self.intrinsics is None and files.intrinsics is not None)
         taken += ["truth"] * (self.truth is None and files.truth is not None)
+        taken += ["guide"] * (files.guide is not None)
         return f"As {META_NAME} beside the files says: {', '.join(taken)}."

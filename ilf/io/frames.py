@@ -13,6 +13,7 @@ from ..frame import CameraIntrinsics, FrameInputs, InputFile, RGBDFrame
 from .camera_files import IntrinsicsSpec, intrinsics_from
 from .depth_files import checked_units, default_depth_units, depth_in_metres, read_depth_values
 from .files import FileContent, read_file, read_json
+from .guide_files import GUIDE_SUFFIXES, load_guide
 from .images import read_colour
 from .naming import name_by
 from .truth_files import is_truth, with_truth_file
@@ -40,6 +41,8 @@ class FrameFiles:
         Of true depth, if there is any.
     truth_units : float or None
         Its file units per metre, if stated.
+    guide : Path or None
+        Of a guide, if there is any.
     """
 
     rgb: Path
@@ -50,6 +53,7 @@ class FrameFiles:
     name: str
     truth: Path | None = None
     truth_units: float | None = None
+    guide: Path | None = None
 
 
 def load_frame(
@@ -61,6 +65,7 @@ def load_frame(
     name: str | None = None,
     truth: str | os.PathLike[str] | None = None,
     truth_units: float | None = None,
+    guide: str | os.PathLike[str] | None = None,
     beside: bool = True,
 ) -> RGBDFrame:
     """Read a registered RGB-D frame.
@@ -84,6 +89,8 @@ def load_frame(
     truth_units : float, optional
         Its file units per metre. None takes what meta.json says; otherwise those of the depth file if both hold
         integers, 1 if it holds floats.
+    guide : path-like, optional
+        What something else says of the depth, see `ilf.io.load_guide`. None takes that of the folder, if it has any.
     beside : bool
         Whether a meta.json that lies beside two files counts.
 
@@ -156,6 +163,9 @@ def load_frame(
         )
     except InputError as error:
         raise InputError(f"{files.depth}: {error}") from error
+    known_guide = files.guide if guide is None else guide
+    if known_guide is not None:
+        frame = frame.with_guide(load_guide(known_guide, frame.shape))
     chosen = files.truth if truth is None else truth
     if chosen is None:
         if truth_units is not None:
@@ -174,7 +184,8 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         Holds meta.json with the optional keys `name`, `size` [width, height], `depth_units_per_m`, `K` [fx, fy, cx,
         cy], `rgb` and `depth` (where the images are; `rgb.*` and `depth.*` in the folder if left out), `gt` (where the
         truth is, `gt.*` in the folder if left out; or, in words, what that is worth: nothing if they say that it was
-        filled in, or are empty), `gt_units_per_m`, and `run` (the record without which the folder is a half-written
+        filled in, or are empty), `gt_units_per_m`, `guide` (where a guide is, `guide.*` in the folder if left out), and
+        `run` (the record without which the folder is a half-written
         one).
 
     Raises
@@ -196,7 +207,7 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         units, truth_units = (None if value is None else checked_units(value) for value in stated)
         camera = None if meta.get("K") is None else intrinsics_from({"K": meta["K"]})
         size, name = _meta_size(meta.get("size")), meta.get("name") or root.name
-        named = {key: meta.get(key) for key in ("rgb", "depth", "gt", "run")}
+        named = {key: meta.get(key) for key in ("rgb", "depth", "gt", "guide", "run")}
         for key, value in {"name": name, **named}.items():
             if not isinstance(value, str | None):
                 raise InputError(f"{key} must be text, not {value!r:.60}.")
@@ -215,7 +226,8 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
             f" with depth units {meta.get('gt_units_per_m')}."
         )
     depth = _named_image(root, named["depth"]) or _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint)
-    return FrameFiles(rgb, depth, units, camera, size, name, _truth_in(root, named["gt"]), truth_units)
+    guide = _named_image(root, named["guide"]) or _found(root, "guide", GUIDE_SUFFIXES)
+    return FrameFiles(rgb, depth, units, camera, size, name, _truth_in(root, named["gt"]), truth_units, guide)
 
 
 def _truth_in(root: Path, worth: str | None) -> Path | None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..errors import FormatError, InputError
 from ..frame import RGBDFrame, TruthFile
+from ..guide import Guide
 from ..io.frame_source import FrameSource
 from ..judgement import HiddenTest
 from ..outcomes import BlockResult
@@ -99,7 +100,7 @@ def decode(frame_id: str, parts: Parts, frame: RGBDFrame, places: Places | None 
     parts : Parts
         Where `frames/<id>.json` and what it refers to are kept.
     frame : RGBDFrame
-        As it was read from its files: distrusted depth and truth are those of the state.
+        As it was read from its files: distrusted depth, truth and guide are those of the state.
     places : Places, optional
         Where the file of its truth may be.
 
@@ -123,6 +124,7 @@ class _Decoding:
         self.names: set[str] = set()
         self.arrays: dict[tuple[str, object], NDArray[Any]] = {}
         self.frames: dict[str, RGBDFrame] = {}
+        self.guides: dict[str, Guide] = {}
         self.packs: dict[str, list[BlockResult]] = {}
         self.same_depth = True
 
@@ -146,7 +148,7 @@ class _Decoding:
             )
             return bare
         self.same_depth = described.values.get("measured") == measured_sha256(self.frame)
-        frame = self._tell("The frame's distrusted depth and truth are", lambda: self._seen(data), self.frame)
+        frame = self._tell("The frame's distrusted depth, truth and guide are", lambda: self._seen(data), self.frame)
         labels = self._tell("The blocks, and their results with them, are", lambda: self._labels(data, "labels"), None)
         notes = self._tell(
             "Names and other notes of blocks are", lambda: self._notes(data.section("notes")), BlockNotes()
@@ -229,16 +231,33 @@ class _Decoding:
         return mask
 
     def _seen(self, data: Section) -> RGBDFrame:
-        """The frame with the distrusted depth and the truth that are named; the very same for the same ones."""
-        key = json.dumps([data.values.get("distrusted"), data.values.get("truth")], sort_keys=True)
+        """The frame with the distrusted depth, the truth and the guide that are named; the very same for the same
+        ones."""
+        key = json.dumps([data.values.get(name) for name in ("distrusted", "truth", "guide")], sort_keys=True)
         if key not in self.frames:
             mask = self._tell("The distrusted depth is", lambda: self._mask(data, "distrusted"), None)
             frame = self._tell("The truth is", lambda: self._judged(data), self.frame)
-            seen = frame.distrusting(mask)
+            guide = self._tell("The guide is", lambda: self._guide_of(data), None)
+            seen = frame.distrusting(mask).with_guide(guide)
             if seen.truth is not None and seen.inputs is None:
                 self.origins.append((seen.truth, data.section("truth").get("array", str)))
             self.frames[key] = seen
         return self.frames[key]
+
+    def _guide_of(self, data: Section) -> Guide | None:
+        """The guide that is named; the very same for the same one."""
+        if "guide" not in data.values:
+            return None
+        section = data.section("guide")
+        key = json.dumps(section.values, sort_keys=True)
+        if key not in self.guides:
+            values, confidence = (self._array(section, name, _depth) for name in ("values", "confidence"))
+            guide = Guide(values, confidence, section.get("path", str, type(None)))
+            for array, name in ((guide.values, "values"), (guide.confidence, "confidence")):
+                if array is not None:
+                    self.origins.append((array, section.get(name, str)))
+            self.guides[key] = guide
+        return self.guides[key]
 
     def _made(self, described: Section) -> None:
         """Note where colour and depth are kept of a frame that a program has made."""

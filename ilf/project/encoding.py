@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..frame import RGBDFrame
+from ..guide import Guide
 from ..outcomes import BlockResult
 from ..per_frame import once_per_frame
 from ..run import Run
@@ -186,14 +187,19 @@ class _Encoding:
         return data | {"rgb": self._array(frame.rgb, colour_to_bytes), "depth": self._array(frame.measured, _depth)}
 
     def _seen(self, frame: RGBDFrame) -> dict[str, Any]:
-        """What a frame has beside its files: its distrusted depth, and its truth by file or by itself."""
+        """What a frame has beside its files: its distrusted depth, its truth by file or by itself, and its guide."""
         truth: dict[str, Any] | None = None
         file = None if frame.inputs is None else frame.inputs.truth
         if file is not None:
             truth = {"path": file.path, "sha256": file.sha256, "units": file.units}
         elif frame.truth is not None:
             truth = {"array": self._array(frame.truth, _depth)}
-        return {"distrusted": self._array(frame.distrusted, mask_to_bytes), "truth": truth}
+        seen = {"distrusted": self._array(frame.distrusted, mask_to_bytes), "truth": truth}
+        return seen if frame.guide is None else seen | {"guide": self._guided(frame.guide)}
+
+    def _guided(self, guide: Guide) -> dict[str, Any]:
+        values, confidence = (self._array(array, _depth) for array in (guide.values, guide.confidence))
+        return {"values": values, "confidence": confidence, "path": guide.path}
 
     def _notes(self, notes: BlockNotes) -> dict[str, Any]:
         return {

@@ -55,7 +55,7 @@ class FrameState:
     id : str
         Tells it from the other frames of its project, and stays with it.
     frame : RGBDFrame
-        With its inputs, distrusted depth and truth.
+        With its inputs, distrusted depth, truth and guide.
     labels : ndarray of int32, shape (H, W)
         The label map, 0 = no block.
     notes : BlockNotes

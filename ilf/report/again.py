@@ -21,7 +21,8 @@ def again_text(run: Run) -> tuple[str, str]:
     inputs, frame = run.frame.inputs, run.frame
     if inputs is None:
         return "The frame was not read from files, so no command makes it again.", ""
-    if run.edited or run.own or run.extraction is None or frame.distrusted is not None or run.drawn is not None:
+    by_hand = run.edited or run.own or frame.distrusted is not None or run.drawn is not None
+    if by_hand or run.extraction is None or (frame.guide is not None and frame.guide.path is None):
         return (
             "Blocks, values or depth were set by hand. Export the frame: its run.json makes the run again.",
             "ilf complete --replay run.json",
@@ -30,6 +31,8 @@ def again_text(run: Run) -> tuple[str, str]:
     words = ["ilf", "complete", inputs.rgb.path, inputs.depth.path, "--depth-units", f"{inputs.depth_units:g}"]
     if inputs.intrinsics is not None:
         words += ["--intrinsics", ",".join(f"{number:.9g}" for number in inputs.intrinsics)]
+    if frame.guide is not None and frame.guide.path is not None:
+        words += ["--guide", frame.guide.path]
     words += ["--preset", nearest.preset, *_flags(run.parameters, nearest.differs)]
     words += _flags(run.extraction, run.extraction.unlike(BlockParameters()), "blocks-")
     words += ["--dense"] * run.dense

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..camera import camera_text
 from ..declarations import ParameterSet, Value
+from ..filter.edge_aware.guiding import fit_guide
 from ..frame import InputFile
 from ..number_words import grouped, millimetres
 from ..parameters import BlockParameters, Parameters
@@ -134,6 +135,9 @@ def _head(figures: Figures) -> Facts:
     if frame.distrusted is not None:
         count = int(np.count_nonzero(frame.distrusted & np.isfinite(frame.measured)))
         facts.append(Fact("Distrusted", f"{grouped(count)} measured pixels, which count as missing"))
+    guide = fit_guide(frame)
+    if guide is not None:
+        facts.append(Fact("Guide", guide.in_words()))
     if completion.results:
         facts.append(Fact("Missing after", f"{left / frame.depth.size:.1%} ({grouped(left)} pixels)"))
         if guessed := int(np.count_nonzero(completion.guessed)):
@@ -228,6 +232,9 @@ def _provenance(record: RunRecord) -> Facts:
             if file is not None:
                 facts += [Fact(name, file.path), Fact("SHA-256", file.sha256, is_hash=True)]
         facts.append(Fact("Depth units", f"{record.inputs.depth_units:g} per metre"))
+    if record.guide is not None:
+        given = [Fact("Guide", record.guide.path)] if record.guide.path is not None else []
+        facts += [*given, Fact("Guide, SHA-256 of its values", record.guide.sha256, is_hash=True)]
     facts.append(Fact("Blocks, SHA-256", record.labels_sha256, is_hash=True))
     if record.outcomes and record.depth_sha256:
         facts.append(Fact("Depth out, SHA-256", record.depth_sha256, is_hash=True))

@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..frame import FrameInputs
+from ..guide import Guide
 from ..outcomes import BlockOutcome, Completion
 from ..parameters import BlockParameters, Parameters, preset
 from ..version import __version__
 from .machine import library_versions, processor
-from .options import DISTRUSTED_FILE, DRAWN_FILE, LABELS_FILE, ExportOptions
+from .options import DISTRUSTED_FILE, DRAWN_FILE, GUIDE_FILE, LABELS_FILE, ExportOptions
 from .run import Run
 
 PROGRAM = "ilf-studio"
@@ -36,6 +37,14 @@ class RecordedMask:
 
 
 @dataclass(frozen=True)
+class RecordedGuide(RecordedMask):
+    """The guide that a run was made with: the SHA-256 of its `array`, its file beside the record, and where it is
+    from."""
+
+    path: str | None
+
+
+@dataclass(frozen=True)
 class RunRecord:
     """What a run was made of and what came of it. Nothing in it depends on when, where or how fast it was run.
 
@@ -47,6 +56,7 @@ class RunRecord:
         None if the frame was not read from files.
     distrusted, drawn : RecordedMask or None
         The masks of distrusted depth and of drawn borders; None where there is none.
+    guide : RecordedGuide or None
     extraction : BlockParameters or None
         None if the blocks did not come from the extraction.
     labels_sha256 : str
@@ -97,6 +107,7 @@ class RunRecord:
     outcomes: tuple[BlockOutcome, ...]
     depth_sha256: str | None
     drawn: RecordedMask | None = None
+    guide: RecordedGuide | None = None
     outputs: dict[str, str] = field(default_factory=dict)
     version: str = __version__
     versions: dict[str, str | None] = field(default_factory=library_versions)
@@ -134,6 +145,7 @@ def make_record(run: Run, completion: Completion, options: ExportOptions) -> Run
         outcomes=tuple(result.outcome for result in results.values()),
         depth_sha256=array_sha256(completion.depth),
         drawn=_recorded(run.drawn, DRAWN_FILE),
+        guide=_recorded_guide(run.frame.guide),
     )
 
 
@@ -182,6 +194,8 @@ def to_json(record: RunRecord) -> bytes:
     }
     if record.drawn is not None:
         data["drawn"] = dataclasses.asdict(record.drawn)
+    if record.guide is not None:
+        data["guide"] = dataclasses.asdict(record.guide)
     return f"{json.dumps(data, indent=2, allow_nan=False)}\n".encode()
 
 
@@ -192,6 +206,10 @@ def inputs_to_dict(inputs: FrameInputs) -> dict[str, Any]:
 
 def _recorded(mask: NDArray[np.bool_] | None, file: str) -> RecordedMask | None:
     return None if mask is None else RecordedMask(array_sha256(mask), file)
+
+
+def _recorded_guide(guide: Guide | None) -> RecordedGuide | None:
+    return None if guide is None else RecordedGuide(array_sha256(guide.array), GUIDE_FILE, guide.path)
 
 
 def outcome_to_dict(outcome: BlockOutcome) -> dict[str, Any]:

@@ -13,8 +13,8 @@ from ..io.files import read_json
 from ..outcomes import BlockOutcome, Status
 from ..parameters import BlockParameters, Parameters
 from ..sections import Section, is_plain
-from .options import DISTRUSTED_FILE, DRAWN_FILE, ExportOptions
-from .record import PROGRAM, SCHEMA, RecordedMask, RunRecord
+from .options import DISTRUSTED_FILE, DRAWN_FILE, GUIDE_FILE, ExportOptions
+from .record import PROGRAM, SCHEMA, RecordedGuide, RecordedMask, RunRecord
 
 
 def read_record(path: str | os.PathLike[str]) -> RunRecord:
@@ -96,6 +96,7 @@ def _with_what_schema_1_brought(known: RunRecord, record: Section) -> RunRecord:
         distrusted=_parsed_mask(record, "distrusted", DISTRUSTED_FILE),
         # records of runs without drawn borders do not name them
         drawn=_parsed_mask(record, "drawn", DRAWN_FILE) if "drawn" in record.values else None,
+        guide=_parsed_guide(record),
         extraction_networks=networks.texts("extraction"),
         networks=networks.texts("filter"),
         dense=record.get("dense", bool),
@@ -110,6 +111,14 @@ def _parsed_mask(record: Section, key: str, usual_file: str) -> RecordedMask | N
         return None
     mask = record.section(key)
     return RecordedMask(mask.get("sha256", str), mask.filename("file") or usual_file)
+
+
+def _parsed_guide(record: Section) -> RecordedGuide | None:
+    if "guide" not in record.values:  # the run had none
+        return None
+    guide = record.section("guide")
+    file = guide.filename("file") or GUIDE_FILE
+    return RecordedGuide(guide.get("sha256", str), file, guide.get("path", str, type(None)))
 
 
 def parsed_inputs(inputs: Section) -> FrameInputs:

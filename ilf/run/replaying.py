@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from ..ebs import extract
 from ..errors import InputError
 from ..frame import InputFile, RGBDFrame
-from ..io import load_frame, load_truth, read_labels
+from ..guide import Guide
+from ..io import load_frame, load_guide, load_truth, read_labels
 from ..io.depth_files import depth_in_metres, read_depth_values
 from ..io.files import file_sha256
 from ..io.label_files import read_mask
@@ -27,7 +28,7 @@ from .checks import (
     version_differences,
 )
 from .options import DEPTH_FILES, LABELS_FILE, ExportOptions
-from .record import RecordedMask, RunRecord, array_sha256
+from .record import RecordedGuide, RecordedMask, RunRecord, array_sha256
 from .record_file import read_record
 from .run import Run
 
@@ -106,8 +107,8 @@ def replay(
     Parameters
     ----------
     path : path-like
-        The run.json. Label map, masks of distrusted depth and drawn borders, and input files that are no longer where
-        they were are looked for beside it.
+        The run.json. Label map, guide, masks of distrusted depth and drawn borders, and input files that are no longer
+        where they were are looked for beside it.
     rgb, depth : path-like, optional
         Where the input files are now.
 
@@ -119,8 +120,8 @@ def replay(
     Raises
     ------
     InputError
-        If there is no such record, an input file is missing or is not the recorded one, or the blocks or one of the
-        masks cannot be had again.
+        If there is no such record, an input file is missing or is not the recorded one, or the blocks, the guide or
+        one of the masks cannot be had again.
     FormatError
         If the record cannot be read.
 
@@ -192,7 +193,7 @@ def _recorded_frame(
         raise InputError("The colour or the depth file of the recorded run changed while it was read. Try again.")
     frame = dataclasses.replace(frame, inputs=dataclasses.replace(inputs, truth=None))
     distrusted = _recorded_mask(record.distrusted, "distrusted depth", folder, frame.shape)
-    return frame.distrusting(distrusted)
+    return frame.distrusting(distrusted).with_guide(_recorded_guide(record.guide, folder))
 
 
 def _with_recorded_truth(record: RunRecord, frame: RGBDFrame, folder: Path) -> tuple[RGBDFrame, tuple[str, ...]]:
@@ -239,6 +240,19 @@ def _recorded_mask(
     if array_sha256(mask) != recorded.sha256:
         raise InputError(f"{path} is not the mask of {what} of the recorded run: its content has changed. Restore it.")
     return mask
+
+
+def _recorded_guide(recorded: RecordedGuide | None, folder: Path) -> Guide | None:
+    """The guide, from the file beside the record; None if the run had none."""
+    if recorded is None:
+        return None
+    path = folder / recorded.file
+    if not path.is_file():
+        raise InputError(f"The guide of this run ({path.name}) is not beside the record. Put it there.")
+    guide = dataclasses.replace(load_guide(path), path=recorded.path)
+    if array_sha256(guide.array) != recorded.sha256:
+        raise InputError(f"{path} is not the guide of the recorded run: its content has changed. Restore it.")
+    return guide
 
 
 def _recorded_blocks(

@@ -32,7 +32,7 @@ class Run:
     Parameters
     ----------
     frame : RGBDFrame
-        With its inputs, if it was read from files, and its distrusted depth.
+        With its inputs, if it was read from files, its distrusted depth and its guide.
     blocks : ndarray of int, shape (H, W)
         Label map, 0 = no block.
     parameters : Parameters

@@ -20,6 +20,7 @@ from ..io import META_NAME, coarser_units, write_cloud, write_depth, write_expec
 from ..io.atomic import write_bytes
 from ..io.cloud_files import check_cloud_format
 from ..io.files import file_sha256, read_json
+from ..io.guide_files import write_guide
 from ..outcomes import Completion
 from .curve_files import write_curves
 from .options import (
@@ -30,6 +31,7 @@ from .options import (
     DRAWN_FILE,
     ERROR_FILES,
     GUESSED_FILE,
+    GUIDE_FILE,
     LABELS_FILE,
     RECORD_FILE,
     ExportOptions,
@@ -64,6 +66,8 @@ def filenames(run: Run, options: ExportOptions) -> tuple[str, ...]:
     if run.dense:
         names.append(GUESSED_FILE)
     names += _masks(run)
+    if run.frame.guide is not None:
+        names.append(GUIDE_FILE)
     if run.frame.inputs is not None and options.depth_formats:
         names.append(META_NAME)
     if options.run_record:
@@ -171,6 +175,8 @@ def check_not_an_input(frame: RGBDFrame, paths: Sequence[Path]) -> None:
         return
     files = frame.inputs.rgb, frame.inputs.depth, frame.inputs.truth
     inputs = [Path(file.path) for file in files if file is not None]
+    if frame.guide is not None and frame.guide.path is not None:
+        inputs.append(Path(frame.guide.path))
     own = [*inputs, *(path.with_name(META_NAME) for path in inputs)]
     for path in paths:
         if path.exists() and any(source.exists() and path.samefile(source) for source in own):
@@ -186,6 +192,8 @@ def _write_results(folder: Path, run: Run, completion: Completion, options: Expo
             notes.append(f"{count} pixels of the depth are guesses, which no block vouches for: see {GUESSED_FILE}.")
     for name, mask in _masks(run).items():
         write_mask(folder / name, mask)
+    if run.frame.guide is not None:
+        write_guide(folder / GUIDE_FILE, run.frame.guide)
     for depth_format in options.depth_formats:
         name = DEPTH_FILES[depth_format]
         found = write_depth(folder / name, completion.depth, options.depth_units)

@@ -29,6 +29,7 @@ from ..pyramid import enlarged, largest_of_four, sums_of_four
 from ..snapshot import Snapshot
 from ..sums import inner
 from .flying import flying_pixels
+from .guiding import FittedGuide, fit_guide
 from .parting import Parting
 from .record import EdgeAwareRecord
 from .smoothness import SmoothnessEnergy, Weights, make_weights
@@ -80,13 +81,14 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
     are residual and hold-out error: of a surface that is constant in every cell but for the trend, against the depth
     of the single pixels, so coarse grids have what varies inside their cells in it. The residual is over all known
     depth in the window; held out are pixels of the block in it. Edges and flying pixels are those of the frame, found
-    with all of its depth.
+    with all of its depth; so is the guide, which takes the trend's place as far as it is believed: what it says of
+    shape and jumps stays in, and what is filtered is what the known depth says otherwise.
 
     Parameters
     ----------
     frame : RGBDFrame
     block : Block
-        The pixels to iterate on, at least one of them with known depth.
+        The pixels to iterate on, at least one of them with known depth, unless a guide carries them.
     parameters : Parameters
         With filter "edge-aware".
     edges : FrameEdges
@@ -107,10 +109,13 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self._start = time.perf_counter()
         self._parameters = parameters
         self._view = _View(frame, block, parameters, drawn)
-        depth = float(np.nanmean(self._view.depth[self._view.mask], dtype=np.float64))
+        guide = fit_guide(frame)
+        depth = self._view.mean_depth(guide)
         noise = parameters.noise or noise_of(self._view.depth, self._view.mask)
         shaped = parameters.trend and (parameters.mode != "fill" or self._view.gap >= _NARROW)
         trend, stiffness = self._view.trend(depth, noise, shaped)
+        if guide is not None:
+            trend = self._view.guided(trend, guide)
         weights = parameters.smoothness * stiffness
         self._slope, self._bending = weights * parameters.slope_weight, weights * parameters.bending_weight
         self._levelling = np.float32(_LEVELLING * max(1.0, self._slope, self._bending))
@@ -138,7 +143,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self.settled = False
         """Whether the last stage has come to its end."""
         self.network = edges.network
-        self.notes = edges.notes
+        self.notes = edges.notes if guide is None else (*edges.notes, *guide.notes)
 
     @property
     def surface(self) -> NDArray[np.float64]:
@@ -344,6 +349,13 @@ class _View:
         self.seen = seen[self.mask]
         """Which of the block's pixels lie in the window, in the order of `block.mask`'s True values."""
 
+    def mean_depth(self, guide: FittedGuide | None) -> float:
+        """Of the block's known depth [m]; of what its guide says where there is none."""
+        known = self.depth[self.mask]
+        if guide is not None and not np.isfinite(known).any():
+            known = guide.depth[self._block.box][self._block.mask]
+        return float(np.nanmean(known, dtype=np.float64))
+
     def trend(self, depth: float, noise: float, shaped: bool) -> tuple[Array, float]:
         """Trend [m] on the window, and how much stiffer the surface is for the noise in the known depth."""
         quiet = _QUIET * max(depth, _NEAREST)
@@ -354,6 +366,11 @@ class _View:
         if found is None:
             return np.full(self._mask.shape, depth, np.float32), stiffness
         return found.surface[self._place], stiffness
+
+    def guided(self, trend: Array, guide: FittedGuide) -> Array:
+        """What a guide says in place of a trend [m], on the window, as far as it is believed."""
+        share = guide.shares(self._block)[self._window]
+        return np.where(share > 0, trend + share * (guide.depth[self._window] - trend), trend)
 
     def grid(self, trend: Array, strength: Array, parameters: Parameters) -> _Grid:
         """The finest grid."""

@@ -1,0 +1,95 @@
+"""The guide of a frame as the filter follows it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from ....blocks import Block
+from ....frame import RGBDFrame
+from ....per_frame import once_per_frame
+from .belief import Trial, try_guide
+from .fitting import Array, Mask, fitted
+from .sharpening import sharpened
+
+_LEFT_ASIDE = "The guide was left aside: where known depth is hidden for a test, it does not come back better with it."
+
+_CARRIES = 0.5
+"""A guide that is followed so far at every pixel of a block is enough to complete it."""
+
+
+@dataclass(frozen=True, eq=False)
+class FittedGuide:
+    """A guide in metres.
+
+    Attributes
+    ----------
+    depth : ndarray of float32, shape (H, W)
+        What the guide says, fitted to the known depth [m]; NaN where it says nothing.
+    confidence : ndarray of float32, shape (H, W)
+        Its own, 0 where it says nothing.
+    trial : Trial
+    """
+
+    depth: Array
+    confidence: Array
+    trial: Trial
+
+    @property
+    def belief(self) -> float:
+        """How far the frame's known depth bears it out, 0-1."""
+        return self.trial.belief()
+
+    def in_words(self) -> str:
+        """How far it is believed, for the user."""
+        belief = self.belief
+        if belief == 0:
+            return "left aside: known depth that is hidden for a test does not come back better with it"
+        return f"followed to {belief:.0%}, on the whole, by known depth that was hidden for a test"
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the user should know of it."""
+        return () if self.belief > 0 else (_LEFT_ASIDE,)
+
+    def carries(self, block: Block) -> bool:
+        """Whether it may stand for known depth that a block lacks."""
+        return float(self.shares(block)[block.box][block.mask].min()) >= _CARRIES
+
+    def shares(self, block: Block) -> Array:
+        """How far to follow it in a block, 0-1, everywhere in the frame."""
+        mask = np.zeros(self.depth.shape, bool)
+        mask[block.box] = block.mask
+        return np.float32(self.trial.belief(mask)) * self.confidence
+
+
+@once_per_frame
+def fit_guide(frame: RGBDFrame) -> FittedGuide | None:
+    """The frame's guide in metres, and how far to believe it; None without one. Worked out once, of all known depth.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    """
+    guide = frame.guide
+    if guide is None:
+        return None
+    said = np.isfinite(guide.values)
+    if guide.confidence is None:
+        confidence = said.astype(np.float32)
+    else:
+        confidence = np.where(said, guide.confidence, np.float32(0))
+    values = np.where(said, sharpened(_filled(guide.values, said)), np.float32(np.nan))
+    return FittedGuide(fitted(values, frame.depth, confidence), confidence, try_guide(values, frame.depth, confidence))
+
+
+def _filled(values: Array, said: Mask) -> Array:
+    """What is not said, as at the nearest pixel."""
+    places = cv2.distanceTransformWithLabels((~said).astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL)[
+        1
+    ]
+    of_place = np.zeros(int(places.max()) + 1, np.float32)
+    of_place[places[said]] = values[said]
+    return of_place[places]

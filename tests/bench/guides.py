@@ -1,0 +1,114 @@
+"""What a guide is worth, on frames with areas hidden: `python -m tests.bench.guides FOLDER... --seeds 1,2`.
+
+The guides are simulated, none of them is a network's: a monotone curve of the truth, which is the frame's own depth
+before it was hidden (its holes filled smoothly), with a bias that varies slowly, blurred and noisy. Beside it, guides
+that are wrong: that of another frame, noise from pixel to pixel, and noise that varies slowly.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ilf.bench import find_frames, load_bench_frame, make_task, score
+from ilf.completion import complete
+from ilf.ebs import extract_blocks
+
+Array = NDArray[np.float32]
+
+BIAS, BIAS_LENGTH = 0.1, 1 / 6
+"""Standard deviation of the bias as a share of depth, and of the Gaussian that smooths it, in widths of the frame."""
+
+BLUR = 5.0
+"""Standard deviation of the blur [px]."""
+
+NOISE = 0.01
+"""Standard deviation of the noise from pixel to pixel, as a share of the guide's range."""
+
+PATCH = 20.0
+"""Standard deviation of the Gaussian that makes slow noise slow [px]."""
+
+CURVES: tuple[Callable[[Array], Array], ...] = (
+    lambda depth: 1 / depth,
+    lambda depth: 3.7 * depth - 0.8,
+    np.log,
+    lambda depth: -np.sqrt(depth + 0.5),
+    lambda depth: 1 / (0.4 + depth**2),
+)
+"""Monotone curves from depth to what a guide says, rising and falling."""
+
+
+def simulated_guide(depth: Array, seed: int) -> Array:
+    """What a network that guesses depth might say of a frame whose true depth [m] is this, NaN = unknown."""
+    rng = np.random.default_rng([seed, 4])
+    whole = filled_smoothly(depth)
+    bias = BIAS * slow_noise(whole.shape, rng, BIAS_LENGTH * whole.shape[1])
+    values = CURVES[seed % len(CURVES)](whole * np.exp(bias))
+    blurred = cv2.GaussianBlur(values, (0, 0), BLUR)
+    low, high = np.percentile(blurred, (5, 95))
+    return (blurred + rng.normal(0, NOISE * (high - low), blurred.shape)).astype(np.float32)
+
+
+def slow_noise(shape: tuple[int, ...], rng: np.random.Generator, length: float) -> Array:
+    """Noise of mean 0 and deviation 1, smoothed by a Gaussian [px]."""
+    values = cv2.GaussianBlur(rng.normal(size=shape).astype(np.float32), (0, 0), length, borderType=cv2.BORDER_REFLECT)
+    return (values - values.mean()) / values.std()
+
+
+def filled_smoothly(depth: Array) -> Array:
+    """Depth with its gaps filled by means over ever wider surroundings."""
+    known = np.isfinite(depth)
+    result = np.where(known, depth, np.float32(np.nan))
+    values, weights = np.where(known, depth, np.float32(0)), known.astype(np.float32)
+    sigma = 1.0
+    while np.isnan(result).any():
+        share = cv2.GaussianBlur(weights, (0, 0), sigma)
+        mean = cv2.GaussianBlur(values, (0, 0), sigma) / np.maximum(share, np.float32(1e-12))
+        fill = np.isnan(result) & (share > (0.02 if sigma < max(depth.shape) else 0))
+        result[fill] = mean[fill]
+        sigma *= 1.5
+    return result
+
+
+def guides(depth: Array, other: Array, seed: int) -> Iterator[tuple[str, Array]]:
+    """The guides of a frame by name, and those that are wrong."""
+    yield "simulated", simulated_guide(depth, seed)
+    yield "of another frame", cv2.resize(simulated_guide(other, seed + 1), depth.shape[::-1])
+    rng = np.random.default_rng(seed)
+    yield "noise", rng.normal(size=depth.shape).astype(np.float32)
+    yield "slow noise", slow_noise(depth.shape, rng, PATCH)
+
+
+def main() -> None:
+    """Print every frame's ratio of error with a guide to error without, RMSE and MAE, and geometric means."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folders", nargs="+")
+    parser.add_argument("--seeds", default="1,2")
+    arguments = parser.parse_args()
+    folders = find_frames(arguments.folders)
+    ratios: dict[str, list[tuple[float, float]]] = defaultdict(list)
+    for base in map(int, arguments.seeds.split(",")):
+        for number, folder in enumerate(folders):
+            task = make_task(load_bench_frame(folder), "areas", base)
+            blocks = extract_blocks(task.frame)
+            without = score(complete(task.frame, blocks).depth, task).errors
+            line = f"{folder.name:26} seed {base}  {1000 * without.rmse:6.1f} {1000 * without.mae:6.1f} mm"
+            other = load_bench_frame(folders[(number + 1) % len(folders)]).frame.depth
+            for name, guide in guides(task.truth, other, 10 * base + number):
+                found = score(complete(task.frame, blocks, guide=guide).depth, task).errors
+                ratios[name].append((found.rmse / without.rmse, found.mae / without.mae))
+                line += f"  {name} {ratios[name][-1][0]:.3f} {ratios[name][-1][1]:.3f}"
+            print(line, flush=True)
+    print("\nErrors with a guide over those without, RMSE and MAE; all guides are simulated:")
+    for name, values in ratios.items():
+        mean, worst = np.exp(np.mean(np.log(values), axis=0)), np.max(values, axis=0)
+        print(f"{name:18} geometric mean {mean[0]:.3f} {mean[1]:.3f}  worst {worst[0]:.3f} {worst[1]:.3f}")
+
+
+if __name__ == "__main__":
+    main()

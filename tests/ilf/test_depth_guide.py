@@ -1,0 +1,208 @@
+"""Guides: what they are, how they are fitted and believed, and that a run with one is made again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+import ilf
+from ilf.cli import main
+from ilf.errors import FormatError, InputError
+from ilf.filter.edge_aware.guiding import fit_guide
+from ilf.filter.edge_aware.guiding.curve import fit_curve
+from ilf.guide import Guide
+from ilf.io import load_guide
+from ilf.io.guide_files import write_guide
+from ilf.judgement.hiding import frame_without
+from ilf.run import ExportOptions
+
+SHAPE = (90, 120)
+
+
+def truth() -> np.ndarray:
+    """A wall, and a box before it with a top that leans."""
+    rows, columns = np.indices(SHAPE, np.float32)
+    wall = 3 + columns / 120
+    box = 1.2 + rows / 300
+    return np.where((abs(rows - 45) < 25) & (abs(columns - 60) < 30), box, wall)
+
+
+def frame_with_hole(**more: object) -> ilf.RGBDFrame:
+    """Half of the box, and the wall beside it, are missing; colour says nothing."""
+    depth = truth()
+    depth[30:60, 70:110] = np.nan
+    return ilf.RGBDFrame(np.full((*SHAPE, 3), 90, np.uint8), depth, **more)
+
+
+BLOCKS = np.ones(SHAPE, np.int32)
+
+
+def error(completion: ilf.Completion) -> float:
+    return float(np.abs(completion.depth - truth())[30:60, 70:110].mean())
+
+
+@pytest.fixture(scope="module")
+def without() -> ilf.Completion:
+    return ilf.complete(frame_with_hole(), BLOCKS)
+
+
+@pytest.mark.parametrize("said", [lambda z: z, lambda z: 1 / z, lambda z: -np.log(z), lambda z: 200 - 30 * z**2])
+def test_guide_in_any_unit_brings_the_jump_back(said, without) -> None:
+    guided = ilf.complete(frame_with_hole(), BLOCKS, guide=said(truth()))
+    assert error(guided) < 0.05 * error(without)
+    known = frame_with_hole().known
+    assert np.array_equal(guided.depth[known], without.depth[known])
+
+
+def test_guide_that_known_depth_contradicts_changes_nothing(without) -> None:
+    noise = np.random.default_rng(0).normal(size=SHAPE)
+    guided = ilf.complete(frame_with_hole(), BLOCKS, guide=noise)
+    assert np.array_equal(guided.depth, without.depth, equal_nan=True)
+    assert "left aside" in guided.notes[-1]
+
+
+def test_where_a_guide_says_nothing_is_as_without(without) -> None:
+    partly = np.where(np.indices(SHAPE)[1] < 60, truth(), 0)
+    guided = ilf.complete(frame_with_hole(), BLOCKS, guide=partly)
+    assert np.abs(guided.depth - without.depth)[30:60, 75:].max() < 0.05
+    doubted = ilf.complete(frame_with_hole(), BLOCKS, guide=Guide(truth(), np.zeros(SHAPE)))
+    assert np.array_equal(doubted.depth, without.depth, equal_nan=True)
+
+
+def test_block_without_known_depth_is_completed_by_a_guide_alone() -> None:
+    blocks = BLOCKS.copy()
+    blocks[40:50, 75:85] = 2
+    assert ilf.complete(frame_with_hole(), blocks).outcomes[2].status == "not recoverable"
+    guided = ilf.complete(frame_with_hole(), blocks, guide=truth())
+    assert guided.outcomes[2].status == "completed"
+    assert error(guided) < 0.02
+
+
+def test_rest_is_guessed_by_the_guide_too() -> None:
+    frame = frame_with_hole(guide=truth())
+    dense = ilf.fill_rest(frame, ilf.complete(frame, np.zeros(SHAPE, np.int32)))
+    assert error(dense) < 0.1
+
+
+def test_stepper_starts_from_the_guide() -> None:
+    stepper = ilf.iterate(frame_with_hole(), BLOCKS, 1, guide=1 / truth())
+    assert np.abs(stepper.surface.reshape(SHAPE) - truth())[30:60, 70:110].mean() < 0.05
+
+
+def test_curve_is_monotone_and_goes_on_beyond_what_is_known() -> None:
+    depth = np.linspace(1, 4, 4000)
+    outliers = depth.copy()
+    outliers[::10] = 2.0
+    curve = fit_curve(1 / depth, np.log(outliers), np.ones(4000))
+    asked = np.linspace(0.8, 5, 50)
+    found = np.exp(curve(1 / asked))
+    assert np.all(np.diff(found) >= 0)
+    assert found == pytest.approx(asked, rel=0.03)
+
+
+def test_hidden_depth_has_no_part_in_the_fit() -> None:
+    frame = frame_with_hole(guide=1 / truth())
+    hidden = frame_without(frame, "areas")
+    assert hidden.guide is frame.guide
+    # by the direct formula: without noise and bias, the guide is the depth itself
+    fitted = fit_guide(hidden)
+    assert fitted is not None
+    assert fitted.belief > 0.9
+    assert np.median(np.abs(fitted.depth / truth() - 1)) < 0.01
+
+
+def test_guide_is_resized_only_to_its_own_aspect() -> None:
+    small = cv2.resize(truth(), (60, 45), interpolation=cv2.INTER_AREA)
+    frame = frame_with_hole(guide=small)
+    assert frame.guide is not None
+    assert frame.guide.values.shape == SHAPE
+    holed = small.copy()
+    holed[:10] = 0
+    assert np.isnan(Guide(holed).of_size(SHAPE).values[:18]).all()
+    with pytest.raises(InputError, match="90 x 90 but the frame is 120 x 90, which is another aspect"):
+        frame_with_hole(guide=truth()[:, :90])
+
+
+@pytest.mark.parametrize("values", [np.zeros((4, 4)), np.full((4, 4), 3.0), np.full((4, 4), np.nan)])
+def test_guide_that_says_nothing_is_refused(values) -> None:
+    with pytest.raises(InputError, match="says nothing"):
+        Guide(values)
+
+
+def test_guides_are_read_from_files(tmp_path) -> None:
+    grey = (40 * truth()).astype(np.uint8)
+    cv2.imwrite(str(tmp_path / "grey.png"), grey)
+    cv2.imwrite(str(tmp_path / "three.png"), np.dstack([grey] * 3))
+    np.save(tmp_path / "one.npy", grey[None])
+    np.savez(tmp_path / "named.npz", other=np.zeros(3), disparity=grey)
+    for name in ("grey.png", "three.png", "one.npy", "named.npz"):
+        assert np.array_equal(load_guide(tmp_path / name, SHAPE).values, grey), name
+    both = Guide(truth(), truth() / 5)
+    write_guide(tmp_path / "both.npy", both)
+    assert load_guide(tmp_path / "both.npy").says_the_same(both)
+    assert not both.says_the_same(Guide(truth()))
+
+    cv2.imwrite(str(tmp_path / "coloured.png"), cv2.applyColorMap(grey, cv2.COLORMAP_JET))
+    (tmp_path / "broken.npz").write_bytes(b"PK no zip")
+    np.savez(tmp_path / "many.npz", a=grey, b=grey)
+    for name, words in (("coloured.png", "coloured picture"), ("broken.npz", "cannot be read"), ("many.npz", "2 arr")):
+        with pytest.raises(FormatError, match=words):
+            load_guide(tmp_path / name)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A frame folder with a guide in it."""
+    frame = frame_with_hole()
+    cv2.imwrite(str(tmp_path / "rgb.png"), frame.rgb)
+    np.save(tmp_path / "depth.npy", frame.depth)
+    np.save(tmp_path / "guide.npy", (1 / truth()).astype(np.float32))
+    (tmp_path / "meta.json").write_text('{"depth_units_per_m": 1}')
+    return tmp_path
+
+
+def test_run_with_a_guide_is_made_again_and_not_without_it(folder, capsys) -> None:
+    frame = ilf.load_frame(folder)
+    assert frame.guide is not None
+    run = ilf.Run(frame, BLOCKS)
+    ilf.write(folder / "out", run, run.complete(), ExportOptions(cloud=None))
+    (folder / "guide.npy").unlink()
+    again = ilf.replay(folder / "out" / "run.json")
+    assert again.differences == ()
+    assert again.verdict(again.run.complete()) == ()
+    assert main(["info", str(folder / "out" / "run.json")]) == 0
+    assert "guide_used.npy" in capsys.readouterr().out
+
+    used = folder / "out" / "guide_used.npy"
+    write_guide(used, Guide(truth()))
+    with pytest.raises(InputError, match="not the guide of the recorded run"):
+        ilf.replay(folder / "out" / "run.json")
+    used.unlink()
+    with pytest.raises(InputError, match="is not beside the record"):
+        ilf.replay(folder / "out" / "run.json")
+
+
+def test_command_line_takes_a_guide(folder, capsys) -> None:
+    other = folder / "elsewhere.npy"
+    (folder / "guide.npy").rename(other)
+    label_map = folder / "blocks.png"
+    cv2.imwrite(str(label_map), BLOCKS.astype(np.uint16))
+    out = folder / "out"
+    flags = ["--blocks", str(label_map), "--guide", str(other), "--out", str(out), "--no-cloud"]
+    assert main(["complete", str(folder), *flags]) == 0
+    assert "Guide: followed to" in capsys.readouterr().out
+    assert np.abs(np.load(out / "depth.npy") - truth())[30:60, 70:110].mean() < 0.05
+    assert main(["info", str(folder), "--guide", str(other)]) == 0
+    assert "100.0% of what is missing" in capsys.readouterr().out
+    np.save(other, truth()[:, :80])
+    assert main(["complete", str(folder), *flags]) == 1
+    assert "another aspect" in capsys.readouterr().err
+
+
+def test_distrust_and_truth_leave_the_guide(without) -> None:
+    frame = frame_with_hole(guide=truth())
+    assert frame.distrusting(truth() < 1.25).with_truth(truth()).guide is frame.guide
+    assert replace(frame, depth=frame.measured).with_guide(None).guide is None
