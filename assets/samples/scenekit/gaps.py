@@ -7,16 +7,17 @@ import numpy as np
 
 from .view import View, blobs, jumps, patches, ragged
 
-MOST = 0.45
-"""Largest share of a picture that its causes take together."""
+MOST = (0.08, 0.45)
+"""Range of the largest share of a picture that its causes take together."""
 
 
-def together(causes: list[np.ndarray]) -> np.ndarray:
-    """All causes, but for those that would leave too little depth."""
+def together(causes: list[np.ndarray], rng: np.random.Generator) -> np.ndarray:
+    """Causes in random order, but for those that would leave less depth than this picture's share."""
+    most = rng.uniform(*MOST)
     taken = np.zeros_like(causes[0])
-    for cause in causes:
-        joined = taken | cause
-        if joined.mean() <= MOST:
+    for k in rng.permutation(len(causes)):
+        joined = taken | causes[k]
+        if joined.mean() <= most:
             taken = joined
     return taken
 

@@ -63,7 +63,7 @@ def sense(
     view = View(met, normals, facing(normals, K), (rgb @ seen_by).astype(np.float32), flags, unlit)
     camera = list(CAMERAS)[int(rng.choice(len(CAMERAS), p=list(CAMERAS.values())))]
     depth, causes = camera(view, rng)
-    missing = gaps.together([lost, *causes]) | (met >= SKY)
+    missing = gaps.together([lost, *causes], rng) | (met >= SKY)
     measured = np.where(missing, np.nan, depth).astype(np.float32)
     return _misregistered(measured, rng) if rng.random() < MISREGISTERED else measured
 
