@@ -10,7 +10,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "assets" / "samples"))
 
-from scenekit import cameras, gaps, sensing
+from scenekit import depth_cameras, gaps, sensing
 from scenekit.view import SKY, View, facing, jumps
 
 K = (290.0, 290.0, 159.5, 127.5)
@@ -71,7 +71,7 @@ def test_glass_is_lost_or_looked_through() -> None:
 
 def test_structured_light_steps_grow_with_the_square_of_the_depth() -> None:
     view = view_of_box()
-    depth, _ = cameras.structured_light(view, np.random.default_rng(5))
+    depth, _ = depth_cameras.structured_light(view, np.random.default_rng(5))
     levels = np.unique(1 / depth)
     steps = np.diff(levels)
     assert np.allclose(steps / steps.min(), np.round(steps / steps.min()), atol=0.05)

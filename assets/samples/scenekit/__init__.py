@@ -1,1 +1,1 @@
-"""Generated scenes to learn from: colour, exact depth, what a sensor makes of it, and where it jumps or bends."""
+"""Endless scenes made at random, with exact depth: pictures to train the depth-edge network on."""

@@ -7,14 +7,14 @@ from collections.abc import Mapping
 import cv2
 import numpy as np
 
-from . import cameras, gaps
+from . import depth_cameras, gaps
 from .view import SKY, View, blobs, facing, patches
 
 CAMERAS = {
-    cameras.structured_light: 0.42,
-    cameras.stereo: 0.28,
-    cameras.time_of_flight: 0.16,
-    cameras.filled: 0.14,
+    depth_cameras.structured_light: 0.42,
+    depth_cameras.stereo: 0.28,
+    depth_cameras.time_of_flight: 0.16,
+    depth_cameras.filled: 0.14,
 }
 """How often each is drawn."""
 MISREGISTERED = 0.4
