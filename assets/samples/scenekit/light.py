@@ -1,0 +1,133 @@
+"""Cheap light: a few lamps with one jittered shadow ray each, a hemisphere of ambient light, and highlights."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+
+from .world import OFF_SURFACE, Hits, World, dot
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """A ball that shines; with `reach` infinite light comes parallel, as the sun's.
+
+    Parameters
+    ----------
+    position : ndarray (3,)
+        Where it is [m]; of the sun, the direction to it.
+    colour : ndarray (3,)
+        Irradiance at 1 m; of the sun, anywhere.
+    radius : float
+        Size of the ball [m]: soft shadows.
+    sun : bool
+        Parallel light.
+    target, cone : ndarray (3,), float
+        Where a spot points, and the cosine of its half angle; -1 shines everywhere.
+    """
+
+    position: np.ndarray
+    colour: np.ndarray
+    radius: float = 0.0
+    sun: bool = False
+    target: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    cone: float = -1.0
+
+    def arrives(self, points: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """Vectors to a random point of the lamp, and irradiance of a surface that faces it, (N, 3) each."""
+        ball = rng.standard_normal(points.shape, dtype=np.float32)
+        ball *= self.radius / np.linalg.norm(ball, axis=1, keepdims=True)
+        if self.sun:
+            way = 60 * (self.position + ball).astype(np.float32)
+            return way, np.broadcast_to(self.colour.astype(np.float32), points.shape)
+        way = (self.position + ball - points).astype(np.float32)
+        strength = 1 / np.maximum(dot(way, way), 0.04)
+        if self.cone > -1:
+            axis = self.target - self.position
+            cosine = -dot(way, np.broadcast_to(axis, way.shape)) / np.linalg.norm(way, axis=1) / np.linalg.norm(axis)
+            strength = strength * np.clip((cosine - self.cone) / (1 - self.cone) * 4, 0, 1)
+        return way, strength[:, None] * self.colour.astype(np.float32)
+
+
+@dataclass(frozen=True)
+class Lighting:
+    """All light of a scene.
+
+    Parameters
+    ----------
+    lamps : list of Lamp
+        What casts shadows.
+    above, below : ndarray (3,)
+        Ambient irradiance of surfaces that face up and down.
+    sky : ndarray (3,)
+        Radiance where there is nothing.
+    reach : float
+        How far surfaces darken each other [m].
+    """
+
+    lamps: list[Lamp]
+    above: np.ndarray
+    below: np.ndarray
+    sky: np.ndarray
+    reach: float = 0.5
+
+    def ambient(self, normals: np.ndarray) -> np.ndarray:
+        up = 0.5 + 0.5 * normals[:, 1:2]
+        return (self.below + (self.above - self.below) * up).astype(np.float32)
+
+
+def irradiance(
+    world: World, lighting: Lighting, hits: Hits, views: np.ndarray, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Light that arrives at points, and how much of it is mirrored as highlights, (N, 3) each."""
+    start = hits.points + OFF_SURFACE * hits.flat
+    around = hits.flat + 0.98 * _sphere(len(start), rng)
+    open_ = ~world.blocked(start, around * lighting.reach)
+    total = lighting.ambient(hits.normals) * (0.3 + 0.7 * open_[:, None])
+    shiny = np.zeros_like(total)
+    gloss = world.table.gloss[hits.material] > 0
+    shine = world.table.shine[hits.material]
+    for lamp in lighting.lamps:
+        way, strength = lamp.arrives(hits.points, rng)
+        length = np.linalg.norm(way, axis=1)
+        facing = dot(way, hits.normals) / length
+        lit = np.flatnonzero((facing > 0) & (dot(way, hits.flat) > 0) & (strength.max(axis=1) > 1e-4) & hits.found)
+        lit = lit[~world.blocked(start[lit], way[lit], 0.995)]
+        total[lit] += strength[lit] * facing[lit, None]
+        here = lit[gloss[lit]]
+        half = way[here] / length[here, None] - views[here] / np.linalg.norm(views[here], axis=1, keepdims=True)
+        half /= np.maximum(np.linalg.norm(half, axis=1, keepdims=True), 1e-6)
+        spread = np.clip(dot(half, hits.normals[here]), 0, 1) ** shine[here] * (shine[here] + 8) / 25
+        shiny[here] += strength[here] * np.minimum(spread, 40)[:, None]
+    return total, shiny
+
+
+def _sphere(count: int, rng: np.random.Generator) -> np.ndarray:
+    ball = rng.standard_normal((count, 3), dtype=np.float32)
+    return ball / np.linalg.norm(ball, axis=1, keepdims=True)
+
+
+def smoothed(light: np.ndarray, part: np.ndarray, reach: int) -> np.ndarray:
+    """Light (H, W, 3) evened out over `reach` pixels each way, within each smooth surface (H, W)."""
+    for axis in (0, 1):
+        total, weight = light.copy(), np.ones(part.shape, np.float32)
+        for step in range(1, reach + 1):
+            near, far = [slice(None)] * 2, [slice(None)] * 2
+            near[axis], far[axis] = slice(step, None), slice(None, -step)
+            a, b = tuple(near), tuple(far)
+            same = (part[a] == part[b]).astype(np.float32)
+            total[a] += light[b] * same[..., None]
+            total[b] += light[a] * same[..., None]
+            weight[a] += same
+            weight[b] += same
+        light = total / weight[..., None]
+    return light
+
+
+def glow(radiance: np.ndarray, share: float, rng: np.random.Generator) -> np.ndarray:
+    """Stray light in the lens around what is very bright."""
+    level = np.percentile(radiance, 97)
+    bright = np.clip(radiance - level, 0, 4 * level)
+    return radiance + share * cv2.GaussianBlur(bright, (0, 0), float(rng.uniform(2, 12)))
