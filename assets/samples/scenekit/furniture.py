@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .parts import Ground, Kit, Parts, Thing, moved, set_down, turned
+from .parts import Ground, Kit, Parts, Thing, extent, moved, set_down, turned
 from .shapes import ball, bar, beam, box, joined, lathe, rotation, sheet, standing, wire
 from .small_things import SMALL, bag, carton, fruit, leaves, monitor, open_box
 
@@ -98,7 +98,7 @@ def shelf_of(kit: Kit, width: float, height: float, depth: float) -> Parts:
         boards.append(standing((width, thick, depth)).moved(y=y))
         room = kit.between(0.2, 0.45)
         on_it = laid_out(kit, width * 0.9, depth * 0.4, y + thick, fullness)
-        parts += [(shape, m) for shape, m in on_it if shape.corners[..., 1].max() < y + room]
+        parts += [(shape, m) for shape, m in on_it if shape.high[1] < y + room]
         y += room
     boards.append(standing((width, thick, depth)).moved(y=height))
     if kit.chance(0.6):

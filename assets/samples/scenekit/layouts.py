@@ -8,7 +8,7 @@ import numpy as np
 
 from .furniture import BY_WALL, FREE, cupboard_of, hanging, laid_out, shelf_of, table
 from .light import Lamp
-from .parts import Ground, Kit, Parts, footprint, moved, scaled, set_down, turned
+from .parts import Ground, Kit, Parts, extent, footprint, height_of, moved, scaled, set_down, turned
 from .setting import Setting
 from .shapes import any_rotation, ball, bar, beam, box, joined, lathe, lump, rotation, sheet, standing, wire
 from .small_things import LOOSE, SMALL, leaves, open_box
@@ -121,9 +121,9 @@ def furnished(kit: Kit, width: float, depth: float, height: float) -> Parts:
         x = -length / 2 + kit.between(0.3, 0.8)
         while x < length / 2 - 0.5:
             thing = kit.one_of(BY_WALL)(kit)
-            reach = max(s.corners[..., 2].max() for s, _ in thing)
-            half = max(abs(s.corners[..., 0]).max() for s, _ in thing)
-            if max(s.corners[..., 1].max() for s, _ in thing) < height and x + 2 * half < length / 2:
+            reach = extent(thing)[1][2]
+            half = max(-extent(thing)[0][0], extent(thing)[1][0])
+            if height_of(thing) < height and x + 2 * half < length / 2:
                 set_ = turned(moved(thing, x + half, 0, -reach - kit.between(0.01, 0.1)), rotation(turn))
                 parts += moved(set_, at[0], 0, at[1])
             x += 2 * half + kit.rng.choice([kit.between(0.02, 0.3), kit.between(0.3, 1.5)])
@@ -177,17 +177,19 @@ def corridor(kit: Kit) -> Setting:
 
 def backdrop(kit: Kit, low: float, high: float) -> Parts:
     """Floor, and a wall or two at some distance behind the origin, perhaps with furniture."""
-    away, height = kit.between(low, high), 3.0
+    away, height = kit.between(low, high), kit.between(2.3, 3.2)
     paint = kit.materials.wall()
     parts: Parts = [(standing((16, 0.1, 16)).moved(0, -0.1, 0), kit.materials.floor())]
     wall, _ = one_wall(kit, 10, height, paint)
     wall = moved(wall, -5, 0, away)
-    wall.append((standing((12, height, 0.1)).moved(0, 0, -5), paint))
-    wall.append((standing((0.1, height, 14)).moved(kit.between(1.5, 5) * kit.rng.choice([-1, 1]), 0, 0), paint))
+    ends = [standing((14, height, 0.1)).moved(0, 0, z) for z in (-5, away + kit.between(0.8, 4))]
+    ends += [standing((0.1, height, 18)).moved(x, 0, 0) for x in (-kit.between(1.5, 5), kit.between(1.5, 5))]
+    wall.append((joined(ends), kit.materials.wall()))
+    wall.append((standing((18, 0.1, 18)).moved(0, height, 0), kit.materials.ceiling()))
     if kit.chance(0.7):
         for _ in range(kit.number(1, 4)):
             thing = kit.one_of(BY_WALL)(kit)
-            reach = max(s.corners[..., 2].max() for s, _ in thing)
+            reach = extent(thing)[1][2]
             wall += moved(thing, kit.between(-3, 3), 0, away - reach - 0.02)
     return parts + turned(wall, rotation(kit.rng.normal(0, 20)))
 
@@ -232,7 +234,7 @@ def picking(kit: Kit) -> Setting:
             size = 0.3 * max(width, depth)
         x, z = kit.between(-0.5, 0.5) * max(width - 1.6 * size, 0.02), kit.between(-0.5, 0.5) * max(depth - 1.6 * size, 0.02)
         under = max((top for a, b, r, top in heights if (a - x) ** 2 + (b - z) ** 2 < (0.7 * (r + size)) ** 2), default=wall)
-        top = under + max(s.corners[..., 1].max() for s, _ in one)
+        top = under + height_of(one)
         if top > height + 0.25:
             continue
         heights.append((x, z, size, under + 0.7 * (top - under)))

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
+from .shapes import unit
 from .world import OFF_SURFACE, Hits, World, dot
 
 
@@ -37,16 +38,17 @@ class Lamp:
 
     def arrives(self, points: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """Vectors to a random point of the lamp, and irradiance of a surface that faces it, (N, 3) each."""
-        ball = rng.standard_normal(points.shape, dtype=np.float32)
-        ball *= self.radius / np.linalg.norm(ball, axis=1, keepdims=True)
+        somewhere = self.position.astype(np.float32)
+        if self.radius:
+            somewhere = somewhere + np.float32(self.radius) * sphere(len(points), rng)
         if self.sun:
-            way = 60 * (self.position + ball).astype(np.float32)
+            way = np.broadcast_to(60 * somewhere, points.shape)
             return way, np.broadcast_to(self.colour.astype(np.float32), points.shape)
-        way = (self.position + ball - points).astype(np.float32)
+        way = somewhere - points
         strength = 1 / np.maximum(dot(way, way), 0.04)
         if self.cone > -1:
             axis = self.target - self.position
-            cosine = -dot(way, np.broadcast_to(axis, way.shape)) / np.linalg.norm(way, axis=1) / np.linalg.norm(axis)
+            cosine = -dot(way, np.broadcast_to(axis, way.shape)) / np.sqrt(dot(way, way)) / np.linalg.norm(axis)
             strength = strength * np.clip((cosine - self.cone) / (1 - self.cone) * 4, 0, 1)
         return way, strength[:, None] * self.colour.astype(np.float32)
 
@@ -83,30 +85,31 @@ def irradiance(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Light that arrives at points, and how much of it is mirrored as highlights, (N, 3) each."""
     start = hits.points + OFF_SURFACE * hits.flat
-    around = hits.flat + 0.98 * _sphere(len(start), rng)
-    open_ = ~world.blocked(start, around * lighting.reach)
+    around = hits.flat + np.float32(0.98) * sphere(len(start), rng)
+    open_ = ~world.blocked(start, around * np.float32(lighting.reach))
     total = lighting.ambient(hits.normals) * (0.3 + 0.7 * open_[:, None])
     shiny = np.zeros_like(total)
     gloss = world.table.gloss[hits.material] > 0
     shine = world.table.shine[hits.material]
     for lamp in lighting.lamps:
         way, strength = lamp.arrives(hits.points, rng)
-        length = np.linalg.norm(way, axis=1)
+        length = np.sqrt(dot(way, way))
         facing = dot(way, hits.normals) / length
         lit = np.flatnonzero((facing > 0) & (dot(way, hits.flat) > 0) & (strength.max(axis=1) > 1e-4) & hits.found)
         lit = lit[~world.blocked(start[lit], way[lit], 0.995)]
         total[lit] += strength[lit] * facing[lit, None]
         here = lit[gloss[lit]]
-        half = way[here] / length[here, None] - views[here] / np.linalg.norm(views[here], axis=1, keepdims=True)
-        half /= np.maximum(np.linalg.norm(half, axis=1, keepdims=True), 1e-6)
+        half = unit(way[here] / length[here, None] - unit(views[here]))
         spread = np.clip(dot(half, hits.normals[here]), 0, 1) ** shine[here] * (shine[here] + 8) / 25
         shiny[here] += strength[here] * np.minimum(spread, 40)[:, None]
     return total, shiny
 
 
-def _sphere(count: int, rng: np.random.Generator) -> np.ndarray:
-    ball = rng.standard_normal((count, 3), dtype=np.float32)
-    return ball / np.linalg.norm(ball, axis=1, keepdims=True)
+def sphere(count: int, rng: np.random.Generator) -> np.ndarray:
+    """Directions drawn evenly, (N, 3)."""
+    height, turn = 2 * rng.random(count, dtype=np.float32) - 1, 2 * np.pi * rng.random(count, dtype=np.float32)
+    ring = np.sqrt(1 - height * height)
+    return np.stack([ring * np.cos(turn), ring * np.sin(turn), height], axis=1)
 
 
 def smoothed(light: np.ndarray, part: np.ndarray, reach: int) -> np.ndarray:

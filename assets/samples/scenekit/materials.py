@@ -17,6 +17,9 @@ FLOORS = ("planks", "planks", "tiles", "checker", "granite", "marble", "plain", 
 STREETS = ("cobbles", "tiles", "bricks", "granite", "plain", "blotches", "planks")
 PACKS = ("label", "label", "poster", "text", "stripes", "picture", "plain", "plain", "confetti", "dots", "gradient")
 ANYTHING = tuple(NUMBER)
+HUES = ((0.04, 0.13), (0.0, 0.04), (0.54, 0.66), (0.2, 0.45), (0.0, 1.0))
+HUE_SHARES = (0.42, 0.13, 0.2, 0.1, 0.15)
+"""Browns and yellows, reds, blues, greens, and all."""
 
 
 @dataclass
@@ -73,8 +76,9 @@ class Materials:
     def __post_init__(self) -> None:
         rng = self.rng
         self._hues = rng.uniform(0, 1, rng.integers(1, 5))
-        self._freedom = rng.choice([0.03, 0.1, 1.0], p=[0.15, 0.25, 0.6])
-        self._vivid = rng.choice([0.05, 0.35, 0.75, 1.0], p=[0.15, 0.35, 0.35, 0.15])
+        # Most scenes mix the colours of households; the others keep to a few, even to one.
+        self._freedom = rng.choice([0.02, 0.1, np.inf], p=[0.1, 0.15, 0.75])
+        self._vivid = rng.choice([0.1, 0.4, 0.75, 1.0], p=[0.15, 0.3, 0.35, 0.2])
         # Scenes of low contrast keep to one brightness, near and far alike.
         self._level = rng.uniform(0.25, 0.8)
         self._contrast = rng.choice([0.06, 0.3, 1.0], p=[0.12, 0.23, 0.65])
@@ -83,7 +87,11 @@ class Materials:
     def colour(self, low: float = 0.05, high: float = 0.95, vivid: float = 1.0) -> np.ndarray:
         """Linear RGB between two brightnesses, in the manner of the scene."""
         rng = self.rng
-        hue = (rng.choice(self._hues) + self._freedom * rng.normal(0, 0.2)) % 1
+        if np.isinf(self._freedom):
+            low_hue, high_hue = HUES[int(rng.choice(len(HUES), p=HUE_SHARES))]
+            hue = rng.uniform(low_hue, high_hue)
+        else:
+            hue = (rng.choice(self._hues) + rng.normal(0, self._freedom)) % 1
         value = rng.uniform(low, high)
         value = float(np.clip(self._level + self._contrast * (value - self._level), 0.03, 0.97))
         srgb = np.array(colorsys.hsv_to_rgb(hue, float(rng.uniform(0, 1) ** 1.3 * self._vivid * vivid), value))
@@ -106,7 +114,7 @@ class Materials:
         return self.add(pattern=pattern, period=period, **options)
 
     def wall(self) -> int:
-        colours = {name: self.colour(0.35, 0.95, 0.5) for name in "abc"}
+        colours = {name: self.colour(0.35, 0.95, 0.35) for name in "abc"}
         if self.rng.random() < 0.12:
             return self.drawn(("bricks", "planks", "granite"), 0.15, 0.3, turn=0.0, grain=0.1, **colours)
         return self.drawn(WALLS, 0.05, 0.5, turn=0.0, grain=self.rng.uniform(0.0, 0.08), grain_period=0.6, **colours)
@@ -178,7 +186,7 @@ class Materials:
         return self.add(a=np.full(3, tone), grain=0.1, gloss=gloss, shine=150.0, black=True, glossy=bool(gloss))
 
     def glass(self) -> int:
-        tint = 1 - self.rng.uniform(0, 0.3, 3) * self.rng.choice([0.2, 1.0])
+        tint = 1 - self.rng.uniform(0.04, 0.35, 3) * self.rng.choice([0.4, 1.0])
         return self.add(a=tint, grain=0.0, gloss=0.06, shine=400.0, transparent=True, glossy=True)
 
     def leaves(self) -> int:

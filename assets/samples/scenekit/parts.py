@@ -48,19 +48,23 @@ def turned(parts: Parts, matrix: np.ndarray) -> Parts:
 
 
 def scaled(parts: Parts, factor: float) -> Parts:
-    return [(Shape(s.corners * factor, s.normals, s.uv * factor, s.face), m) for s, m in parts]
+    return [(shape.scaled(factor), material) for shape, material in parts]
 
 
 def extent(parts: Parts) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest coordinates, (3,) each."""
-    lows = np.min([shape.corners.min(axis=(0, 1)) for shape, _ in parts], axis=0)
-    highs = np.max([shape.corners.max(axis=(0, 1)) for shape, _ in parts], axis=0)
-    return lows, highs
+    return np.min([shape.low for shape, _ in parts], axis=0), np.max([shape.high for shape, _ in parts], axis=0)
+
+
+def height_of(parts: Parts) -> float:
+    """Greatest height [m]."""
+    return max(float(shape.high[1]) for shape, _ in parts)
 
 
 def footprint(parts: Parts) -> float:
-    """Radius of the circle about the origin that the things stand on [m]."""
-    return max(float(np.hypot(shape.corners[..., 0], shape.corners[..., 2]).max()) for shape, _ in parts)
+    """Radius of a circle about the origin that the things stand on, about [m]."""
+    low, high = extent(parts)
+    return float(np.hypot(*np.maximum(-low, high)[[0, 2]])) * 0.9
 
 
 def set_down(parts: Parts, y: float = 0.0) -> Parts:

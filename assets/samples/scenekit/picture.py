@@ -9,6 +9,7 @@ import numpy as np
 from .camera import Camera
 from .develop import developed
 from .light import Lighting, irradiance, smoothed
+from .shapes import unit
 from .world import OFF_SURFACE, Hits, World, dot
 
 FARTHEST = 20.0
@@ -95,15 +96,16 @@ def _coloured(
     height, width = part.shape
     solid = world.cast(camera.position, views, through_glass=True) if world.has_glass else hits
     surfaces = np.where(solid.found, solid.part, -1).reshape(height, width)
-    light, shiny = irradiance(world, lighting, solid, views, rng)
+    light, shiny = _light(world, lighting, solid, views, rng)
     light = smoothed(light.reshape(height, width, 3), surfaces, 2)
-    shiny = shiny.reshape(height, width, 3)
-    centres = _radiance(world, lighting, solid, views, light, shiny, rng).reshape(height, width, 3)
+    centres = _radiance(world, lighting, solid, views, light.reshape(-1, 3), shiny).reshape(height, width, 3)
     columns, rows = np.meshgrid(np.arange(width + 1) - 0.5, np.arange(height + 1) - 0.5)
     corner_views = camera.rays(columns, rows)
     corners = world.cast(camera.position, corner_views, through_glass=True)
-    corner_light, corner_shiny = _from_around(world, lighting, corners, corner_views, surfaces, light, shiny, rng)
-    between = _radiance(world, lighting, corners, corner_views, corner_light, corner_shiny, rng)
+    both = np.concatenate([light, shiny.reshape(light.shape)], axis=2)
+    between = _radiance(
+        world, lighting, corners, corner_views, *_from_around(world, lighting, corners, corner_views, surfaces, both, rng)
+    )
     between = between.reshape(height + 1, width + 1, 3)
     radiance = 0.5 * centres + 0.125 * (between[:-1, :-1] + between[1:, :-1] + between[:-1, 1:] + between[1:, 1:])
     if world.has_glass:
@@ -118,8 +120,7 @@ def _from_around(
     corners: Hits,
     views: np.ndarray,
     part: np.ndarray,
-    light: np.ndarray,
-    shiny: np.ndarray,
+    both: np.ndarray,
     rng: np.random.Generator,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Light at the corners of pixels: that of the pixels around on the same surface; computed where there is none."""
@@ -127,7 +128,6 @@ def _from_around(
     here = np.where(corners.found, corners.part, -1).reshape(height + 1, width + 1)
     total = np.zeros((height + 1, width + 1, 6), np.float32)
     weight = np.zeros((height + 1, width + 1, 1), np.float32)
-    both = np.concatenate([light, shiny], axis=2)
     for down in (0, 1):
         for right in (0, 1):
             there = slice(down, down + height), slice(right, right + width)
@@ -137,30 +137,32 @@ def _from_around(
     mean = (total / np.maximum(weight, 1)).reshape(-1, 6)
     alone = np.flatnonzero(weight.ravel() == 0)
     if alone.size:
-        mean[alone] = np.concatenate(irradiance(world, lighting, corners.rows(alone), views[alone], rng), axis=1)
+        mean[alone] = np.concatenate(_light(world, lighting, corners.rows(alone), views[alone], rng), axis=1)
     return mean[:, :3], mean[:, 3:]
 
 
-def _radiance(
-    world: World,
-    lighting: Lighting,
-    hits: Hits,
-    views: np.ndarray,
-    light: np.ndarray,
-    shiny: np.ndarray,
-    rng: np.random.Generator,
-) -> np.ndarray:
-    """What surfaces send to the camera, (N, 3): lit colour, highlights, mirrored surroundings, own light."""
-    table = world.table
-    colour = table.colour(hits.material, hits.uv)
-    gloss = table.gloss[hits.material]
-    radiance = colour * (light.reshape(-1, 3) * (1 - gloss[:, None]) / np.pi)
-    emitting = np.flatnonzero(table.emitting[hits.material])
-    radiance[emitting] = colour[emitting]
-    radiance += gloss[:, None] * shiny.reshape(-1, 3)
+def _light(
+    world: World, lighting: Lighting, hits: Hits, views: np.ndarray, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Light that arrives, and radiance of what surfaces mirror: lamps and surroundings, (N, 3) each."""
+    light, shiny = irradiance(world, lighting, hits, views, rng)
+    gloss = world.table.gloss[hits.material]
+    shiny *= gloss[:, None]
     mirrors = np.flatnonzero(hits.found & (gloss > 0.015))
     if mirrors.size:
-        radiance[mirrors] += _mirrored(world, lighting, hits.rows(mirrors), views[mirrors], rng)
+        shiny[mirrors] += _mirrored(world, lighting, hits.rows(mirrors), views[mirrors], rng)
+    return light, shiny
+
+
+def _radiance(
+    world: World, lighting: Lighting, hits: Hits, views: np.ndarray, light: np.ndarray, shiny: np.ndarray
+) -> np.ndarray:
+    """What surfaces send to the camera, (N, 3)."""
+    table = world.table
+    colour = table.colour(hits.material, hits.uv)
+    radiance = colour * light * ((1 - table.gloss[hits.material]) / np.float32(np.pi))[:, None] + shiny
+    emitting = np.flatnonzero(table.emitting[hits.material])
+    radiance[emitting] = colour[emitting]
     radiance[~hits.found] = lighting.sky * (1 + 0.2 * views[~hits.found, 1:2])
     return radiance
 
@@ -170,11 +172,11 @@ def _mirrored(
 ) -> np.ndarray:
     """What glossy surfaces mirror, without shadows in it, (N, 3)."""
     gloss, shine = world.table.gloss[hits.material], world.table.shine[hits.material]
-    unit = views / np.linalg.norm(views, axis=1, keepdims=True)
+    sight = unit(views)
     normal = hits.normals + (0.4 / np.sqrt(shine))[:, None] * rng.standard_normal(views.shape, dtype=np.float32)
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    cosine = np.clip(-dot(unit, normal), 0, 1)
-    away = unit + 2 * cosine[:, None] * normal
+    normal = unit(normal)
+    cosine = np.clip(-dot(sight, normal), 0, 1)
+    away = sight + 2 * cosine[:, None] * normal
     share = gloss + (1 - gloss) * (1 - cosine) ** 5 * np.clip(shine / 200, 0, 1)
     seen = world.cast(hits.points + OFF_SURFACE * hits.flat, away, through_glass=True)
     colour = world.table.colour(seen.material, seen.uv)
@@ -201,17 +203,15 @@ def _through_glass(
     if not clear.size:
         return radiance
     glass, sight = hits.rows(clear), views[clear]
-    unit = sight / np.linalg.norm(sight, axis=1, keepdims=True)
-    cosine = np.clip(-dot(unit, glass.normals), 0.05, 1)
-    bent = unit - 0.25 * (glass.normals + cosine[:, None] * unit)
+    straight = unit(sight)
+    cosine = np.clip(-dot(straight, glass.normals), 0.05, 1)
+    bent = straight - 0.25 * (glass.normals + cosine[:, None] * straight)
     behind = world.cast(glass.points, bent, through_glass=True)
-    light, shiny = irradiance(world, lighting, behind, bent, rng)
-    seen = _radiance(world, lighting, behind, bent, light, shiny, rng)
+    seen = _radiance(world, lighting, behind, bent, *_light(world, lighting, behind, bent, rng))
     tint = world.table.colour(glass.material, glass.uv) ** (0.5 + 0.5 / cosine[:, None])
-    _, shine = irradiance(world, lighting, glass, sight, rng)
+    _, shiny = _light(world, lighting, glass, sight, rng)
     gloss = world.table.gloss[glass.material][:, None]
     flat = radiance.reshape(-1, 3).copy()
     fresnel = gloss + (1 - gloss) * (1 - cosine[:, None]) ** 5
-    mirrored = _mirrored(world, lighting, glass, sight, rng)
-    flat[clear] = seen * np.clip(tint, 0, 1) * (1 - fresnel) + mirrored + gloss * shine
+    flat[clear] = seen * np.clip(tint, 0, 1) * (1 - fresnel) + shiny
     return flat.reshape(shape)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -13,30 +14,52 @@ CREASE = np.cos(np.radians(35.0))
 
 @dataclass(frozen=True)
 class Shape:
-    """Triangles that share no vertices.
+    """Triangles of one or several smooth surfaces, which share no vertices.
 
     Parameters
     ----------
-    corners : ndarray (T, 3, 3)
+    vertices : ndarray (V, 3)
         Positions [m].
-    normals : ndarray (T, 3, 3)
-        Smooth normals at the corners, unit length, either sign.
-    uv : ndarray (T, 3, 2)
+    normals : ndarray (V, 3)
+        Unit length, either sign.
+    uv : ndarray (V, 2)
         Texture coordinates [m].
-    face : ndarray (T,)
-        Number of the smooth surface that a triangle belongs to.
+    face : ndarray (V,)
+        Number of the smooth surface that a vertex belongs to.
+    triangles : ndarray (T, 3)
+        Rows of vertices.
     """
 
-    corners: np.ndarray
+    vertices: np.ndarray
     normals: np.ndarray
     uv: np.ndarray
     face: np.ndarray
+    triangles: np.ndarray
 
     def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Shape:
-        return Shape(self.corners + np.array([x, y, z]), self.normals, self.uv, self.face)
+        return Shape(self.vertices + (x, y, z), self.normals, self.uv, self.face, self.triangles)
 
     def turned(self, matrix: np.ndarray) -> Shape:
-        return Shape(self.corners @ matrix.T, self.normals @ matrix.T, self.uv, self.face)
+        return Shape(self.vertices @ matrix.T, self.normals @ matrix.T, self.uv, self.face, self.triangles)
+
+    def scaled(self, factor: float) -> Shape:
+        return Shape(self.vertices * factor, self.normals, self.uv * factor, self.face, self.triangles)
+
+    @cached_property
+    def low(self) -> np.ndarray:
+        """Lowest coordinates (3,)."""
+        return self.vertices.min(axis=0)
+
+    @cached_property
+    def high(self) -> np.ndarray:
+        """Highest coordinates (3,)."""
+        return self.vertices.max(axis=0)
+
+
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """Vectors scaled to length 1, along the last axis."""
+    length = np.sqrt(np.einsum("...i,...i->...", vectors, vectors))
+    return vectors / np.maximum(length, 1e-12)[..., None]
 
 
 def rotation(degrees: float, axis: str = "y") -> np.ndarray:
@@ -58,39 +81,50 @@ def any_rotation(rng: np.random.Generator) -> np.ndarray:
 
 def joined(shapes: Sequence[Shape]) -> Shape:
     """One shape of many, whose faces stay apart."""
-    faces, first = [], 0
+    faces, triangles, first_face, first_vertex = [], [], 0, 0
     for shape in shapes:
-        faces.append(shape.face + first)
-        first += int(shape.face.max()) + 1
+        faces.append(shape.face + first_face)
+        triangles.append(shape.triangles + first_vertex)
+        first_face += int(shape.face[-1]) + 1
+        first_vertex += len(shape.vertices)
     return Shape(
-        np.concatenate([s.corners for s in shapes]),
+        np.concatenate([s.vertices for s in shapes]),
         np.concatenate([s.normals for s in shapes]),
         np.concatenate([s.uv for s in shapes]),
         np.concatenate(faces),
+        np.concatenate(triangles),
     )
 
 
-def _unit_box() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    corners, normals, flat = [], [], []
-    for axis, (u, v) in ((0, (2, 1)), (1, (0, 2)), (2, (0, 1))):
-        for sign in (-0.5, 0.5):
-            square = np.full((4, 3), sign)
-            square[:, [u, v]] = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]
-            corners += [square[[0, 1, 2]], square[[0, 2, 3]]]
-            normals += [np.tile(np.eye(3)[axis], (3, 1))] * 2
-            flat += [(u, v)] * 2
-    return np.array(corners), np.array(normals), np.array(flat), np.repeat(np.arange(6), 2)
+@cache
+def _lattice(count: int, rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
+    """Faces and triangles of lattices of vertices."""
+    index = np.arange(count * rows * columns).reshape(count, rows, columns)
+    a, b, c, d = index[:, :-1, :-1], index[:, :-1, 1:], index[:, 1:, 1:], index[:, 1:, :-1]
+    triangles = np.stack([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)], axis=-2).reshape(-1, 3)
+    return np.repeat(np.arange(count), rows * columns), triangles
 
 
-_BOX = _unit_box()
+@cache
+def _unit_box() -> Shape:
+    points, uv = np.empty((6, 2, 2, 3)), np.empty((6, 2, 2, 2))
+    normals = np.zeros((6, 2, 2, 3))
+    square = np.array([[(-0.5, -0.5), (0.5, -0.5)], [(-0.5, 0.5), (0.5, 0.5)]])
+    for axis, across in ((0, [2, 1]), (1, [0, 2]), (2, [0, 1])):
+        for side in (0, 1):
+            points[2 * axis + side, ..., axis] = side - 0.5
+            points[2 * axis + side][..., across] = square
+            normals[2 * axis + side, ..., axis] = 1
+            uv[2 * axis + side] = across
+    return sheets(points, normals, uv)
 
 
 def box(size: Sequence[float]) -> Shape:
     """Box centred at the origin."""
-    corners, normals, axes, face = _BOX
-    corners = corners * np.asarray(size, float)
-    uv = np.take_along_axis(corners, np.broadcast_to(axes[:, None, :], (12, 3, 2)), axis=2)
-    return Shape(corners, normals, uv, face)
+    one = _unit_box()
+    vertices = one.vertices * np.asarray(size, float)
+    uv = np.take_along_axis(vertices, one.uv.astype(int), axis=1)
+    return Shape(vertices, one.normals, uv, one.face, one.triangles)
 
 
 def standing(size: Sequence[float]) -> Shape:
@@ -102,18 +136,11 @@ def sheets(points: np.ndarray, normals: np.ndarray | None = None, uv: np.ndarray
     """Smooth surfaces through lattices of points, (N, rows, columns, 3); each is a face of its own."""
     points = np.asarray(points, float)
     if normals is None:
-        along, across = np.gradient(points, axis=1), np.gradient(points, axis=2)
-        normals = np.cross(along, across)
-        normals = normals / np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-12)
+        normals = unit(np.cross(np.gradient(points, axis=1), np.gradient(points, axis=2)))
     if uv is None:
         uv = np.stack([_walked(points, 2), _walked(points, 1)], axis=-1)
-    triangles = []
-    for values in (points, normals, np.broadcast_to(uv, (*points.shape[:3], 2))):
-        a, b, c, d = values[:, :-1, :-1], values[:, :-1, 1:], values[:, 1:, 1:], values[:, 1:, :-1]
-        both = np.stack([np.stack([a, b, c], axis=3), np.stack([a, c, d], axis=3)], axis=3)
-        triangles.append(both.reshape(-1, 3, values.shape[-1]))
-    count = len(triangles[0]) // len(points)
-    return Shape(*triangles, np.repeat(np.arange(len(points)), count))
+    face, triangles = _lattice(*points.shape[:3])
+    return Shape(points.reshape(-1, 3), normals.reshape(-1, 3), uv.reshape(-1, 2), face, triangles)
 
 
 def sheet(points: np.ndarray) -> Shape:
@@ -122,41 +149,48 @@ def sheet(points: np.ndarray) -> Shape:
 
 
 def _walked(points: np.ndarray, axis: int) -> np.ndarray:
-    """Length walked along one axis of a lattice."""
-    steps = np.linalg.norm(np.diff(points, axis=axis), axis=-1).mean(axis=3 - axis, keepdims=True)
-    walked = np.concatenate([np.zeros_like(steps.take([0], axis)), np.cumsum(steps, axis=axis)], axis=axis)
-    return np.broadcast_to(walked, points.shape[:3])
+    """Length walked along one axis of lattices."""
+    difference = np.diff(points, axis=axis)
+    steps = np.sqrt(np.einsum("...i,...i->...", difference, difference)).mean(axis=3 - axis, keepdims=True)
+    walked = np.zeros(points.shape[:3])
+    inner = (slice(None), slice(1, None)) if axis == 1 else (slice(None), slice(None), slice(1, None))
+    walked[inner] = np.cumsum(steps, axis=axis)
+    return walked
+
+
+@cache
+def _round(segments: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    angle = np.linspace(0, 2 * np.pi, segments + 1)
+    return angle, np.cos(angle), np.sin(angle)
 
 
 def lathe(profile: Sequence[tuple[float, float]], segments: int = 20) -> Shape:
     """Surface of revolution around y of a polyline of (radius, height), creased where the polyline is."""
     line = np.asarray(profile, float)
-    steps = np.diff(line, axis=0)
-    steps /= np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), 1e-12)
+    steps = unit(np.diff(line, axis=0))
     sharp = np.flatnonzero((steps[1:] * steps[:-1]).sum(axis=1) < CREASE) + 1
-    angle = np.linspace(0, 2 * np.pi, segments + 1)
-    cos, sin = np.cos(angle), np.sin(angle)
-    height_walked = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    angle, cos, sin = _round(segments)
+    walked = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
     runs = []
     for first, last in zip([0, *sharp], [*sharp, len(line) - 1], strict=True):
         part, step = line[first : last + 1], steps[first:last]
-        tangent = np.concatenate([step[:1], step[1:] + step[:-1], step[-1:]])
-        tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-12)
+        tangent = unit(np.concatenate([step[:1], step[1:] + step[:-1], step[-1:]]))
         points = _swept(part[:, 0], part[:, 1], cos, sin)
         normals = _swept(tangent[:, 1], -tangent[:, 0], cos, sin)
         flat = abs(step[:, 0].mean()) > 0.9
         if flat:
             uv = points[..., [0, 2]]
         else:
-            around = np.broadcast_to(angle * max(part[:, 0].mean(), 1e-3), points.shape[:2])
-            uv = np.stack([around, np.broadcast_to(height_walked[first : last + 1, None], points.shape[:2])], axis=-1)
+            around = angle[None] * max(part[:, 0].mean(), 1e-3)
+            uv = np.stack(np.broadcast_arrays(around, walked[first : last + 1, None]), axis=-1)
         runs.append(sheets(points[None], normals[None], uv[None]))
     return joined(runs)
 
 
 def _swept(radius: np.ndarray, height: np.ndarray, cos: np.ndarray, sin: np.ndarray) -> np.ndarray:
-    rows = np.broadcast_to(height[:, None], (len(height), len(cos)))
-    return np.stack([radius[:, None] * cos, rows, radius[:, None] * sin], axis=-1)
+    points = np.empty((len(height), len(cos), 3))
+    points[..., 0], points[..., 1], points[..., 2] = radius[:, None] * cos, height[:, None], radius[:, None] * sin
+    return points
 
 
 def bar(start: Sequence[float], end: Sequence[float], radius: float, radius_end: float | None = None) -> Shape:
@@ -186,14 +220,12 @@ def _aimed(towards: np.ndarray) -> np.ndarray:
 def wire(path: np.ndarray, radius: float, segments: int = 7) -> Shape:
     """Bent round bar along a smooth path (P, 3), open at its ends."""
     path = np.asarray(path, float)
-    tangent = np.gradient(path, axis=0)
-    tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-12)
+    tangent = unit(np.gradient(path, axis=0))
     helper = np.eye(3)[np.argmin(np.abs(tangent).max(axis=0))]
-    side = np.cross(tangent, helper)
-    side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-12)
+    side = unit(np.cross(tangent, helper))
     other = np.cross(tangent, side)
-    angle = np.linspace(0, 2 * np.pi, segments + 1)
-    ring = side[:, None] * np.cos(angle)[None, :, None] + other[:, None] * np.sin(angle)[None, :, None]
+    _, cos, sin = _round(segments)
+    ring = side[:, None] * cos[None, :, None] + other[:, None] * sin[None, :, None]
     return sheets((path[:, None] + radius * ring)[None], ring[None])
 
 
@@ -211,9 +243,7 @@ def ball(size: Sequence[float], power: float = 1.0, rows: int = 10, columns: int
         return _swept(ring, rise, bent(np.cos(around), exponent), bent(np.sin(around), exponent))
 
     half = np.asarray(size, float) / 2
-    normals = body(2 - power) / half
-    normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-12)
-    return sheets((body(power) * half)[None], normals[None])
+    return sheets((body(power) * half)[None], unit(body(2 - power) / half)[None])
 
 
 def _denser(angle: np.ndarray, spacing: float) -> np.ndarray:
@@ -224,15 +254,11 @@ def _denser(angle: np.ndarray, spacing: float) -> np.ndarray:
 
 def lump(size: Sequence[float], roughness: float, rng: np.random.Generator) -> Shape:
     """Stone, bush or crumpled cloth: an ellipsoid with waves of random direction."""
-    points = ball(size, rows=14, columns=22).corners
-    wave = np.zeros(points.shape[:2])
-    for _ in range(6):
-        wave += np.sin((points / np.max(size)) @ rng.normal(0, 9, 3) + rng.uniform(0, 6)) / 6
-    corners = points * (1 + roughness * wave[..., None])
-    flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-12)
     smooth = ball(size, rows=14, columns=22)
-    return Shape(corners, np.repeat(flat[:, None], 3, axis=1), smooth.uv, smooth.face)
+    ways, phases = rng.normal(0, 9, (3, 6)), rng.uniform(0, 6, 6)
+    wave = np.sin(smooth.vertices / np.max(size) @ ways + phases).mean(axis=1)
+    points = smooth.vertices * (1 + roughness * wave[:, None])
+    return sheets(points.reshape(1, 15, 23, 3), uv=smooth.uv)
 
 
 def prism(outline: np.ndarray, height: float) -> Shape:
@@ -246,5 +272,5 @@ def prism(outline: np.ndarray, height: float) -> Shape:
     for y in (0.0, height):
         rim = np.concatenate([low, low[:1]]) + (0, y, 0)
         lid = np.stack([np.broadcast_to(middle + (0, y, 0), rim.shape), rim])
-        lids.append(sheets(lid[None], np.broadcast_to([0.0, 1.0, 0.0], lid[None].shape), lid[None][..., [0, 2]]))
+        lids.append(sheets(lid[None], np.broadcast_to([0.0, 1.0, 0.0], lid[None].shape).copy(), lid[..., [0, 2]]))
     return joined([sheets(walls), *lids])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .parts import Kit, Parts, moved, set_down, turned
+from .parts import Kit, Parts, extent, height_of, moved, set_down, turned
 from .shapes import any_rotation, ball, bar, beam, box, joined, lathe, lump, prism, rotation, sheet, sheets, standing, wire
 
 
@@ -85,12 +85,12 @@ def books(kit: Kit) -> Parts:
         for _ in range(kit.number(1, 7)):
             one = turned(book(kit), rotation(kit.rng.normal(0, 20)))
             parts += moved(one, y=y)
-            y += max(shape.corners[..., 1].max() for shape, _ in one)
+            y += height_of(one)
         return parts
     x = 0.0
     for _ in range(kit.number(2, 9)):
         one = book(kit, upright=True)
-        width = max(shape.corners[..., 0].max() for shape, _ in one)
+        width = extent(one)[1][0]
         parts += moved(turned(one, rotation(kit.between(-8, 0) if kit.chance(0.2) else 0, "z")), x + width)
         x += 2 * width + 0.002
     return set_down(parts)
@@ -221,7 +221,7 @@ def desk_lamp(kit: Kit) -> Parts:
 
 def flowers(kit: Kit) -> Parts:
     parts = vessel(kit)
-    height = max(shape.corners[..., 1].max() for shape, _ in parts)
+    height = height_of(parts)
     green, bloom = kit.materials.leaves(), kit.materials.paint()
     for _ in range(kit.number(3, 10)):
         x, z = kit.rng.normal(0, 0.1, 2)
