@@ -64,7 +64,7 @@ def weak(view: View, rng: np.random.Generator) -> np.ndarray:
 
 
 def unanswered(view: View, rng: np.random.Generator) -> np.ndarray:
-    """Black, glossy and light-emitting things, each of them wholly, in part or not at all."""
+    """Black, glossy and light-emitting things, each wholly, in part or not at all, and some of what is around."""
     gone = np.zeros(view.shape, bool)
     field = ragged(view.shape, rng.uniform(4, 20), rng)
     for name, usual in (("black", 0.4), ("glossy", -0.4), ("emitting", 0.6)):
@@ -72,7 +72,9 @@ def unanswered(view: View, rng: np.random.Generator) -> np.ndarray:
         if mask.any():
             level = patches(mask, rng) + usual + rng.uniform(-0.8, 0.8)
             gone |= mask & (level + rng.uniform(0.2, 0.9) * field > 0)
-    return gone
+    side = int(rng.choice([1, 1, 3, 5]))
+    grown = cv2.dilate(gone.astype(np.uint8), np.ones((side, side), np.uint8)) > 0
+    return gone | (grown & (field > -0.5))
 
 
 def steep(view: View, rng: np.random.Generator) -> np.ndarray:
@@ -82,8 +84,8 @@ def steep(view: View, rng: np.random.Generator) -> np.ndarray:
 
 def dropouts(view: View, rng: np.random.Generator) -> np.ndarray:
     """Small clusters that found no match, more of them far away."""
-    field = blobs(view.shape, rng.uniform(1.2, 5), rng) + rng.uniform(0, 0.8) * blobs(view.shape, 50, rng)
-    return field > rng.uniform(2.6, 4.5) - rng.uniform(0, 0.15) * np.minimum(view.depth, 8)
+    field = blobs(view.shape, rng.uniform(1.5, 7), rng) + rng.uniform(0, 0.8) * blobs(view.shape, 50, rng)
+    return field > rng.uniform(2.9, 4.5) - rng.uniform(0, 0.15) * np.minimum(view.depth, 8)
 
 
 def textureless(view: View, rng: np.random.Generator) -> np.ndarray:

@@ -22,6 +22,9 @@ COMBINED = (0.55, 0.35, 0.1)
 LEAST_KNOWN = 0.02
 """Share of the picture whose depth stays known; patterns that would leave less are let be."""
 
+AREA_SEMI_AXES = (0.03, 0.12)
+"""Shortest and longest semi-axis of the ellipses, in widths of the picture, as in `ilf.judgement.hiding`."""
+
 _SHARE = (0.05, 0.5)
 """Range of the share of the known depth that ellipses, blobs and distance hide."""
 
@@ -57,22 +60,22 @@ def hide(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> 
 
 
 def ellipses(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
-    """Ellipses around known pixels, like those in which completion is judged, and larger ones."""
+    """Ellipses around known pixels, of the size they are judged by, or twice that, as in a detail of a larger frame."""
     known = np.isfinite(measured)
     covered = np.zeros(known.shape, np.uint8)
     places, width = np.argwhere(known), known.shape[1]
-    longest = rng.choice([0.12, 0.12, 0.25])
+    shortest, longest = rng.choice([1, 2]) * np.array(AREA_SEMI_AXES)
     enough = rng.uniform(*_SHARE) * len(places)
     while np.count_nonzero(known & (covered > 0)) < enough:
         row, column = (int(value) for value in rng.choice(places))
-        axes = tuple(int(max(value * width, 1)) for value in rng.uniform(0.03, longest, 2))
+        axes = tuple(int(max(value * width, 1)) for value in rng.uniform(shortest, longest, 2))
         cv2.ellipse(covered, (column, row), axes, rng.uniform(0, 180), 0, 360, 1, -1)
     return covered > 0
 
 
 def blobs(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
     """Large patches with winding outlines."""
-    grain = math.exp(rng.uniform(math.log(12), math.log(90)))
+    grain = math.exp(rng.uniform(math.log(12), math.log(130)))
     return _lowest(_noise(measured.shape, grain, rng) + 0.15 * _noise(measured.shape, 5, rng), rng)
 
 
