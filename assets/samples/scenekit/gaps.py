@@ -5,7 +5,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from .view import View, blobs, jumps, patches, ragged
+from ilf.edges.training.depth_edges.noise import smooth_noise
+
+from .view import View, jumps, patches, ragged
 
 MOST = (0.08, 0.45)
 """Range of the largest share of a picture that its causes take together."""
@@ -27,7 +29,7 @@ def seams(view: View, rng: np.random.Generator) -> np.ndarray:
     line = jumps(view.depth, rng.uniform(0.02, 0.06))
     side = int(rng.choice([3, 5, 7], p=[0.5, 0.35, 0.15]))
     wide = cv2.dilate(line.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)))
-    field = ragged(view.shape, rng.uniform(2, 6), rng) + 0.7 * blobs(view.shape, rng.uniform(15, 60), rng)
+    field = ragged(view.shape, rng.uniform(2, 6), rng) + 0.7 * smooth_noise(view.shape, rng.uniform(15, 60), rng)
     least = rng.uniform(-1.5, 1.5)
     return (line & (field > least - 0.8)) | ((wide > 0) & (field > least))
 
@@ -64,7 +66,7 @@ def weak(view: View, rng: np.random.Generator) -> np.ndarray:
 
 
 def unanswered(view: View, rng: np.random.Generator) -> np.ndarray:
-    """Black, glossy and light-emitting things, each of them wholly, in part or not at all."""
+    """Black, glossy and light-emitting things, each wholly, in part or not at all, and some of what is around."""
     gone = np.zeros(view.shape, bool)
     field = ragged(view.shape, rng.uniform(4, 20), rng)
     for name, usual in (("black", 0.4), ("glossy", -0.4), ("emitting", 0.6)):
@@ -72,7 +74,9 @@ def unanswered(view: View, rng: np.random.Generator) -> np.ndarray:
         if mask.any():
             level = patches(mask, rng) + usual + rng.uniform(-0.8, 0.8)
             gone |= mask & (level + rng.uniform(0.2, 0.9) * field > 0)
-    return gone
+    side = int(rng.choice([1, 1, 3, 5]))
+    grown = cv2.dilate(gone.astype(np.uint8), np.ones((side, side), np.uint8)) > 0
+    return gone | (grown & (field > -0.5))
 
 
 def steep(view: View, rng: np.random.Generator) -> np.ndarray:
@@ -82,8 +86,8 @@ def steep(view: View, rng: np.random.Generator) -> np.ndarray:
 
 def dropouts(view: View, rng: np.random.Generator) -> np.ndarray:
     """Small clusters that found no match, more of them far away."""
-    field = blobs(view.shape, rng.uniform(1.2, 5), rng) + rng.uniform(0, 0.8) * blobs(view.shape, 50, rng)
-    return field > rng.uniform(2.6, 4.5) - rng.uniform(0, 0.15) * np.minimum(view.depth, 8)
+    field = smooth_noise(view.shape, rng.uniform(1.5, 7), rng) + rng.uniform(0, 0.8) * smooth_noise(view.shape, 50, rng)
+    return field > rng.uniform(2.9, 4.5) - rng.uniform(0, 0.15) * np.minimum(view.depth, 8)
 
 
 def textureless(view: View, rng: np.random.Generator) -> np.ndarray:

@@ -9,6 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from .noise import smooth_noise
+
 Array = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 Pattern = Callable[[Array, NDArray[np.int32], np.random.Generator], Mask]
@@ -21,6 +23,9 @@ COMBINED = (0.55, 0.35, 0.1)
 
 LEAST_KNOWN = 0.02
 """Share of the picture whose depth stays known; patterns that would leave less are let be."""
+
+AREA_SEMI_AXES = (0.03, 0.12)
+"""Shortest and longest semi-axis of the ellipses, in widths of the picture, as in `ilf.judgement.hiding`."""
 
 _SHARE = (0.05, 0.5)
 """Range of the share of the known depth that ellipses, blobs and distance hide."""
@@ -57,23 +62,23 @@ def hide(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> 
 
 
 def ellipses(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
-    """Ellipses around known pixels, like those in which completion is judged, and larger ones."""
+    """Ellipses around known pixels, of the size they are judged by, or twice that, as in a detail of a larger frame."""
     known = np.isfinite(measured)
     covered = np.zeros(known.shape, np.uint8)
     places, width = np.argwhere(known), known.shape[1]
-    longest = rng.choice([0.12, 0.12, 0.25])
+    shortest, longest = rng.choice([1, 2]) * np.array(AREA_SEMI_AXES)
     enough = rng.uniform(*_SHARE) * len(places)
     while np.count_nonzero(known & (covered > 0)) < enough:
         row, column = (int(value) for value in rng.choice(places))
-        axes = tuple(int(max(value * width, 1)) for value in rng.uniform(0.03, longest, 2))
+        axes = tuple(int(max(value * width, 1)) for value in rng.uniform(shortest, longest, 2))
         cv2.ellipse(covered, (column, row), axes, rng.uniform(0, 180), 0, 360, 1, -1)
     return covered > 0
 
 
 def blobs(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
     """Large patches with winding outlines."""
-    grain = math.exp(rng.uniform(math.log(12), math.log(90)))
-    return _lowest(_noise(measured.shape, grain, rng) + 0.15 * _noise(measured.shape, 5, rng), rng)
+    grain = math.exp(rng.uniform(math.log(12), math.log(130)))
+    return _lowest(smooth_noise(measured.shape, grain, rng) + 0.15 * smooth_noise(measured.shape, 5, rng), rng)
 
 
 def surfaces(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
@@ -88,14 +93,14 @@ def surfaces(measured: Array, part: NDArray[np.int32], rng: np.random.Generator)
     grown = cv2.dilate(chosen.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))) > 0
     if rng.random() < 0.5:
         return grown
-    field = _noise(measured.shape, rng.uniform(8, 50), rng)
+    field = smooth_noise(measured.shape, rng.uniform(8, 50), rng)
     return grown & ~(chosen & (field > np.quantile(field[chosen], rng.uniform(0.7, 0.97))))
 
 
 def far_or_near(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
     """All that is beyond a range, now and then all that is nearer, with a smooth or ragged end."""
     depth = np.where(np.isfinite(measured), measured, np.float32(np.nanmedian(measured)))
-    ragged = rng.choice([0.0, 0.03, 0.1]) * _noise(depth.shape, rng.uniform(3, 20), rng)
+    ragged = rng.choice([0.0, 0.03, 0.1]) * smooth_noise(depth.shape, rng.uniform(3, 20), rng)
     return _lowest((depth if rng.random() < 0.2 else -depth) * (1 + ragged), rng)
 
 
@@ -125,15 +130,6 @@ PATTERNS: dict[Pattern, float] = {
     sparse: 0.16,
 }
 """How often each is drawn."""
-
-
-def _noise(shape: tuple[int, ...], grain: float, rng: np.random.Generator) -> Array:
-    """Smooth noise whose hills are about `grain` px wide."""
-    height, width = shape
-    coarse = rng.standard_normal((int(height / grain) + 3, int(width / grain) + 3), dtype=np.float32)
-    field = cv2.resize(coarse, None, fx=grain, fy=grain, interpolation=cv2.INTER_CUBIC)
-    top, left = int(rng.integers(field.shape[0] - height + 1)), int(rng.integers(field.shape[1] - width + 1))
-    return np.asarray(field[top : top + height, left : left + width], np.float32)
 
 
 def _lowest(values: Array, rng: np.random.Generator) -> Mask:
