@@ -35,6 +35,8 @@ class Lamp:
     sun: bool = False
     target: np.ndarray = field(default_factory=lambda: np.zeros(3))
     cone: float = -1.0
+    panes: int = 0
+    """Bright squares along each side, as of sunlight through a window; 0 = a round spot."""
 
     def arrives(self, points: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """Vectors to a random point of the lamp, and irradiance of a surface that faces it, (N, 3) each."""
@@ -46,11 +48,25 @@ class Lamp:
             return way, np.broadcast_to(self.colour.astype(np.float32), points.shape)
         way = somewhere - points
         strength = 1 / np.maximum(dot(way, way), 0.04)
-        if self.cone > -1:
+        if self.panes:
+            strength = strength * self._through_panes(-way)
+        elif self.cone > -1:
             axis = self.target - self.position
             cosine = -dot(way, np.broadcast_to(axis, way.shape)) / np.sqrt(dot(way, way)) / np.linalg.norm(axis)
             strength = strength * np.clip((cosine - self.cone) / (1 - self.cone) * 4, 0, 1)
         return way, strength[:, None] * self.colour.astype(np.float32)
+
+    def _through_panes(self, way: np.ndarray) -> np.ndarray:
+        """Whether light that goes these ways passes the window."""
+        ahead = unit(self.target - self.position)
+        right = unit(np.cross([0.0, 1.0, 0.1], ahead))
+        x, y, z = (way @ np.stack([right, np.cross(ahead, right), ahead]).T.astype(np.float32)).T
+        reach = np.float32(np.tan(np.arccos(self.cone)))
+        inside = z > 0
+        for across in (x, y):
+            place = (across / np.maximum(z, 1e-3) / reach + 1) / 2
+            inside &= (place > 0) & (place < 1) & (np.abs((place * self.panes) % 1 - 0.5) < 0.45)
+        return inside.astype(np.float32)
 
 
 @dataclass(frozen=True)
@@ -75,19 +91,26 @@ class Lighting:
     sky: np.ndarray
     reach: float = 0.5
 
-    def ambient(self, normals: np.ndarray) -> np.ndarray:
+    def ambient(self, normals: np.ndarray, openness: np.ndarray) -> np.ndarray:
+        """Irradiance without the lamps, (N, 3)."""
         up = 0.5 + 0.5 * normals[:, 1:2]
-        return (self.below + (self.above - self.below) * up).astype(np.float32)
+        light = (self.below + (self.above - self.below) * up).astype(np.float32)
+        return light * (0.3 + 0.7 * openness[:, None])
+
+
+def openness(world: World, lighting: Lighting, hits: Hits, rng: np.random.Generator) -> np.ndarray:
+    """Whether a ray drawn at random leaves the surroundings, (N,) of 0 and 1: nooks are darker in the mean."""
+    start = hits.points + OFF_SURFACE * hits.flat
+    around = hits.flat + np.float32(0.98) * sphere(len(start), rng)
+    return (~world.blocked(start, around * np.float32(lighting.reach))).astype(np.float32)
 
 
 def irradiance(
     world: World, lighting: Lighting, hits: Hits, views: np.ndarray, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Light that arrives at points, and how much of it is mirrored as highlights, (N, 3) each."""
+    """Light of the lamps that arrives at points, and how much of it is mirrored as highlights, (N, 3) each."""
     start = hits.points + OFF_SURFACE * hits.flat
-    around = hits.flat + np.float32(0.98) * sphere(len(start), rng)
-    open_ = ~world.blocked(start, around * np.float32(lighting.reach))
-    total = lighting.ambient(hits.normals) * (0.3 + 0.7 * open_[:, None])
+    total = np.zeros_like(hits.points)
     shiny = np.zeros_like(total)
     gloss = world.table.gloss[hits.material] > 0
     shine = world.table.shine[hits.material]
@@ -112,21 +135,20 @@ def sphere(count: int, rng: np.random.Generator) -> np.ndarray:
     return np.stack([ring * np.cos(turn), ring * np.sin(turn), height], axis=1)
 
 
-def smoothed(light: np.ndarray, part: np.ndarray, reach: int) -> np.ndarray:
-    """Light (H, W, 3) evened out over `reach` pixels each way, within each smooth surface (H, W)."""
-    for axis in (0, 1):
-        total, weight = light.copy(), np.ones(part.shape, np.float32)
-        for step in range(1, reach + 1):
-            near, far = [slice(None)] * 2, [slice(None)] * 2
-            near[axis], far[axis] = slice(step, None), slice(None, -step)
-            a, b = tuple(near), tuple(far)
-            same = (part[a] == part[b]).astype(np.float32)
-            total[a] += light[b] * same[..., None]
-            total[b] += light[a] * same[..., None]
-            weight[a] += same
-            weight[b] += same
-        light = total / weight[..., None]
-    return light
+def smoothed(values: np.ndarray, part: np.ndarray, steps: tuple[int, ...]) -> np.ndarray:
+    """Values (H, W, channels) evened out within each smooth surface (H, W): means of three, `steps` pixels apart."""
+    for step in steps:
+        for axis in (0, 1):
+            total, weight = values.copy(), np.ones((*part.shape, 1), np.float32)
+            near = (slice(None),) * axis + (slice(step, None),)
+            far = (slice(None),) * axis + (slice(None, -step),)
+            same = (part[near] == part[far]).astype(np.float32)[..., None]
+            total[near] += values[far] * same
+            total[far] += values[near] * same
+            weight[near] += same
+            weight[far] += same
+            values = total / weight
+    return values
 
 
 def glow(radiance: np.ndarray, share: float, rng: np.random.Generator) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from .camera import Camera
 from .develop import developed
-from .light import Lighting, irradiance, smoothed
+from .light import Lighting, irradiance, openness, smoothed
 from .shapes import unit
 from .world import OFF_SURFACE, Hits, World, dot
 
@@ -96,8 +96,10 @@ def _coloured(
     height, width = part.shape
     solid = world.cast(camera.position, views, through_glass=True) if world.has_glass else hits
     surfaces = np.where(solid.found, solid.part, -1).reshape(height, width)
-    light, shiny = _light(world, lighting, solid, views, rng)
-    light = smoothed(light.reshape(height, width, 3), surfaces, 2)
+    direct, shiny = _lamplight(world, lighting, solid, views, rng)
+    direct = smoothed(direct.reshape(height, width, 3), surfaces, (1, 2))
+    open_ = smoothed(openness(world, lighting, solid, rng).reshape(height, width, 1), surfaces, (1, 3, 8))
+    light = direct + lighting.ambient(solid.normals, open_.ravel()).reshape(height, width, 3)
     centres = _radiance(world, lighting, solid, views, light.reshape(-1, 3), shiny).reshape(height, width, 3)
     columns, rows = np.meshgrid(np.arange(width + 1) - 0.5, np.arange(height + 1) - 0.5)
     corner_views = camera.rays(columns, rows)
@@ -141,10 +143,10 @@ def _from_around(
     return mean[:, :3], mean[:, 3:]
 
 
-def _light(
+def _lamplight(
     world: World, lighting: Lighting, hits: Hits, views: np.ndarray, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Light that arrives, and radiance of what surfaces mirror: lamps and surroundings, (N, 3) each."""
+    """Light of the lamps, and radiance of what surfaces mirror: lamps and surroundings, (N, 3) each."""
     light, shiny = irradiance(world, lighting, hits, views, rng)
     gloss = world.table.gloss[hits.material]
     shiny *= gloss[:, None]
@@ -152,6 +154,14 @@ def _light(
     if mirrors.size:
         shiny[mirrors] += _mirrored(world, lighting, hits.rows(mirrors), views[mirrors], rng)
     return light, shiny
+
+
+def _light(
+    world: World, lighting: Lighting, hits: Hits, views: np.ndarray, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """All light that arrives, and radiance of what surfaces mirror, (N, 3) each."""
+    direct, shiny = _lamplight(world, lighting, hits, views, rng)
+    return direct + lighting.ambient(hits.normals, openness(world, lighting, hits, rng)), shiny
 
 
 def _radiance(
@@ -180,7 +190,7 @@ def _mirrored(
     share = gloss + (1 - gloss) * (1 - cosine) ** 5 * np.clip(shine / 200, 0, 1)
     seen = world.cast(hits.points + OFF_SURFACE * hits.flat, away, through_glass=True)
     colour = world.table.colour(seen.material, seen.uv)
-    lit = lighting.ambient(seen.normals)
+    lit = lighting.ambient(seen.normals, np.ones(len(away), np.float32))
     for lamp in lighting.lamps:
         way, strength = lamp.arrives(seen.points, rng)
         lit = lit + 0.6 * strength * np.clip(dot(way, seen.normals) / np.linalg.norm(way, axis=1), 0, 1)[:, None]
@@ -209,7 +219,7 @@ def _through_glass(
     behind = world.cast(glass.points, bent, through_glass=True)
     seen = _radiance(world, lighting, behind, bent, *_light(world, lighting, behind, bent, rng))
     tint = world.table.colour(glass.material, glass.uv) ** (0.5 + 0.5 / cosine[:, None])
-    _, shiny = _light(world, lighting, glass, sight, rng)
+    _, shiny = _lamplight(world, lighting, glass, sight, rng)
     gloss = world.table.gloss[glass.material][:, None]
     flat = radiance.reshape(-1, 3).copy()
     fresnel = gloss + (1 - gloss) * (1 - cosine[:, None]) ** 5

@@ -57,8 +57,21 @@ def lighting(kit: Kit, setting: Setting) -> Lighting:
             lamps.append(Lamp(at, 3 * strength, kit.between(0, 0.05), target=target, cone=kit.between(0.7, 0.95)))
         else:
             lamps.append(Lamp(at, strength, float(kit.rng.choice([0.0, 0.1, 0.5]))))
+    if kit.chance(0.3):
+        lamps.append(_sunlight(kit, setting, tint))
     level = kit.between(0.1, 1.0) * tint
     return Lighting(lamps, level * 1.1, level * kit.between(0.5, 1), level * 0.5, kit.between(0.2, 1.2))
+
+
+def _sunlight(kit: Kit, setting: Setting, tint: np.ndarray) -> Lamp:
+    """Sharp patches of sunlight, as through a window."""
+    target = kit.rng.uniform(*setting.look)
+    way = _up(kit, 0.5)
+    away = kit.between(2, 5)
+    # The lamp shines from within the room, just under its ceiling, past what is in the way.
+    at = target + away * way * min(1.0, max(2.2 - target[1], 0.3) / (away * way[1]))
+    strength = kit.between(3, 12) * float(np.sum((at - target) ** 2)) * tint * (1.0, 0.9, 0.75)
+    return Lamp(at, strength, 0.0, target=target, cone=kit.between(0.8, 0.98), panes=kit.number(1, 4))
 
 
 def _up(kit: Kit, lowest: float) -> np.ndarray:
