@@ -12,8 +12,32 @@ from .patterns import NUMBER, PATTERNS
 
 CLOTHS = ("plain", "plain", "stripes", "plaid", "dots", "zigzag", "waves", "diamonds", "weave", "ribs", "blotches")
 RUGS = ("diamonds", "plaid", "zigzag", "rings", "stripes", "waves", "checker", "picture", "camouflage", "confetti")
-WALLS = ("plain", "plain", "plain", "plain", "stripes", "pinstripes", "diamonds", "dots", "blotches", "gradient", "tiles")
-FLOORS = ("planks", "planks", "tiles", "checker", "granite", "marble", "plain", "plain", "diamonds", "blotches", "weave")
+WALLS = (
+    "plain",
+    "plain",
+    "plain",
+    "plain",
+    "stripes",
+    "pinstripes",
+    "diamonds",
+    "dots",
+    "blotches",
+    "gradient",
+    "tiles",
+)
+FLOORS = (
+    "planks",
+    "planks",
+    "tiles",
+    "checker",
+    "granite",
+    "marble",
+    "plain",
+    "plain",
+    "diamonds",
+    "blotches",
+    "weave",
+)
 STREETS = ("cobbles", "tiles", "bricks", "granite", "plain", "blotches", "planks")
 PACKS = ("label", "label", "poster", "text", "stripes", "picture", "plain", "plain", "confetti", "dots", "gradient")
 ANYTHING = tuple(NUMBER)

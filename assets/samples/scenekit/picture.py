@@ -106,7 +106,11 @@ def _coloured(
     corners = world.cast(camera.position, corner_views, through_glass=True)
     both = np.concatenate([light, shiny.reshape(light.shape)], axis=2)
     between = _radiance(
-        world, lighting, corners, corner_views, *_from_around(world, lighting, corners, corner_views, surfaces, both, rng)
+        world,
+        lighting,
+        corners,
+        corner_views,
+        *_from_around(world, lighting, corners, corner_views, surfaces, both, rng),
     )
     between = between.reshape(height + 1, width + 1, 3)
     radiance = 0.5 * centres + 0.125 * (between[:-1, :-1] + between[1:, :-1] + between[:-1, 1:] + between[1:, 1:])
@@ -177,9 +181,7 @@ def _radiance(
     return radiance
 
 
-def _mirrored(
-    world: World, lighting: Lighting, hits: Hits, views: np.ndarray, rng: np.random.Generator
-) -> np.ndarray:
+def _mirrored(world: World, lighting: Lighting, hits: Hits, views: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """What glossy surfaces mirror, without shadows in it, (N, 3)."""
     gloss, shine = world.table.gloss[hits.material], world.table.shine[hits.material]
     sight = unit(views)

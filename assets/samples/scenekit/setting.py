@@ -40,11 +40,15 @@ def lighting(kit: Kit, setting: Setting) -> Lighting:
     """Lamps and ambient light to suit a setting."""
     tint = 1 + kit.rng.normal(0, 0.08, 3)
     if not setting.inside:
-        sun = Lamp(_up(kit, 0.2), 3.0 * kit.between(0.2, 1.6) * np.array([1.0, 0.93, 0.8]), kit.between(0, 0.1), sun=True)
+        sun = Lamp(
+            _up(kit, 0.2), 3.0 * kit.between(0.2, 1.6) * np.array([1.0, 0.93, 0.8]), kit.between(0, 0.1), sun=True
+        )
         sky = np.array([0.55, 0.75, 1.0]) * kit.between(0.4, 1.2)
         cloudy = kit.chance(0.35)
         lamps = [] if cloudy else [sun]
-        return Lighting(lamps, sky * (2.2 if cloudy else 1.0), sky * 0.4, sky * kit.between(0.6, 1.3), kit.between(0.3, 1.5))
+        return Lighting(
+            lamps, sky * (2.2 if cloudy else 1.0), sky * 0.4, sky * kit.between(0.6, 1.3), kit.between(0.3, 1.5)
+        )
     low, high = (np.asarray(corner, float) for corner in setting.stand)
     low, high = np.minimum(low, setting.look[0]), np.maximum(high, setting.look[1])
     lamps = list(setting.lamps)

@@ -5,14 +5,34 @@ from __future__ import annotations
 import numpy as np
 
 from .parts import Kit, Parts, extent, height_of, moved, set_down, turned
-from .shapes import any_rotation, ball, bar, beam, box, joined, lathe, lump, prism, rotation, sheet, sheets, standing, wire
+from .shapes import (
+    any_rotation,
+    ball,
+    bar,
+    beam,
+    box,
+    joined,
+    lathe,
+    lump,
+    prism,
+    rotation,
+    sheet,
+    sheets,
+    standing,
+    wire,
+)
 
 
 def carton(kit: Kit) -> Parts:
     size = kit.between(0.03, 0.3), kit.between(0.03, 0.3), kit.between(0.02, 0.2)
     parts: Parts = [(standing(size), kit.materials.pack())]
     if kit.chance(0.15):
-        lid = sheet(np.array([[(-size[0] / 2, 0, 0), (size[0] / 2, 0, 0)], [(-size[0] / 2, 0.7, -0.7), (size[0] / 2, 0.7, -0.7)]]) * (1, size[2] * 0.6, size[2] * 0.6))
+        lid = sheet(
+            np.array(
+                [[(-size[0] / 2, 0, 0), (size[0] / 2, 0, 0)], [(-size[0] / 2, 0.7, -0.7), (size[0] / 2, 0.7, -0.7)]]
+            )
+            * (1, size[2] * 0.6, size[2] * 0.6)
+        )
         parts.append((lid.moved(0, size[1], -size[2] / 2), parts[0][1]))
     return parts
 
@@ -35,7 +55,9 @@ def bottle(kit: Kit) -> Parts:
 
 def can(kit: Kit) -> Parts:
     radius, height = kit.between(0.025, 0.06), kit.between(0.04, 0.18)
-    tin = lathe([(0, height - 0.003), (radius * 0.93, height - 0.003), (radius * 0.95, height), (radius, height - 0.004)])
+    tin = lathe(
+        [(0, height - 0.003), (radius * 0.93, height - 0.003), (radius * 0.95, height), (radius, height - 0.004)]
+    )
     side = lathe([(radius, height - 0.004), (radius, 0), (0, 0)])
     return [(tin, kit.materials.metal()), (side, kit.materials.one_of("pack", "metal", "plastic", "glaze"))]
 
@@ -54,7 +76,9 @@ def vessel(kit: Kit) -> Parts:
     parts: Parts = [(lathe([(0, 0), *outside, *inside, (0, wall)], 26), material)]
     if kit.chance(0.35) and height > 0.05:
         angle = np.linspace(-1.4, 1.4, 9)
-        grip = np.stack([outline[4] + 0.33 * height * np.cos(angle) - 0.004, height * (0.5 + 0.33 * np.sin(angle)), 0 * angle])
+        grip = np.stack(
+            [outline[4] + 0.33 * height * np.cos(angle) - 0.004, height * (0.5 + 0.33 * np.sin(angle)), 0 * angle]
+        )
         parts.append((wire(grip.T, height * 0.06 + 0.001), material))
     if kit.chance(0.4):
         level = kit.between(0.4, 0.9)
@@ -63,7 +87,15 @@ def vessel(kit: Kit) -> Parts:
     if kit.chance(0.25) and height < radius * 1.6:
         for _ in range(kit.number(2, 5)):
             r = radius * kit.between(0.25, 0.4)
-            parts.append((ball((2 * r, 2 * r, 2 * r)).moved(*kit.rng.normal(0, 0.3 * radius, 2), 0).turned(rotation(90, "x")).moved(y=height * 0.8), kit.materials.paint()))
+            parts.append(
+                (
+                    ball((2 * r, 2 * r, 2 * r))
+                    .moved(*kit.rng.normal(0, 0.3 * radius, 2), 0)
+                    .turned(rotation(90, "x"))
+                    .moved(y=height * 0.8),
+                    kit.materials.paint(),
+                )
+            )
     return parts
 
 
@@ -71,7 +103,13 @@ def book(kit: Kit, upright: bool = False) -> Parts:
     height, width, thick = kit.between(0.12, 0.3), kit.between(0.09, 0.22), kit.between(0.008, 0.05)
     cover, pages = kit.materials.pack(), kit.materials.paper()
     parts: Parts = [
-        (joined([box((0.003, height, width)).moved(x=s * thick / 2) for s in (-1, 1)] + [box((thick, height, 0.003)).moved(z=-width / 2)]), cover),
+        (
+            joined(
+                [box((0.003, height, width)).moved(x=s * thick / 2) for s in (-1, 1)]
+                + [box((thick, height, 0.003)).moved(z=-width / 2)]
+            ),
+            cover,
+        ),
         (box((thick - 0.002, height - 0.008, width - 0.006)), pages),
     ]
     return set_down(parts if upright else turned(parts, rotation(90, "z")))
@@ -111,7 +149,11 @@ def open_book(kit: Kit) -> Parts:
 def papers(kit: Kit) -> Parts:
     parts: Parts = []
     for n in range(kit.number(1, 5)):
-        leaf = box((0.21, 0.0008, 0.297)).turned(rotation(kit.between(0, 360))).moved(kit.rng.normal(0, 0.05), 0.0005 + 0.001 * n, kit.rng.normal(0, 0.05))
+        leaf = (
+            box((0.21, 0.0008, 0.297))
+            .turned(rotation(kit.between(0, 360)))
+            .moved(kit.rng.normal(0, 0.05), 0.0005 + 0.001 * n, kit.rng.normal(0, 0.05))
+        )
         parts.append((leaf, kit.materials.paper()))
     return parts
 
@@ -171,18 +213,37 @@ def cable(kit: Kit) -> Parts:
 def holder(kit: Kit) -> Parts:
     """Cup of pens."""
     radius, height = kit.between(0.03, 0.05), kit.between(0.08, 0.12)
-    parts: Parts = [(lathe([(0, 0), (radius, 0), (radius, height), (radius - 0.003, height), (radius - 0.003, 0.004), (0, 0.004)]), kit.materials.one_of("plastic", "metal", "pack"))]
+    parts: Parts = [
+        (
+            lathe(
+                [(0, 0), (radius, 0), (radius, height), (radius - 0.003, height), (radius - 0.003, 0.004), (0, 0.004)]
+            ),
+            kit.materials.one_of("plastic", "metal", "pack"),
+        )
+    ]
     for _ in range(kit.number(2, 8)):
         foot, tip = kit.rng.uniform(-0.5, 0.5, 2) * radius, kit.rng.uniform(-1, 1, 2) * radius
-        parts.append((bar((foot[0], 0.01, foot[1]), (tip[0], height * kit.between(1.2, 1.8), tip[1]), 0.004), kit.materials.one_of("plastic", "wood")))
+        parts.append(
+            (
+                bar((foot[0], 0.01, foot[1]), (tip[0], height * kit.between(1.2, 1.8), tip[1]), 0.004),
+                kit.materials.one_of("plastic", "wood"),
+            )
+        )
     return parts
 
 
 def keyboard(kit: Kit) -> Parts:
     rows, columns = kit.number(4, 6), kit.number(10, 16)
-    keys = [box((0.015, 0.008, 0.015)).moved((i - columns / 2) * 0.019, 0.016, (j - rows / 2) * 0.019) for i in range(columns) for j in range(rows)]
+    keys = [
+        box((0.015, 0.008, 0.015)).moved((i - columns / 2) * 0.019, 0.016, (j - rows / 2) * 0.019)
+        for i in range(columns)
+        for j in range(rows)
+    ]
     case = standing((columns * 0.019 + 0.02, 0.014, rows * 0.019 + 0.02)).moved(-0.0095, 0, -0.0095)
-    return turned([(case, kit.materials.one_of("plastic", "black")), (joined(keys), kit.materials.one_of("plastic", "black"))], rotation(kit.rng.normal(0, 10)))
+    return turned(
+        [(case, kit.materials.one_of("plastic", "black")), (joined(keys), kit.materials.one_of("plastic", "black"))],
+        rotation(kit.rng.normal(0, 10)),
+    )
 
 
 def monitor(kit: Kit) -> Parts:
@@ -198,11 +259,27 @@ def monitor(kit: Kit) -> Parts:
 
 
 def laptop(kit: Kit) -> Parts:
-    shell, width, depth = kit.materials.one_of("metal", "black", "plastic", "paint"), kit.between(0.26, 0.38), kit.between(0.19, 0.26)
-    keys = [box((0.014, 0.002, 0.014)).moved((i - 6) * 0.018, 0.02, (j - 1) * 0.018) for i in range(13) for j in range(4)]
-    lid = [(box((width, 0.008, depth)), shell), (box((width - 0.02, 0.001, depth - 0.02)).moved(y=0.0045), kit.materials.screen())]
+    shell, width, depth = (
+        kit.materials.one_of("metal", "black", "plastic", "paint"),
+        kit.between(0.26, 0.38),
+        kit.between(0.19, 0.26),
+    )
+    keys = [
+        box((0.014, 0.002, 0.014)).moved((i - 6) * 0.018, 0.02, (j - 1) * 0.018) for i in range(13) for j in range(4)
+    ]
+    lid = [
+        (box((width, 0.008, depth)), shell),
+        (box((width - 0.02, 0.001, depth - 0.02)).moved(y=0.0045), kit.materials.screen()),
+    ]
     lid = turned(moved(lid, z=depth / 2), rotation(-kit.between(60, 85), "x"))
-    return turned([(standing((width, 0.018, depth)), shell), (joined(keys), kit.materials.black()), *moved(lid, y=0.018, z=depth / 2)], rotation(kit.rng.normal(0, 25)))
+    return turned(
+        [
+            (standing((width, 0.018, depth)), shell),
+            (joined(keys), kit.materials.black()),
+            *moved(lid, y=0.018, z=depth / 2),
+        ],
+        rotation(kit.rng.normal(0, 25)),
+    )
 
 
 def table_lamp(kit: Kit) -> Parts:
@@ -213,10 +290,29 @@ def table_lamp(kit: Kit) -> Parts:
 
 
 def desk_lamp(kit: Kit) -> Parts:
-    elbow, head = np.array([kit.between(-0.2, 0.2), kit.between(0.25, 0.4), 0.1]), np.array([kit.between(-0.2, 0.2), kit.between(0.35, 0.6), -0.15])
+    elbow, head = (
+        np.array([kit.between(-0.2, 0.2), kit.between(0.25, 0.4), 0.1]),
+        np.array([kit.between(-0.2, 0.2), kit.between(0.35, 0.6), -0.15]),
+    )
     steel = kit.materials.one_of("metal", "paint", "black")
-    hood = lathe([(0.02, 0), (0.08, -0.12), (0.078, -0.12), (0.0, -0.005)]).turned(rotation(kit.between(-40, 40), "x")).moved(*head)
-    return [(joined([lathe([(0, 0), (0.09, 0), (0.09, 0.02), (0, 0.02)]), bar((0, 0.02, 0.05), elbow, 0.007), bar(elbow, head, 0.007)]), steel), (hood, steel)]
+    hood = (
+        lathe([(0.02, 0), (0.08, -0.12), (0.078, -0.12), (0.0, -0.005)])
+        .turned(rotation(kit.between(-40, 40), "x"))
+        .moved(*head)
+    )
+    return [
+        (
+            joined(
+                [
+                    lathe([(0, 0), (0.09, 0), (0.09, 0.02), (0, 0.02)]),
+                    bar((0, 0.02, 0.05), elbow, 0.007),
+                    bar(elbow, head, 0.007),
+                ]
+            ),
+            steel,
+        ),
+        (hood, steel),
+    ]
 
 
 def flowers(kit: Kit) -> Parts:
@@ -237,7 +333,12 @@ def leaves(kit: Kit, count: int, length: float, width: float, *, lift: tuple[flo
     a = np.array([-1.0, 0.0, 1.0])[None, None, :]
     size, rise, turn = (rng.uniform(*r, (count, 1, 1)) for r in ((0.5 * length, length), lift, (0, 2 * np.pi)))
     out, up = size * s * np.cos(rise * (1 - 0.7 * s)), size * s * np.sin(rise * (1 - 0.8 * s))
-    half = width / 2 * rng.uniform(0.6, 1.1, (count, 1, 1)) * np.sin(np.pi * np.clip(s, 0.04, 0.98) ** kit.between(0.6, 1.6))
+    half = (
+        width
+        / 2
+        * rng.uniform(0.6, 1.1, (count, 1, 1))
+        * np.sin(np.pi * np.clip(s, 0.04, 0.98) ** kit.between(0.6, 1.6))
+    )
     side, up = half * a, up + 0.3 * half * np.abs(a)
     x, z = out * np.cos(turn) - side * np.sin(turn), out * np.sin(turn) + side * np.cos(turn)
     return [(sheets(np.stack(np.broadcast_arrays(x, up, z), axis=-1)), kit.materials.leaves())]
@@ -245,7 +346,17 @@ def leaves(kit: Kit, count: int, length: float, width: float, *, lift: tuple[flo
 
 def potted(kit: Kit) -> Parts:
     radius, height = kit.between(0.05, 0.2), kit.between(0.08, 0.35)
-    pot = lathe([(0, 0), (radius * kit.between(0.6, 1), 0), (radius, height), (radius * 0.9, height), (radius * 0.85, height * 0.85), (0, height * 0.85)], 26)
+    pot = lathe(
+        [
+            (0, 0),
+            (radius * kit.between(0.6, 1), 0),
+            (radius, height),
+            (radius * 0.9, height),
+            (radius * 0.85, height * 0.85),
+            (0, height * 0.85),
+        ],
+        26,
+    )
     length = kit.between(1.5, 5) * radius
     blades = leaves(kit, kit.number(8, 50), length, length * kit.between(0.05, 0.45), lift=(kit.between(0.2, 1.0), 1.5))
     return [(pot, kit.materials.one_of("glaze", "plastic", "paint", "anything")), *moved(blades, y=height * 0.85)]
@@ -253,7 +364,9 @@ def potted(kit: Kit) -> Parts:
 
 def bag(kit: Kit) -> Parts:
     size = kit.rng.uniform(0.08, 0.3, 3)
-    return set_down([(lump(size, kit.between(0.05, 0.25), kit.rng), kit.materials.one_of("cloth", "pack", "black", "paint"))])
+    return set_down(
+        [(lump(size, kit.between(0.05, 0.25), kit.rng), kit.materials.one_of("cloth", "pack", "black", "paint"))]
+    )
 
 
 def polygon(kit: Kit) -> Parts:
@@ -275,7 +388,10 @@ def ring(kit: Kit) -> Parts:
 def frame(kit: Kit) -> Parts:
     """Picture frame that leans."""
     width, height = kit.between(0.1, 0.3), kit.between(0.1, 0.35)
-    parts: Parts = [(box((width, height, 0.015)), kit.materials.one_of("wood", "paint", "metal")), (box((width - 0.03, height - 0.03, 0.001)).moved(z=-0.0085), kit.materials.poster())]
+    parts: Parts = [
+        (box((width, height, 0.015)), kit.materials.one_of("wood", "paint", "metal")),
+        (box((width - 0.03, height - 0.03, 0.001)).moved(z=-0.0085), kit.materials.poster()),
+    ]
     return set_down(turned(parts, rotation(kit.rng.normal(0, 25)) @ rotation(kit.between(5, 20), "x")))
 
 
@@ -286,7 +402,10 @@ def basket(kit: Kit) -> Parts:
     parts = open_box(width, depth, height, kit.between(0.003, 0.015), material)
     for _ in range(kit.number(0, 5)):
         thing = kit.one_of((carton, bottle, fruit, brick, bag, can))(kit)
-        parts += moved(set_down(turned(thing, any_rotation(kit.rng)), 0.01), *(kit.between(-0.3, 0.3) * side for side in (width, 0, depth)))
+        parts += moved(
+            set_down(turned(thing, any_rotation(kit.rng)), 0.01),
+            *(kit.between(-0.3, 0.3) * side for side in (width, 0, depth)),
+        )
     return parts
 
 
@@ -302,5 +421,23 @@ SMALL = (
     fruit, brick, brick, tool, tool, pliers, cable, holder, keyboard, monitor, laptop, table_lamp, desk_lamp, flowers,
     potted, potted, bag, polygon, ring, frame, basket,
 )  # fmt: skip
-LOOSE = (carton, carton, carton, bottle, can, can, vessel, book, fruit, brick, brick, tool, tool, pliers, bag, polygon, ring)
+LOOSE = (
+    carton,
+    carton,
+    carton,
+    bottle,
+    can,
+    can,
+    vessel,
+    book,
+    fruit,
+    brick,
+    brick,
+    tool,
+    tool,
+    pliers,
+    bag,
+    polygon,
+    ring,
+)
 """Things that may lie in any position."""
