@@ -61,7 +61,7 @@ class DepthEdgeLesson(Lesson):
         losses, jumps, creases, errors, fills = [], LineScore(), LineScore(), [], []
         for k, picture in enumerate(self.folder.held_out):
             depth = less_known(picture, np.random.default_rng((self.seed, k)))
-            sample = sample_of(picture, picture.rgb / np.float32(255), depth)
+            sample = sample_of(picture, np.asarray(picture.rgb / 255, np.float32), depth)
             image, features, lines, log_depth = tensors(tuple(one[None] for one in sample))
             logits, coarse = model(image, features)
             losses.append(

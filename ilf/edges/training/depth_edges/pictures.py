@@ -50,8 +50,14 @@ class Picture:
     @property
     def mirrored(self) -> Picture:
         """The picture as a mirror shows it."""
-        seen = (self.rgb, self.exact, self.measured, self.part)
-        return Picture(*(np.ascontiguousarray(one[:, ::-1]) for one in seen), self.mirrored_lines, self.lines)
+        return Picture(
+            np.ascontiguousarray(self.rgb[:, ::-1]),
+            np.ascontiguousarray(self.exact[:, ::-1]),
+            np.ascontiguousarray(self.measured[:, ::-1]),
+            np.ascontiguousarray(self.part[:, ::-1]),
+            self.mirrored_lines,
+            self.lines,
+        )
 
 
 class PictureFolder:
