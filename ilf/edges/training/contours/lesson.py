@@ -52,7 +52,7 @@ class Contours(Lesson):
         for example in self.others:
             padded, window = reflected(example.rgb, MULTIPLE, MULTIPLE)
             share = consensus(example.segmentations)[None, ..., None]
-            image, truth = tensors((padded[None] / np.float32(255), share))
+            image, truth = tensors((np.asarray(padded[None] / 255, np.float32), share))
             losses.append(float(edge_loss([one[:, :, window[0], window[1]] for one in model(image)], truth)))
         return {"held-out loss": float(np.mean(losses))}
 
