@@ -60,7 +60,7 @@ def _beside_peers(measure: str) -> tuple[Column, ...]:
 _EXPECTED = (
     Column("within", lambda line: line.within, ".2%", None),
     Column("within twice", lambda line: line.within_twice, ".2%", None),
-    Column("calibrated frames", lambda line: line.calibrated, ".1%", max),
+    Column("calibrated frames", lambda line: line.calibrated, ".1%", None),
     Column("sparsification", lambda line: line.sparsification, ".4f"),
 )
 _MORE = (

@@ -31,6 +31,7 @@ from ilf.completion import complete
 from ilf.confidence import depth_error
 from ilf.errors import InputError, ParameterError
 from ilf.parameters import PRESETS
+from tests.bench import frame_split
 
 from .small_frames import write_small_frame
 
@@ -320,6 +321,15 @@ def test_the_bootstrap_draws_whole_sensors():
     assert (found.low_95, found.high_95) == (pytest.approx(min(every)), pytest.approx(max(every)))
     assert found.low_95 <= found.low_68 < found.ratio < found.high_68 <= found.high_95
     assert against_peers([0.1, 0.2], [0.1, 0.1], ("a", "a")).low_68 is None
+
+
+def test_no_frame_both_chooses_and_judges(capsys):
+    halves = []
+    for half in ("choosing", "judging"):
+        assert frame_split.main([half, "frames"]) == 0
+        halves.append(capsys.readouterr().out.split())
+    assert all(path.startswith("frames/") for path in halves[0])
+    assert not set(halves[0]) & set(halves[1])
 
 
 # rows of an earlier result
