@@ -39,6 +39,7 @@ from gui.frame_list.frames_panel import FramesPanel
 from gui.frame_list.part import FramesPart
 from gui.frames.loader import FrameLoader
 from gui.frames.replays import ReplayPresenter
+from gui.guide.part import GuidePart
 from gui.history.history_view import HistoryView
 from gui.inspect.part import InspectPart
 from gui.kept.part import KeptRunsPart
@@ -88,6 +89,7 @@ _PARTS: tuple[type[Part], ...] = (
     PresetsPart,
     SweepPart,
     AccuracyPart,
+    GuidePart,
     InspectPart,
     LookingPart,
     RangePart,

@@ -9,7 +9,7 @@ from typing import Self
 
 import numpy as np
 
-from gui.state.results import same_mask
+from gui.state.results import same_guide, same_mask
 from gui.state.session import Session
 from gui.work.cores import spare_cores
 from ilf.judgement import HiddenResult, HiddenTest, Judgement, Step, comparison_steps
@@ -78,6 +78,7 @@ class HiddenOutcome:
         return (
             np.array_equal(session.labels, run.blocks)
             and same_mask(session.frame.distrusted, run.frame.distrusted)
+            and same_guide(session.frame.guide, run.frame.guide)
             and same_mask(session.notes.drawn, run.drawn)
         )
 

@@ -46,7 +46,10 @@ class AccuracyPart(Part):
         desk.refresh.add(
             "hidden depth",
             self.hidden.show,
-            (*changed, *shown, workspace.parameters_changed, workspace.distrusted_changed, panel.part_changed),
+            (
+                *(*changed, *shown, workspace.parameters_changed, panel.part_changed),
+                *(workspace.distrusted_changed, workspace.guide_changed),
+            ),
         )
         desk.refresh.add(
             "block errors",

@@ -49,7 +49,7 @@ class Scrubbing(QObject):
         self._questions.answered.connect(self._take)
         self._bar.moved.connect(lambda _: self._go())
         edits = workspace.stroke_changed, workspace.labels_changed, workspace.distrusted_changed
-        for changed in (workspace.session_changed, *edits):
+        for changed in (workspace.session_changed, workspace.guide_changed, *edits):
             changed.connect(lambda *_: self._bar.go_to_end())
         runs.state_changed.connect(self._follow_run)
 

@@ -70,6 +70,7 @@ class EffectPresenter(QObject):
         workspace.edited.connect(self._take)
         workspace.session_changed.connect(self._forget)
         workspace.replaced.connect(self._forget)
+        workspace.guide_changed.connect(self._forget)
         workspace.distrusted_changed.connect(self._take_distrusted)
         for changed in (workspace.parameters_changed, workspace.results_changed, runs.state_changed):
             changed.connect(self._go_on)

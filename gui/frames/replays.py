@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from PySide6.QtCore import QObject
 
-from gui.state.results import same_mask
+from gui.state.results import same_guide, same_mask
 from gui.state.session import Session
 from gui.widgets.notes import Notes
 from ilf.outcomes import Completion
@@ -38,11 +38,13 @@ class ReplayPresenter(QObject):
 
 def _is_again(session: Session, recorded: Run, completion: Completion) -> bool:
     """Whether the completion is of the very run that was recorded: its blocks with their drawn borders, the depth that
-    was distrusted then, and its parameters."""
+    was distrusted then, its guide and its parameters."""
     if session.guessed != recorded.dense or not np.array_equal(session.labels, recorded.blocks):
         return False
     drawn, distrusted = session.notes.drawn, session.frame.distrusted
     if not (same_mask(drawn, recorded.drawn) and same_mask(distrusted, recorded.frame.distrusted)):
+        return False
+    if not same_guide(session.frame.guide, recorded.frame.guide):
         return False
     return set(completion.results) == (recorded.only or frozenset()) and all(
         result.parameters == recorded.parameters_of(label) for label, result in completion.results.items()

@@ -30,7 +30,12 @@ class LookingPart(Part):
         desk.refresh.add(
             "derived",
             self.derived.show,
-            (*results, *compared, workspace.distrusted_changed, workspace.selection_changed, views.shownChanged),
+            (
+                *results,
+                *compared,
+                *(workspace.distrusted_changed, workspace.guide_changed),
+                *(workspace.selection_changed, views.shownChanged),
+            ),
             (workspace.results_added,),
         )
         handlers: dict[str, Callable[[], object]] = {
@@ -45,7 +50,7 @@ class LookingPart(Part):
         actions["blink"].toggled.connect(self.comparison.look_at_a)
         views.layoutChanged.connect(self._follow_layout)
         edits = workspace.stroke_changed, workspace.labels_changed, workspace.distrusted_changed
-        for changed in (workspace.session_changed, *edits):
+        for changed in (workspace.session_changed, workspace.guide_changed, *edits):
             changed.connect(lambda *_: actions["blink"].setChecked(False))  # who edits sees what comes of it
         workspace.session_changed.connect(self._allow)
         self._allow()

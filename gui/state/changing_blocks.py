@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from gui.state.block_errors import BlockErrors
 from gui.state.carry_commands import CarryBlocks, LookAtBlocks
 from gui.state.changing_parameters import ChangingParameters
-from gui.state.commands import Distrust, EditInfo, EditLabels
-from gui.state.results import same_mask
+from gui.state.commands import Distrust, EditInfo, EditLabels, TakeGuide
+from gui.state.results import same_guide, same_mask
 from gui.state.session import Session
 from ilf.blocks import Box
 from ilf.drawing.block_pictures import block_colour
@@ -21,6 +21,7 @@ from ilf.ebs import Extraction
 from ilf.ebs.edit import LabelPatch, patch_between
 from ilf.ebs.reextraction import flow_around, keep_under
 from ilf.frame import TruthFile
+from ilf.guide import Guide
 from ilf.parameters import BlockParameters
 from ilf.project import FrameState
 from ilf.project.block_notes import BlockInfo, BlockNotes
@@ -157,6 +158,21 @@ class ChangingBlocks(ChangingParameters):
         if same_mask(session.frame.distrusted, frame.distrusted):
             return False
         session.undo_stack.push(Distrust(self, session, frame, text))
+        return True
+
+    def set_guide(self, guide: Guide | None, text: str) -> bool:
+        """Follow another guide, or none, as one undoable step; False if it says the same.
+
+        Raises
+        ------
+        InputError
+            If it has another aspect than the frame.
+        """
+        session = self.session
+        frame = session.frame.with_guide(guide)
+        if same_guide(session.frame.guide, frame.guide):
+            return False
+        session.undo_stack.push(TakeGuide(self, session, frame, text))
         return True
 
     def set_region(self, box: Box | None) -> None:

@@ -84,6 +84,10 @@ class Notices(Protocol):
         """Other depth is distrusted."""
         ...
 
+    def note_guide_changed(self, session: Session) -> None:
+        """Another guide is followed, or none."""
+        ...
+
     def take_parameters(
         self, session: Session, common: OwnValues, own: Mapping[int, OwnValues | None], passing: bool = False
     ) -> None:
@@ -272,6 +276,16 @@ class Distrust(QUndoCommand):
         former = self._session.frame
         self._session.take_frame(self._other)
         self._other = former
-        self._notices.note_distrusted_changed(self._session)
+        self._tell()
 
     undo = redo
+
+    def _tell(self) -> None:
+        self._notices.note_distrusted_changed(self._session)
+
+
+class TakeGuide(Distrust):
+    """Another guide of the frame is followed, or none."""
+
+    def _tell(self) -> None:
+        self._notices.note_guide_changed(self._session)

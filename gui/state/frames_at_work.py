@@ -57,6 +57,8 @@ class FramesAtWork(QObject):
     """All blocks of the present frame have given way to others, or have come back: no edit."""
     distrusted_changed = Signal()
     """Other depth of the present frame is distrusted."""
+    guide_changed = Signal()
+    """The present frame has another guide, or none."""
     truth_changed = Signal()
     """The present frame has another truth, or none."""
     block_errors_changed = Signal()
@@ -343,6 +345,12 @@ class FramesAtWork(QObject):
         """Called by commands after other depth is distrusted."""
         if session is self._session:
             self.distrusted_changed.emit()
+        self.note_results_changed(session)
+
+    def note_guide_changed(self, session: Session) -> None:
+        """Called by commands after another guide is followed."""
+        if session is self._session:
+            self.guide_changed.emit()
         self.note_results_changed(session)
 
     def note_checked(self, session: Session) -> None:

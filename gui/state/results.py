@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from ilf.blocks import Block, drawn_of
 from ilf.filter.convergence import IterationRecord
 from ilf.filter.stepper import edge_parameters
+from ilf.frame import RGBDFrame
+from ilf.guide import Guide
 from ilf.outcomes import BlockResult, Completion
 from ilf.parameters import BlockParameters, Parameters
 
@@ -19,10 +21,16 @@ Preview = tuple[Block, NDArray[np.float32]]
 
 
 class Kept(NamedTuple):
-    """A result, and the distrusted depth of the frame that it is of."""
+    """A result, and the distrusted depth and the guide of the frame that it is of."""
 
     result: BlockResult
     distrusted: NDArray[np.bool_] | None
+    guide: Guide | None = None
+
+    @classmethod
+    def of(cls, result: BlockResult, frame: RGBDFrame) -> Self:
+        """A result of a frame."""
+        return cls(result, frame.distrusted, frame.guide)
 
     def is_of_state(self, other: Kept) -> bool:
         """Whether both are of the same pixels of a block, with the same borders and edges, of the same known depth."""
@@ -33,25 +41,27 @@ class Kept(NamedTuple):
             and np.array_equal(one.block.mask, another.block.mask)
             and same_mask(one.drawn, another.drawn)
             and same_mask(self.distrusted, other.distrusted)
+            and same_guide(self.guide, other.guide)
         )
 
     def fits(
         self,
         labels: NDArray[np.int32],
         pixels: int,
-        distrusted: NDArray[np.bool_] | None,
+        frame: RGBDFrame,
         drawn: NDArray[np.bool_] | None,
         extraction: BlockParameters | None,
     ) -> bool:
-        """Whether it is of a block as it is in a label map, where it has so many pixels, with such distrusted depth,
-        drawn borders and extraction."""
+        """Whether it is of a block as it is in a label map, where it has so many pixels, with such drawn borders and
+        extraction, in a frame with such distrusted depth and such a guide."""
         result = self.result
         block = result.block
         return (
             pixels == result.depth.size
             and result.edges == edge_parameters(result.parameters, extraction)
             and np.array_equal(labels[block.box] == block.label, block.mask)
-            and same_mask(self.distrusted, distrusted)
+            and same_mask(self.distrusted, frame.distrusted)
+            and same_guide(self.guide, frame.guide)
             and same_mask(result.drawn, drawn_of(block, drawn))
         )
 
@@ -137,11 +147,11 @@ class Results:
         """Where blocks stand now; those that have ended meanwhile are left out."""
         self.previews |= {block.label: (block, depth) for block, depth in previews if block.label in self.live}
 
-    def add(self, results: Iterable[BlockResult], distrusted: NDArray[np.bool_] | None) -> None:
-        """Blocks of a frame with such distrusted depth have ended."""
+    def add(self, results: Iterable[BlockResult], frame: RGBDFrame) -> None:
+        """Blocks of a frame as it was when they were begun have ended."""
         for result in results:
             label = result.block.label
-            self._keep(label, Kept(result, distrusted))
+            self._keep(label, Kept.of(result, frame))
             self.live.pop(label, None)
             self.previews.pop(label, None)
 
@@ -167,6 +177,11 @@ class Results:
         former = Held(self.kept, self._error, self._guess)
         self.kept, self._error, self._guess = other
         return former
+
+
+def same_guide(one: Guide | None, other: Guide | None) -> bool:
+    """Whether two guides say the same; None is no guide."""
+    return one is other or (one is not None and one.says_the_same(other))
 
 
 def same_mask(one: NDArray[np.bool_] | None, other: NDArray[np.bool_] | None) -> bool:

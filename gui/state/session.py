@@ -229,7 +229,7 @@ class Session:
         return former
 
     def take_frame(self, frame: RGBDFrame) -> None:
-        """Take over the same frame with other distrusted depth; its truth stays what it is now."""
+        """Take over the same frame with other distrusted depth or another guide; its truth stays what it is now."""
         if frame.truth is not self.frame.truth:
             frame = frame.with_truth(self.frame.truth, None if self.frame.inputs is None else self.frame.inputs.truth)
         self.frame = frame
@@ -310,7 +310,7 @@ class Session:
     def add_results(self, results: Sequence[BlockResult], frame: RGBDFrame | None = None) -> None:
         """Keep blocks' results, of the frame as it was when they were begun if it has changed since; they are not
         exported yet."""
-        self.results.add(results, (frame or self.frame).distrusted)
+        self.results.add(results, frame or self.frame)
         self._shown.keep(results)
         for result in results:
             self._forget_result(result.block.label)
@@ -320,7 +320,7 @@ class Session:
         former = self.results.swap(other)
         self._shown.forget()
         for results in other.kept.values():
-            self._shown.keep(result for result, _ in results)
+            self._shown.keep(kept.result for kept in results)
         self._forget_results()
         return former
 
@@ -345,8 +345,8 @@ class Session:
         return common.replace(**own) if own else common
 
     def valid_results(self) -> dict[int, BlockResult]:
-        """Results whose block has the very pixels and drawn borders that were run, whose depth was distrusted as it is
-        now, and whose filter saw the edges of the present extraction, in rising order of labels.
+        """Results whose block has the very pixels and drawn borders that were run, whose depth was distrusted and guided
+        as it is now, and whose filter saw the edges of the present extraction, in rising order of labels.
 
         Of several, that of the present parameters; if there is none, the latest.
         """
@@ -375,7 +375,7 @@ class Session:
             fitting = [
                 kept.result
                 for kept in reversed(self.results.kept[label])
-                if kept.fits(run.blocks, size, run.frame.distrusted, run.drawn, run.extraction)
+                if kept.fits(run.blocks, size, run.frame, run.drawn, run.extraction)
             ]
             if fitting:
                 same = (result for result in fitting if result.parameters.same_effect(wanted))
@@ -384,8 +384,7 @@ class Session:
 
     def still_fitting(self, kept: KeptRun) -> list[BlockResult]:
         """Results of a kept run whose blocks are as they were then."""
-        distrusted = kept.run.frame.distrusted
-        return [result for result in kept.results.values() if self._fits(Kept(result, distrusted))]
+        return [result for result in kept.results.values() if self._fits(Kept.of(result, kept.run.frame))]
 
     def changed_blocks(self) -> list[int]:
         """Blocks that have no result, or one of another state or of other parameters, in rising order."""
@@ -455,9 +454,7 @@ class Session:
     def _fits(self, kept: Kept) -> bool:
         count = self.counts().get(kept.result.block.label)
         notes = self.notes
-        return count is not None and kept.fits(
-            self.labels, count.pixels, self.frame.distrusted, notes.drawn, notes.extraction
-        )
+        return count is not None and kept.fits(self.labels, count.pixels, self.frame, notes.drawn, notes.extraction)
 
     def note_edit(self) -> None:
         """What was edited up to now is no longer all; steps of the history tell by themselves."""

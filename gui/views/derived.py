@@ -1,4 +1,4 @@
-"""What is worked out of the present frame for those who look at it: edges, holes interpolated, the spectrum."""
+"""What is worked out of the present frame for those who look at it: edges, holes interpolated, guide, spectrum."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ from gui.work.latest_question import LatestQuestion
 from ilf.bench.peers.interpolation import linear
 from ilf.drawing.spectrum import depth_spectrum
 from ilf.edges.frame_edges import find_edges
+from ilf.filter.edge_aware.guiding import fit_guide
 from ilf.filter.pass_band.record import PassBandRecord
+from ilf.frame import RGBDFrame
 from ilf.parameters import BlockParameters
 
 _BANDS_SHOWN = 3.0
@@ -98,7 +100,7 @@ class _Derived(QObject):
 
 
 class DerivedPresenter(QObject):
-    """Edges, interpolated holes and the spectrum of the chosen block, each while it is to be seen.
+    """Edges, interpolated holes and the spectrum of the chosen block, each while it is to be seen; the fitted guide.
 
     Signals
     -------
@@ -115,8 +117,9 @@ class DerivedPresenter(QObject):
         self._session: Session | None = None
         self._edges = _Derived("edges", views.set_edges, None, self)
         self._interpolated = _Derived("interpolated", views.set_interpolated, None, self)
+        self._guide = _Derived("guide", views.set_guide, None, self)
         self._spectrum = _Derived("spectrum", views.set_spectrum, "", self)
-        self._all = self._edges, self._interpolated, self._spectrum
+        self._all = self._edges, self._interpolated, self._guide, self._spectrum
         for one in self._all:
             one.failed.connect(self.failed)
 
@@ -139,6 +142,8 @@ class DerivedPresenter(QObject):
             self._edges.want(_Question((frame, extraction), lambda: find_edges(frame, extraction)))
         if self._views.shows("interpolated"):
             self._interpolated.want(_Question((frame,), lambda: linear(frame)))
+        # not only when it is looked at: a run needs it, too
+        self._guide.want(None if frame.guide is None else _Question((frame,), lambda: _fitted(frame)))
         if self._views.shows("spectrum"):
             self._ask_spectrum(session)
 
@@ -164,6 +169,12 @@ class DerivedPresenter(QObject):
         """Stop for good, before the window closes. True if all threads have ended."""
         ended = [one.shutdown() for one in self._all]
         return all(ended)
+
+
+def _fitted(frame: RGBDFrame) -> NDArray[np.float32] | None:
+    """The frame's guide, fitted to its known depth [m]."""
+    fitted = fit_guide(frame)
+    return None if fitted is None else fitted.depth
 
 
 def _spectrum(depth: NDArray[np.float32], padding: float, radii: tuple[float, float], name: str) -> Spectrum:

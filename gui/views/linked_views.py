@@ -35,7 +35,7 @@ from .two_sides import TwoSides
 from .view_transform import ViewTransform
 
 _ALL = (
-    *("frame", "distrust", "result", "moment", "expected-error", "truth", "runs"),
+    *("frame", "distrust", "result", "moment", "expected-error", "truth", "guide", "runs"),
     *("interpolated", "edges", "stage", "spectrum", "levels"),
 )
 """All parts of the material."""
@@ -260,6 +260,12 @@ class LinkedViews(QWidget):
         self._check(truth, "a truth")
         self.material.truth = truth
         self._changed("truth")
+
+    def set_guide(self, depth: NDArray[np.float32] | None) -> None:
+        """What the frame's guide says of its depth [m], float32 (H, W), NaN nothing; None for none."""
+        self._check(depth, "a guide")
+        self.material.guide = depth
+        self._changed("guide")
 
     def set_runs(self, runs: Iterable[ShownRun], earlier: ShownRun | None = None) -> None:
         """Runs of the frame to compare with, at most four, and the one before the present result."""

@@ -36,6 +36,7 @@ class LiveSolver(QObject):
         """Those of the present frame that have been asked for since they were touched last."""
         workspace.edited.connect(self._take)
         workspace.distrusted_changed.connect(self._take_all)
+        workspace.guide_changed.connect(self._take_all)
         workspace.session_changed.connect(self._turn)
         runs.state_changed.connect(self._go_on)
 
@@ -43,7 +44,7 @@ class LiveSolver(QObject):
         self._add(change.session, change.blocks)
 
     def _take_all(self) -> None:
-        """Edges and noise are those of all known depth, so that it may have a part in any block."""
+        """Edges, noise and guide are those of all known depth, so that it may have a part in any block."""
         self._add(self._workspace.session, self._workspace.session.counts())
 
     def _add(self, session: Session, blocks: Collection[int]) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 
 import ilf
 from ilf.frame import RGBDFrame
+from ilf.guide import Guide
 from ilf.judgement import HiddenTest
 from ilf.project import BlockInfo, BlockNotes, FrameState, Guess, KeptRun, Looked
 from ilf.run import Run
@@ -44,12 +45,13 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
     labels = np.zeros(frame.shape, np.int32)
     labels[:, :40], labels[:30, 40:], labels[50:, 50:] = 1, 2, 70_000
     former = np.where(labels > 1, 1, labels).astype(np.int32)
+    guide = Guide(np.linspace(0.5, 4, 4800).reshape(60, 80), np.full((60, 80), 0.5), "elsewhere.npy")
     quick = ilf.preset(**QUICK)
     paper = ilf.preset("paper", **QUICK)
     early = Run(frame, former, paper, {1: paper.replace(stage_step=1.0)}, only=(1,), notes=("First of all.",))
     late = Run(
-        frame.distrusting(mask), labels, quick, {2: quick.replace(smoothness=2)}, dense=True, drawn=drawn,
-        extraction=ilf.BlockParameters(granularity=0.4), network="0" * 64,
+        frame.distrusting(mask).with_guide(guide), labels, quick, {2: quick.replace(smoothness=2)}, dense=True,
+        drawn=drawn, extraction=ilf.BlockParameters(granularity=0.4), network="0" * 64,
     )  # fmt: skip
     early_result, late_result = early.complete(), late.complete()
     told = dataclasses.replace(late_result.results[1], notes=("Canny stood in.",), network="a" * 64)
@@ -68,7 +70,7 @@ def rich_state(frame: RGBDFrame, frame_id: str = "ab12") -> FrameState:
     )  # fmt: skip
     return FrameState(
         id=frame_id,
-        frame=frame.distrusting(mask),
+        frame=frame.distrusting(mask).with_guide(guide),
         labels=labels,
         notes=BlockNotes(
             {1: BlockInfo("wall", (9, 8, 7), False, True), 99: BlockInfo("gone", (0, 0, 255))},
@@ -102,7 +104,7 @@ def assert_same(one: object, other: object, what: str = "state") -> None:
     """Everything in two states is the same, down to the bits of arrays."""
     if isinstance(one, RGBDFrame):
         assert isinstance(other, RGBDFrame)
-        for name in ("rgb", "measured", "depth", "distrusted", "truth", "intrinsics", "name", "inputs"):
+        for name in ("rgb", "measured", "depth", "distrusted", "truth", "guide", "intrinsics", "name", "inputs"):
             assert_same(getattr(one, name), getattr(other, name), f"{what}.{name}")
     elif isinstance(one, np.ndarray):
         assert isinstance(other, np.ndarray), what

@@ -15,7 +15,7 @@ from ilf.drawing.levels import sample, to_indices
 
 from .material import Depth, Layer, Mask, Material
 from .names import EARLIER, INTERPOLATED, RUNS, TITLES, capital, short_title
-from .painter import NO_RESULT, Painter, number_at
+from .painter import NO_GUIDE, NO_RESULT, Painter, number_at
 
 _STRIPE = QColor(255, 255, 255, 190)
 _STALE = QColor(140, 146, 140)
@@ -92,6 +92,8 @@ class DepthPainter(Painter):
     def _reason(self) -> str:
         if self.content == "truth":
             return "No truth: this frame has none"
+        if self.content == "guide":
+            return NO_GUIDE
         if self.content in RUNS:
             return f"No run {RUNS.index(self.content) + 1} is ticked for comparison"
         reasons = {"result": NO_RESULT, EARLIER: "No run before this one", INTERPOLATED: "Interpolating…"}
@@ -146,5 +148,5 @@ class DepthPainter(Painter):
         self.cell.view.remove(self._stripes)
 
 
-_PARTS = {"depth-in": "distrust", "result": "result", "truth": "truth", INTERPOLATED: INTERPOLATED}
+_PARTS = {"depth-in": "distrust", "result": "result", "truth": "truth", "guide": "guide", INTERPOLATED: INTERPOLATED}
 """Part of the material that each depth is; others are runs."""

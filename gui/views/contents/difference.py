@@ -16,10 +16,10 @@ from ilf.drawing.levels import robust_difference_level, sample, to_indices
 
 from .material import Depth, Material
 from .names import INTERPOLATED, TITLES, compared_by, short_title
-from .painter import NO_RESULT, Painter, levels_of, mark_table, number_at
+from .painter import NO_GUIDE, NO_RESULT, Painter, levels_of, mark_table, number_at
 
 _MM = np.float32(1000)
-_PARTS = {"depth-in": "distrust", "result": "result", "truth": "truth", INTERPOLATED: INTERPOLATED}
+_PARTS = {"depth-in": "distrust", "result": "result", "truth": "truth", "guide": "guide", INTERPOLATED: INTERPOLATED}
 
 
 class DifferencePainter(Painter):
@@ -73,6 +73,8 @@ class DifferencePainter(Painter):
             return NO_RESULT
         if depth == "truth":
             return "No truth: this frame has none"
+        if depth == "guide":
+            return NO_GUIDE
         return "Interpolating\N{HORIZONTAL ELLIPSIS}" if depth == INTERPOLATED else "This run is not compared"
 
     def _are_equal(self, first: Depth, second: Depth) -> bool:

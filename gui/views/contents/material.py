@@ -88,6 +88,7 @@ class Material:
         self.depth_in: Depth | None = None
         self.distrusted: Mask | None = None
         self.truth: Depth | None = None
+        self.guide: Depth | None = None
         self.runs: tuple[ShownRun, ...] = ()
         self.earlier: ShownRun | None = None
         self.interpolated: Depth | None = None
@@ -111,6 +112,8 @@ class Material:
             return _plain(self.depth_in)
         if depth == "truth":
             return _plain(self.truth)
+        if depth == "guide":
+            return _plain(self.guide)
         if depth == INTERPOLATED:
             return _plain(self.interpolated)
         run = self.run(depth)

@@ -10,6 +10,7 @@ from .names import DIFFERENCE, RUNS, SIDES, TITLES, capital, compared_by, differ
 
 _UNMADE = {
     "truth": "This frame has no truth",
+    "guide": "This frame has no guide: File > Load guide…",
     "error": "This frame has no truth to compare the result with",
 }
 _SIDE_TEXTS = {"a": "Side A", "b": "Side B"}
@@ -28,6 +29,7 @@ class ContentMenu(QMenu):
             if depth in material.names:
                 self._add(self, depth, f"Run: {material.names[depth]}")
         self._add(self, "truth", TITLES["truth"], material.truth is not None)
+        self._add(self, "guide", TITLES["guide"], material.guide is not None)
         self.addSeparator()
         first, second = compared_by(material.concrete(DIFFERENCE)) or ("", "")
         pair = f"{short_title(first, material.names)} \N{MINUS SIGN} {short_title(second, material.names)}"

@@ -11,7 +11,7 @@ RUNS = ("run-1", "run-2", "run-3", "run-4")
 """Depths of the runs that are ticked for comparison, in their order."""
 EARLIER, INTERPOLATED = "earlier", "interpolated"
 """Depth of the kept run before the present result, and depth in with its holes interpolated: to compare with."""
-DEPTHS = ("depth-in", "result", *RUNS, "truth")
+DEPTHS = ("depth-in", "result", *RUNS, "truth", "guide")
 """Depths that a cell can show."""
 COMPARABLE = (*DEPTHS, EARLIER, INTERPOLATED)
 """Depths that a difference can be of."""
@@ -24,6 +24,7 @@ TITLES = {
     "depth-in": "Depth in",
     "result": "Depth out",
     "truth": "Truth",
+    "guide": "Guide, fitted",
     DIFFERENCE: "Difference",
     "error": "Error: result \N{MINUS SIGN} truth",
     "expected-error": "Expected error",
@@ -36,7 +37,7 @@ TITLES = {
 }
 """Titles of the contents that need no more than their name."""
 
-_SHORT = {"depth-in": "depth in", "result": "result", "truth": "truth", INTERPOLATED: "interpolated"}
+_SHORT = {"depth-in": "depth in", "result": "result", "truth": "truth", "guide": "guide", INTERPOLATED: "interpolated"}
 
 
 def difference_of(first: str, second: str) -> str:

@@ -17,6 +17,7 @@ from .material import Material
 from .names import TITLES
 
 NO_RESULT = "No result yet"
+NO_GUIDE = "No guide: this frame has none"
 
 
 class Painter:

@@ -1,0 +1,1 @@
+"""A guide of the frame: loading, following and removing it."""

@@ -1,0 +1,64 @@
+"""A guide in the window: loaded by the dialog, followed, seen, undone, kept in a project and removed."""
+
+import numpy as np
+
+from gui.guide.dialog import GuideDialog
+from gui.project_file.saving import Wish
+from ilf.io.frame_source import FrameSource
+from ilf.project.file import open_project
+
+from .conftest import WAIT_MS, open_frame
+
+
+def test_guide_is_loaded_seen_followed_undone_and_kept(window, qtbot, frame_folder, tmp_path, run_all):
+    actions, workspace = window.actions_, window.workspace
+    assert not actions["load_guide"].isEnabled()
+    open_frame(window, qtbot, FrameSource(str(frame_folder)))
+    assert not actions["remove_guide"].isEnabled()
+    run_all(window)
+    session = workspace.session
+    before = session.completion().depth
+
+    rows, columns = np.mgrid[:48, :64]
+    truth = np.where(columns < 30, 1.5 + 0.004 * rows, 2.4 + 0.005 * columns)
+    np.save(tmp_path / "other.npy", truth[:, :40])
+    np.save(tmp_path / "inverse.npy", 1 / truth)
+    actions["load_guide"].trigger()
+    dialog = window.findChild(GuideDialog)
+    dialog.path.setText(str(tmp_path / "other.npy"))
+    dialog.read()
+    qtbot.waitUntil(lambda: "another aspect" in dialog.message.text(), timeout=WAIT_MS)
+    assert not dialog.load_button.isEnabled()
+    dialog.path.setText(str(tmp_path / "inverse.npy"))
+    dialog.read()
+    qtbot.waitUntil(dialog.load_button.isEnabled, timeout=WAIT_MS)
+    assert "100% of the pixels" in dialog.message.text()
+    dialog.accept()
+
+    # it is seen in metres, and makes all results stale
+    window.views.set_content("depth-in", "guide")
+    qtbot.waitUntil(lambda: window.views.material.guide is not None, timeout=WAIT_MS)
+    assert np.median(np.abs(window.views.material.guide - truth)) < 0.01
+    assert session.changed_blocks()
+    run_all(window)
+    assert not session.changed_blocks()
+    guided = session.completion().depth
+    assert not np.array_equal(guided, before, equal_nan=True)
+    assert np.nanmax(np.abs(guided - truth)) < 0.002
+
+    # undo brings the former results back, without a run, and redo these
+    workspace.undo_group.undo()
+    assert session.frame.guide is None
+    assert np.array_equal(session.completion().depth, before, equal_nan=True)
+    workspace.undo_group.redo()
+    assert np.array_equal(session.completion().depth, guided, equal_nan=True)
+
+    with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
+        window.project.saving.save(Wish(tmp_path / "work.ilf"))
+    with open_project(tmp_path / "work.ilf") as project:
+        state = project.state(project.project.frames[0].id).state
+        assert state.frame.guide.says_the_same(session.frame.guide)
+        assert state.frame.guide.path == str(tmp_path / "inverse.npy")
+    actions["remove_guide"].trigger()
+    assert session.frame.guide is None
+    assert not actions["remove_guide"].isEnabled()
