@@ -379,7 +379,7 @@ class MainWindow(QMainWindow):
             action.changed.connect(lambda: stage_cell.set_hints({name: stages[name].toolTip() for name in stages}))
         stage_cell.set_hints({name: stages[name].toolTip() for name in stages})
         self.loader.extracted.connect(self.stages.hold)
-        self.loader.extracted.connect(self.editor.guides.hold)
+        self.loader.extracted.connect(self.editor.aids.hold)
         self.loader.replayed.connect(self.replays.show_differences)
         self.runs.finished.connect(self.replays.show_verdict)
         self.stages.extraction_wished.connect(self.loader.extract)

@@ -345,8 +345,8 @@ class Session:
         return common.replace(**own) if own else common
 
     def valid_results(self) -> dict[int, BlockResult]:
-        """Results whose block has the very pixels and drawn borders that were run, whose depth was distrusted and guided
-        as it is now, and whose filter saw the edges of the present extraction, in rising order of labels.
+        """Results whose block has the very pixels and drawn borders that were run, whose depth was distrusted and
+        guided as it is now, and whose filter saw the edges of the present extraction, in rising order of labels.
 
         Of several, that of the present parameters; if there is none, the latest.
         """

@@ -12,7 +12,7 @@ from PySide6.QtGui import QPainterPath
 
 from gui.state.inspection import Inspection
 from gui.state.session import Session
-from gui.tools.guide import Guide
+from gui.tools.aid import Aid
 from gui.tools.options import LARGEST_LEASH, ToolOptions
 from gui.views.pointer import PointerEvent
 from gui.views.preview import Preview
@@ -41,7 +41,7 @@ class Host(Protocol):
         ...
 
     @property
-    def guide(self) -> Guide | None:
+    def aid(self) -> Aid | None:
         """What is known of the frame's edges and regions; None while it is being worked out."""
         ...
 
@@ -158,9 +158,9 @@ def refuses_one(host: Host, labels: Iterable[int]) -> bool:
 
 def knows_edges(host: Host) -> bool:
     """Whether the frame's edges are known by now; if not, that is said."""
-    if host.guide is None:
+    if host.aid is None:
         host.say("The edges of the frame are still being looked for. Try again in a moment.")
-    return host.guide is not None
+    return host.aid is not None
 
 
 def line_path(points: Sequence[Point], closed: bool = False) -> QPainterPath:
@@ -177,7 +177,7 @@ def line_path(points: Sequence[Point], closed: bool = False) -> QPainterPath:
 
 def snapped(host: Host, pixel: float, points: Sequence[Point]) -> list[Point]:
     """A drawn line, moved onto edges nearby as far as the leash allows, where a pixel of the screen is `pixel` ones."""
-    guide, leash = host.guide, min(host.options.leash * pixel, LARGEST_LEASH)
-    if guide is None or leash <= 0 or len(points) < 2:
+    aid, leash = host.aid, min(host.options.leash * pixel, LARGEST_LEASH)
+    if aid is None or leash <= 0 or len(points) < 2:
         return list(points)
-    return guide.snapper.snap(points, leash)
+    return aid.snapper.snap(points, leash)

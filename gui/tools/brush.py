@@ -78,10 +78,10 @@ class BrushTool(Tool):
         self._similar = None
         if not host.options.similar_only:
             return True
-        guide = host.guide
-        if not knows_edges(host) or guide is None:
+        aid = host.aid
+        if not knows_edges(host) or aid is None:
             return False
-        self._similar = Similar(guide.frame, guide.strength, event.x, event.y)
+        self._similar = Similar(aid.frame, aid.strength, event.x, event.y)
         return True
 
     def _sweep(self, swept: Swept, point: Point, host: Host) -> None:

@@ -13,8 +13,8 @@ from PySide6.QtCore import QObject, Signal
 from gui.state.inspection import Inspection
 from gui.state.session import Session
 from gui.state.workspace import Workspace
+from gui.tools.aid import Aid, AidSource
 from gui.tools.base import Found, Tool
-from gui.tools.guide import Guide, GuideSource
 from gui.tools.kinds import CORRECTING, INSPECTING, make_tools
 from gui.tools.options import ToolOptions
 from gui.views.linked_views import LinkedViews
@@ -25,7 +25,7 @@ from ilf.ebs.edit import LabelPatch, count_slivers
 from ilf.errors import InputError
 
 _GUIDED = {"leash", "similar"}
-"""Options of tools that ask for the guide."""
+"""Options of tools that ask for the aid."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +61,8 @@ class Editor(QObject):
         super().__init__(parent)
         self._workspace = workspace
         self._views = views
-        self.guides = GuideSource(self)
-        self.guides.failed.connect(self.failed)
+        self.aids = AidSource(self)
+        self.aids.failed.connect(self.failed)
         self._jobs = LatestQuestion[_Job, Any](lambda job: job.find(), self)
         self._jobs.answered.connect(self._take_answer)
         self._jobs.failed.connect(lambda _, error: self.failed.emit(error))
@@ -155,13 +155,13 @@ class Editor(QObject):
     def _turn(self) -> None:
         """Another frame is the present one."""
         self._pointer = None
-        self.guides.turn_to(self._workspace.session if self._workspace.has_session else None)
+        self.aids.turn_to(self._workspace.session if self._workspace.has_session else None)
         self._look_ahead()
 
     def _look_ahead(self) -> None:
-        """Have the guide found by the time it is needed."""
+        """Have the aid found by the time it is needed."""
         if self._workspace.has_session and _GUIDED & set(self.tool.options):
-            _ = self.guide
+            _ = self.aid
 
     # options
 
@@ -193,10 +193,10 @@ class Editor(QObject):
         return self._workspace.session
 
     @property
-    def guide(self) -> Guide | None:
+    def aid(self) -> Aid | None:
         """What is known of the present frame; None while it is being worked out."""
         parameters = self.session.notes.extraction or self._workspace.extraction_parameters
-        return self.guides.of(self.session, parameters)
+        return self.aids.of(self.session, parameters)
 
     def select(self, labels: list[int]) -> None:
         """Choose blocks."""
@@ -248,7 +248,7 @@ class Editor(QObject):
     def shutdown(self) -> bool:
         """Stop for good, before the window closes. True if the threads have ended."""
         ended = self._jobs.shutdown()
-        return self.guides.shutdown() and ended
+        return self.aids.shutdown() and ended
 
     def show_preview(self, preview: Preview | None) -> None:
         """Draw a tool's preview over the views."""

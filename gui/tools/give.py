@@ -82,8 +82,8 @@ class GiveTool(LineTool):
 
     def _at(self, event: PointerEvent, host: Host) -> NDArray[np.bool_] | None:
         """The piece under the pointer; None off the frame."""
-        guide = host.guide if event.ctrl else None
-        piece = piece_at(host.session.labels, event.x, event.y, None if guide is None else guide.regions)
+        aid = host.aid if event.ctrl else None
+        piece = piece_at(host.session.labels, event.x, event.y, None if aid is None else aid.regions)
         return piece if piece.any() else None
 
 

@@ -145,10 +145,10 @@ def suggested_cut(host: Host, label: int) -> None:
 
 
 def _look_for_line(host: Host, label: int, take: Callable[[list[Point] | None], None]) -> None:
-    session, guide = host.session, host.guide
-    if guide is None:
+    session, aid = host.session, host.aid
+    if aid is None:
         return
-    frame, labels, strength = session.frame, session.labels.copy(), guide.strength
+    frame, labels, strength = session.frame, session.labels.copy(), aid.strength
     host.work_out(lambda: suggest_split(frame, labels, label, strength), take)
 
 

@@ -24,7 +24,7 @@ def editing(opened: MainWindow, qtbot: QtBot) -> MainWindow:
     opened.editor.options.leash = 0
     opened.activateWindow()
     qtbot.waitUntil(opened.isActiveWindow, timeout=WAIT_MS)
-    qtbot.waitUntil(lambda: opened.editor.guide is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: opened.editor.aid is not None, timeout=WAIT_MS)
     return opened
 
 

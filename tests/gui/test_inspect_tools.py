@@ -31,7 +31,7 @@ def chains(host: ToolHost) -> list[tuple[tuple[float, float], ...]]:
 
 
 def test_inspecting_changes_no_block_and_needs_no_edges(host: ToolHost) -> None:
-    host.guide = None
+    host.aid = None
     host.session.change_info(1, locked=True)
     labels = host.labels.copy()
     for name in INSPECTING:

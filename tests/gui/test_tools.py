@@ -265,7 +265,7 @@ def test_where_nothing_suggests_itself_a_click_begins_a_line(host: ToolHost) -> 
 
 
 def test_edges_that_are_still_looked_for_are_said(host: ToolHost) -> None:
-    host.guide = None
+    host.aid = None
     split = hand(host, "split")
     split.click((45, 20))
     assert "still being looked for" in host.said[0]
@@ -301,7 +301,7 @@ def test_similar_only_keeps_a_stroke_from_going_over_an_edge(host: ToolHost) -> 
     paint.drag([(40, 24), (20, 24)])
     assert host.labels[24, 38] == 2
     assert (host.labels[:, :29] == 1).all(), "beyond the edge is another surface"
-    host.guide = None
+    host.aid = None
     paint.drag([(40, 44), (20, 44)])
     assert host.labels[44, 38] == 1
     assert "still being looked for" in host.said[-1]

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from gui.state.inspection import Inspection
 from gui.state.session import Session
 from gui.state.workspace import Workspace
+from gui.tools.aid import Aid, aid_of
 from gui.tools.base import Found, Point, Tool
-from gui.tools.guide import Guide, guide_of
 from gui.tools.options import ToolOptions
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
@@ -31,7 +31,7 @@ class ToolHost:
         strength = np.zeros(frame.shape, np.float32)
         strength[:, 29:31] = 1.0
         regions = np.where(np.arange(frame.shape[1]) < 30, 1, 2) + np.zeros(frame.shape, np.int32)
-        self.guide: Guide | None = guide_of(frame, strength, regions.astype(np.int32))
+        self.aid: Aid | None = aid_of(frame, strength, regions.astype(np.int32))
         self.preview: Preview | None = None
         self.said: list[str] = []
         self.waits = False

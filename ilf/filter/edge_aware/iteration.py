@@ -64,6 +64,10 @@ _CALM = 10.0
 _NARROW = 8.0
 """Distance [px] to known depth below which it makes no difference what shape the block has."""
 
+_AROUND = 10.0
+"""A guide is followed so far around what is farther from known depth than _NARROW [px], which takes in the known depth
+at the rim, and fades out over as much again."""
+
 _NEAREST = 0.1
 """Depth [m] below which what is given as a share of depth no longer shrinks."""
 
@@ -377,8 +381,13 @@ class _View:
         return found.surface[self._place], stiffness
 
     def guided(self, trend: Array, guide: FittedGuide) -> Array:
-        """What a guide says in place of a trend [m], on the window, as far as it is believed."""
-        share = guide.shares(self._block)[self._window]
+        """What a guide says in place of a trend [m], on the window, as far as it is believed: in and around wide gaps
+        alone, since among dense samples its own details are worth less than theirs."""
+        wide = self._distance >= _NARROW
+        if not wide.any():
+            return trend
+        away = cv2.distanceTransform((~wide).astype(np.uint8), cv2.DIST_L2, 5)
+        share = guide.shares(self._block)[self._window] * np.clip(2 - away / np.float32(_AROUND), 0, 1)
         return np.where(share > 0, trend + share * (guide.depth[self._window] - trend), trend)
 
     def grid(self, trend: Array, found: FrameEdges, parameters: Parameters) -> _Grid:

@@ -60,7 +60,7 @@ class Driver:
             slice(rows.start - _MARGIN, rows.stop + _MARGIN), slice(columns.start - _MARGIN, columns.stop + _MARGIN)
         )
         self._settle()
-        self._wait(lambda: self.window.editor.guide is not None, "The edges to snap to are not found")
+        self._wait(lambda: self.window.editor.aid is not None, "The edges to snap to are not found")
         return session
 
     def close(self) -> None:
