@@ -52,7 +52,7 @@ def without() -> ilf.Completion:
 @pytest.mark.parametrize("said", [lambda z: z, lambda z: 1 / z, lambda z: -np.log(z), lambda z: 200 - 30 * z**2])
 def test_guide_in_any_unit_brings_the_jump_back(said, without) -> None:
     guided = ilf.complete(frame_with_hole(), BLOCKS, guide=said(truth()))
-    assert error(guided) < 0.05 * error(without)
+    assert error(guided) < 0.1 * error(without)
     known = frame_with_hole().known
     assert np.array_equal(guided.depth[known], without.depth[known])
 
