@@ -47,39 +47,50 @@ def one_wall(kit: Kit, width: float, height: float, paint: int) -> tuple[Parts, 
         if x + wide > width - 0.15:
             break
         if kit.chance(0.25):
-            opening = (x, x + min(wide, 1.0), 0.0, min(kit.between(1.95, 2.15), height - 0.1))
+            opening, leaf = _doorway(kit, x, min(wide, 1.0), height, thick)
             doors.append(opening)
             openings.append(opening)
-            if kit.chance(0.6):
-                parts += moved(
-                    door_leaf(kit, opening[1] - x, opening[3], float(kit.rng.choice([0.0, 60.0, 95.0, -20.0, -80.0]))),
-                    x,
-                    0,
-                    thick * 0.5,
-                )
+            parts += leaf
         elif kit.chance(0.3):
-            opening = (x, x + wide, kit.between(0.4, 1.1), height - kit.between(0.15, 0.5))
+            opening, panes = _window_in_wall(kit, x, wide, height, thick)
             openings.append(opening)
-            parts += moved(window(kit, wide, opening[3] - opening[2]), x, opening[2], thick * 0.7)
-            if kit.chance(0.4):
-                for side in (0, 1):
-                    curtain = hanging(kit, wide * kit.between(0.2, 0.7), opening[3] + 0.05 - kit.between(0.0, 0.8))
-                    parts.append((curtain.moved(x + side * wide, opening[3] + 0.05, -0.1), kit.materials.cloth()))
+            parts += panes
         elif kit.chance(0.5):
-            tall = kit.between(0.25, 1.1)
-            middle = x + wide / 2, kit.between(1.0, height - tall / 2 - 0.1), -0.012
-            parts.append(
-                (box((wide * 0.7, tall, 0.024)).moved(*middle), kit.materials.one_of("wood", "black", "paint"))
-            )
-            parts.append(
-                (box((wide * 0.7 - 0.05, tall - 0.05, 0.002)).moved(*middle[:2], -0.026), kit.materials.poster())
-            )
+            parts += _hung_picture(kit, x, wide, height)
         x += wide + kit.between(0.1, 1.5)
     parts.append((wall_with(width, height, thick, openings), paint))
     if kit.chance(0.5):
         skirting = [standing((b - a, 0.08, 0.02)).moved((a + b) / 2, 0, -0.01) for a, b in _between_doors(width, doors)]
         parts.append((joined(skirting), kit.materials.paint()))
     return parts, doors
+
+
+def _doorway(kit: Kit, x: float, wide: float, height: float, thick: float) -> tuple[Opening, Parts]:
+    """Opening in a wall, and its door, if it has one."""
+    opening = (x, x + wide, 0.0, min(kit.between(1.95, 2.15), height - 0.1))
+    if not kit.chance(0.6):
+        return opening, []
+    turn = float(kit.rng.choice([0.0, 60.0, 95.0, -20.0, -80.0]))
+    return opening, moved(door_leaf(kit, opening[1] - x, opening[3], turn), x, 0, thick * 0.5)
+
+
+def _window_in_wall(kit: Kit, x: float, wide: float, height: float, thick: float) -> tuple[Opening, Parts]:
+    """Opening in a wall, with its window, at times with curtains."""
+    opening = (x, x + wide, kit.between(0.4, 1.1), height - kit.between(0.15, 0.5))
+    parts = moved(window(kit, wide, opening[3] - opening[2]), x, opening[2], thick * 0.7)
+    if kit.chance(0.4):
+        for side in (0, 1):
+            curtain = hanging(kit, wide * kit.between(0.2, 0.7), opening[3] + 0.05 - kit.between(0.0, 0.8))
+            parts.append((curtain.moved(x + side * wide, opening[3] + 0.05, -0.1), kit.materials.cloth()))
+    return opening, parts
+
+
+def _hung_picture(kit: Kit, x: float, wide: float, height: float) -> Parts:
+    tall = kit.between(0.25, 1.1)
+    middle = x + wide / 2, kit.between(1.0, height - tall / 2 - 0.1), -0.012
+    frame = box((wide * 0.7, tall, 0.024)).moved(*middle), kit.materials.one_of("wood", "black", "paint")
+    canvas = box((wide * 0.7 - 0.05, tall - 0.05, 0.002)).moved(*middle[:2], -0.026), kit.materials.poster()
+    return [frame, canvas]
 
 
 def _between_doors(width: float, doors: list[Opening]) -> list[tuple[float, float]]:
