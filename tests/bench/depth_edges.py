@@ -4,9 +4,9 @@
     python -m tests.bench.depth_edges --frames FRAME... --seed 1
 
 Average precision and best F of lines, 1 px and 2 px off allowed, over all pixels whose depth is missing: by the
-depth-edge network, by the known depth alone (`find_relief`), by the edge network of colour alone, and by the stronger
-of these two. And the mean error of the coarse depth as a share of the depth, beside that of the nearest known pixel
-and of filling from around. Needs no PyTorch.
+depth-edge network, by the known depth alone (`find_relief`), by the edge network of colour alone, and by the known
+depth together with either. And the mean error of the coarse depth as a share of the depth, beside that of the nearest
+known pixel and of filling from around. Needs no PyTorch.
 """
 
 from __future__ import annotations
@@ -78,7 +78,13 @@ def measure(cases: Iterator[Case], network: DepthEdgeNetwork) -> Iterator[str]:
         found = network.look(case.rgb, case.depth)
         relief = find_relief(case.depth, *_JUMP).edges.astype(np.float32)
         colour = contours.strength(case.rgb)
-        strengths = {"network": found.jump, "relief": relief, "contours": colour, "both": np.maximum(relief, colour)}
+        strengths = {
+            "network": found.jump,
+            "relief": relief,
+            "contours": colour,
+            "network and relief": np.maximum(relief, found.jump),
+            "contours and relief": np.maximum(relief, colour),
+        }
         for name, strength in strengths.items():
             for score in jumps.setdefault(name, (LineScore(1), LineScore(2))):
                 score.add(strength, case.jump, case.missing)
