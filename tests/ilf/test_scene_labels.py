@@ -83,3 +83,13 @@ def test_a_step_counts_from_two_centimetres_on(gap: float, jumps: bool) -> None:
     assert jump.sum() == SHAPE[0] * jumps
     assert jump[:, 159].all() == jumps
     assert not crease.any()
+
+
+@pytest.mark.parametrize(("length", "creases"), [(5, False), (6, True)])
+def test_slivers_are_no_creases(length: int, creases: bool) -> None:
+    sliver = (COLUMNS == 160) & (ROWS >= 100) & (100 + length > ROWS)
+    depth = np.full(SHAPE, 1.0)
+    normals = np.where(sliver[..., None], [-0.8, 0.0, -0.6], [0.0, 0.0, -1.0])
+    jump, crease = label(depth, normals, sliver.astype(np.int32), K)
+    assert not jump.any()
+    assert crease.any() == creases

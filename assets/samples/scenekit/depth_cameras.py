@@ -7,8 +7,10 @@ from collections.abc import Callable
 import cv2
 import numpy as np
 
+from ilf.edges.training.depth_edges.noise import smooth_noise
+
 from . import gaps
-from .view import View, blobs, jumps, ragged
+from .view import View, jumps, ragged
 
 Cause = Callable[[View, np.random.Generator], np.ndarray]
 
@@ -19,8 +21,8 @@ Measured = tuple[np.ndarray, list[np.ndarray]]
 def structured_light(view: View, rng: np.random.Generator) -> Measured:
     """Kinect v1, Xtion: steps that grow with the square of the depth, shadows on one side, ragged seams."""
     steps = rng.uniform(180, 700)
-    shared = blobs(view.shape, rng.uniform(1.5, 5), rng)
-    error = rng.uniform(0.1, 0.8) * (shared + 0.6 * blobs(view.shape, 1, rng))
+    shared = smooth_noise(view.shape, rng.uniform(1.5, 5), rng)
+    error = rng.uniform(0.1, 0.8) * (shared + 0.6 * smooth_noise(view.shape, 1, rng))
     seen = torn(fattened(view.depth, rng), rng)
     depth = steps / np.maximum(np.round(steps / seen + error), 0.5)
     causes = [
@@ -47,7 +49,7 @@ def time_of_flight(view: View, rng: np.random.Generator) -> Measured:
     bent = 1 - np.linalg.norm(cv2.blur(view.normals, (int(rng.integers(5, 25)),) * 2), axis=2)
     depth *= 1 + rng.uniform(0, 0.06) * bent
     spread = rng.uniform(0.0005, 0.004) * (1 + 0.3 * depth) / np.sqrt(view.shade + 0.03)
-    depth += spread * blobs(view.shape, rng.choice([1, 1.5, 2.5]), rng)
+    depth += spread * smooth_noise(view.shape, rng.choice([1, 1.5, 2.5]), rng)
     causes = [
         gaps.out_of_range(view, (0.2, 0.5), (3.5, 10), rng),
         *often(0.3, gaps.outside_lens, view, rng),
@@ -68,7 +70,7 @@ def stereo(view: View, rng: np.random.Generator) -> Measured:
     blotches = ragged(view.shape, rng.uniform(5, 30), rng)
     plain = 1 - np.clip(np.abs(cv2.Laplacian(view.shade, cv2.CV_32F, ksize=3)) * 8, 0, 1)
     rough = rng.uniform(0.0005, 0.006) * (0.4 + cv2.blur(plain, (9, 9))) * blotches
-    depth = 1 / np.maximum(inverse + rough + rng.uniform(0, 0.001) * blobs(view.shape, 1.5, rng), 1 / 20)
+    depth = 1 / np.maximum(inverse + rough + rng.uniform(0, 0.001) * smooth_noise(view.shape, 1.5, rng), 1 / 20)
     depth = with_speckles(depth, rng) if rng.random() < 0.4 else depth
     shift = rng.uniform(4, 25) * (1 if rng.random() < 0.8 else -1)
     causes = [
@@ -90,7 +92,7 @@ def filled(view: View, rng: np.random.Generator) -> Measured:
     if rng.random() < 0.4:
         seen = 1 / cv2.GaussianBlur(1 / seen, (0, 0), rng.uniform(0.5, 1.5))
     step = rng.choice([0.001, rng.uniform(0.01, 0.04)])
-    noise = rng.uniform(0, 0.003) * view.depth * blobs(view.shape, rng.uniform(1, 6), rng)
+    noise = rng.uniform(0, 0.003) * view.depth * smooth_noise(view.shape, rng.uniform(1, 6), rng)
     depth = np.round((seen + noise) / step) * step
     causes = [gaps.out_of_range(view, (0.1, 0.3), (6, 12), rng), gaps.dropouts(view, rng)]
     return depth, causes + often(0.3, gaps.seams, view, rng) + often(0.2, gaps.border, view, rng)
@@ -113,8 +115,8 @@ def torn(depth: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Depth taken from beside the pixel, by a smooth random way."""
     height, width = depth.shape
     grain, reach = rng.uniform(1.5, 5), rng.uniform(0.2, 1.3)
-    columns = np.arange(width, dtype=np.float32) + reach * blobs(depth.shape, grain, rng)
-    rows = np.arange(height, dtype=np.float32)[:, None] + reach * blobs(depth.shape, grain, rng)
+    columns = np.arange(width, dtype=np.float32) + reach * smooth_noise(depth.shape, grain, rng)
+    rows = np.arange(height, dtype=np.float32)[:, None] + reach * smooth_noise(depth.shape, grain, rng)
     return cv2.remap(depth, columns, rows, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
 
 
@@ -128,5 +130,5 @@ def coarse(depth: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 def with_speckles(depth: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Some small clusters of wrong depth."""
-    wrong = blobs(depth.shape, rng.uniform(1.5, 4), rng) > rng.uniform(2.5, 3.5)
-    return np.where(wrong, depth * np.exp(0.4 * blobs(depth.shape, 6, rng)), depth)
+    wrong = smooth_noise(depth.shape, rng.uniform(1.5, 4), rng) > rng.uniform(2.5, 3.5)
+    return np.where(wrong, depth * np.exp(0.4 * smooth_noise(depth.shape, 6, rng)), depth)

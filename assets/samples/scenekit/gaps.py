@@ -5,7 +5,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from .view import View, blobs, jumps, patches, ragged
+from ilf.edges.training.depth_edges.noise import smooth_noise
+
+from .view import View, jumps, patches, ragged
 
 MOST = (0.08, 0.45)
 """Range of the largest share of a picture that its causes take together."""
@@ -27,7 +29,7 @@ def seams(view: View, rng: np.random.Generator) -> np.ndarray:
     line = jumps(view.depth, rng.uniform(0.02, 0.06))
     side = int(rng.choice([3, 5, 7], p=[0.5, 0.35, 0.15]))
     wide = cv2.dilate(line.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)))
-    field = ragged(view.shape, rng.uniform(2, 6), rng) + 0.7 * blobs(view.shape, rng.uniform(15, 60), rng)
+    field = ragged(view.shape, rng.uniform(2, 6), rng) + 0.7 * smooth_noise(view.shape, rng.uniform(15, 60), rng)
     least = rng.uniform(-1.5, 1.5)
     return (line & (field > least - 0.8)) | ((wide > 0) & (field > least))
 
@@ -84,7 +86,7 @@ def steep(view: View, rng: np.random.Generator) -> np.ndarray:
 
 def dropouts(view: View, rng: np.random.Generator) -> np.ndarray:
     """Small clusters that found no match, more of them far away."""
-    field = blobs(view.shape, rng.uniform(1.5, 7), rng) + rng.uniform(0, 0.8) * blobs(view.shape, 50, rng)
+    field = smooth_noise(view.shape, rng.uniform(1.5, 7), rng) + rng.uniform(0, 0.8) * smooth_noise(view.shape, 50, rng)
     return field > rng.uniform(2.9, 4.5) - rng.uniform(0, 0.15) * np.minimum(view.depth, 8)
 
 

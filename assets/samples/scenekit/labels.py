@@ -6,12 +6,14 @@ import math
 
 import numpy as np
 
-from ilf.edges.pairs import Pairs, mark, sides
+from ilf.edges.pairs import Pairs, long_lines, mark, sides
 
 JUMP, JUMP_SHARE = 0.02, 0.02
 """Smallest jump [m], and as a share of the nearer depth; the larger of both counts."""
 CREASE = math.cos(math.radians(25))
 """Cosine of the smallest angle between two surfaces that counts as a crease."""
+CREASE_LENGTH = 12
+"""Creases are lines longer than this [px]; shorter ones are slivers of things finer than a pixel."""
 
 
 def label(
@@ -47,7 +49,7 @@ def label(
         _pairs(*values) for values in zip(sides(depth), sides(normals), sides(part), sides(rays), strict=True)
     )
     jumps: Pairs = across[0], down[0]
-    creases: Pairs = across[1], down[1]
+    creases = long_lines((across[1], down[1]), CREASE_LENGTH)
     return mark(jumps).astype(np.uint8), mark(creases).astype(np.uint8)
 
 

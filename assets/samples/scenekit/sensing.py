@@ -7,8 +7,10 @@ from collections.abc import Mapping
 import cv2
 import numpy as np
 
+from ilf.edges.training.depth_edges.noise import smooth_noise
+
 from . import depth_cameras, gaps
-from .view import SKY, View, blobs, facing, patches
+from .view import SKY, View, facing, patches
 
 CAMERAS = {
     depth_cameras.structured_light: 0.42,
@@ -76,8 +78,8 @@ def _through_glass(
     if not transparent.any():
         return met, transparent
     far = np.where(np.isfinite(behind), behind, SKY).astype(np.float32)
-    each = patches(transparent, rng) + rng.uniform(0.2, 0.8) * blobs(exact.shape, rng.uniform(4, 20), rng)
-    shimmer = rng.uniform(0.005, 0.05) * blobs(exact.shape, rng.uniform(2, 8), rng)
+    each = patches(transparent, rng) + rng.uniform(0.2, 0.8) * smooth_noise(exact.shape, rng.uniform(4, 20), rng)
+    shimmer = rng.uniform(0.005, 0.05) * smooth_noise(exact.shape, rng.uniform(2, 8), rng)
     through = np.where(each > 0.9, far, met * (1 + shimmer))
     return np.where(transparent & (each > 0.3), through, met), transparent & (each < -0.2)
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from ilf.edges.training.depth_edges.noise import smooth_noise
+
 SKY = 60.0
 """Depth [m] that stands for nothing there while a camera is simulated."""
 
@@ -56,21 +58,9 @@ def facing(normals: np.ndarray, K: np.ndarray | tuple[float, ...]) -> np.ndarray
     return np.abs(along) / np.sqrt(x**2 + y**2 + 1)
 
 
-def blobs(shape: tuple[int, int], grain: float, rng: np.random.Generator) -> np.ndarray:
-    """Smooth noise of mean 0 and variance about 1, whose hills are about `grain` px wide."""
-    height, width = shape
-    if grain <= 1:
-        return rng.standard_normal(shape, dtype=np.float32)
-    coarse = rng.standard_normal((int(height / grain) + 3, int(width / grain) + 3), dtype=np.float32)
-    field = cv2.resize(coarse, None, fx=grain, fy=grain, interpolation=cv2.INTER_CUBIC)
-    top, left = rng.integers(0, np.array(field.shape) - shape + 1)
-    # Between the coarse samples the cubic's variance is about two thirds of theirs.
-    return field[top : top + height, left : left + width] * np.float32(1.25)
-
-
 def ragged(shape: tuple[int, int], grain: float, rng: np.random.Generator) -> np.ndarray:
-    """`blobs` with smaller ones on them: its outlines are torn."""
-    return 0.85 * blobs(shape, grain, rng) + 0.5 * blobs(shape, max(grain / 3.5, 1.2), rng)
+    """`smooth_noise` with smaller ones on them: its outlines are torn."""
+    return 0.85 * smooth_noise(shape, grain, rng) + 0.5 * smooth_noise(shape, max(grain / 3.5, 1.2), rng)
 
 
 def patches(mask: np.ndarray, rng: np.random.Generator) -> np.ndarray:

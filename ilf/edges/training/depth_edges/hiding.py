@@ -9,6 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from .noise import smooth_noise
+
 Array = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 Pattern = Callable[[Array, NDArray[np.int32], np.random.Generator], Mask]
@@ -76,7 +78,7 @@ def ellipses(measured: Array, part: NDArray[np.int32], rng: np.random.Generator)
 def blobs(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
     """Large patches with winding outlines."""
     grain = math.exp(rng.uniform(math.log(12), math.log(130)))
-    return _lowest(_noise(measured.shape, grain, rng) + 0.15 * _noise(measured.shape, 5, rng), rng)
+    return _lowest(smooth_noise(measured.shape, grain, rng) + 0.15 * smooth_noise(measured.shape, 5, rng), rng)
 
 
 def surfaces(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
@@ -91,14 +93,14 @@ def surfaces(measured: Array, part: NDArray[np.int32], rng: np.random.Generator)
     grown = cv2.dilate(chosen.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))) > 0
     if rng.random() < 0.5:
         return grown
-    field = _noise(measured.shape, rng.uniform(8, 50), rng)
+    field = smooth_noise(measured.shape, rng.uniform(8, 50), rng)
     return grown & ~(chosen & (field > np.quantile(field[chosen], rng.uniform(0.7, 0.97))))
 
 
 def far_or_near(measured: Array, part: NDArray[np.int32], rng: np.random.Generator) -> Mask:
     """All that is beyond a range, now and then all that is nearer, with a smooth or ragged end."""
     depth = np.where(np.isfinite(measured), measured, np.float32(np.nanmedian(measured)))
-    ragged = rng.choice([0.0, 0.03, 0.1]) * _noise(depth.shape, rng.uniform(3, 20), rng)
+    ragged = rng.choice([0.0, 0.03, 0.1]) * smooth_noise(depth.shape, rng.uniform(3, 20), rng)
     return _lowest((depth if rng.random() < 0.2 else -depth) * (1 + ragged), rng)
 
 
@@ -128,15 +130,6 @@ PATTERNS: dict[Pattern, float] = {
     sparse: 0.16,
 }
 """How often each is drawn."""
-
-
-def _noise(shape: tuple[int, ...], grain: float, rng: np.random.Generator) -> Array:
-    """Smooth noise whose hills are about `grain` px wide."""
-    height, width = shape
-    coarse = rng.standard_normal((int(height / grain) + 3, int(width / grain) + 3), dtype=np.float32)
-    field = cv2.resize(coarse, None, fx=grain, fy=grain, interpolation=cv2.INTER_CUBIC)
-    top, left = int(rng.integers(field.shape[0] - height + 1)), int(rng.integers(field.shape[1] - width + 1))
-    return np.asarray(field[top : top + height, left : left + width], np.float32)
 
 
 def _lowest(values: Array, rng: np.random.Generator) -> Mask:

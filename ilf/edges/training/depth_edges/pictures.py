@@ -36,8 +36,6 @@ class Picture:
         Which smooth surface is seen.
     lines : ndarray of uint8, shape (H, W, 2)
         1 on jumps and on creases.
-    mirrored_lines : ndarray of uint8, shape (H, W, 2)
-        Those of the mirrored picture, which are not the mirrored lines: a line marks the left or upper pixels.
     """
 
     rgb: NDArray[np.uint8]
@@ -45,18 +43,19 @@ class Picture:
     measured: Array
     part: NDArray[np.int32]
     lines: NDArray[np.uint8]
-    mirrored_lines: NDArray[np.uint8]
 
     @property
     def mirrored(self) -> Picture:
         """The picture as a mirror shows it."""
+        # Its lines are not the mirrored ones: a line marks the left or upper pixels.
+        apart = _apart(self.part, self.exact)
+        lines = np.stack([_mirrored(self.lines[..., k] > 0, apart) for k in range(2)], axis=2)
         return Picture(
             np.ascontiguousarray(self.rgb[:, ::-1]),
             np.ascontiguousarray(self.exact[:, ::-1]),
             np.ascontiguousarray(self.measured[:, ::-1]),
             np.ascontiguousarray(self.part[:, ::-1]),
-            self.mirrored_lines,
-            self.lines,
+            lines.view(np.uint8),
         )
 
 
@@ -65,15 +64,12 @@ class PictureFolder:
 
     Attributes
     ----------
-    learnt, held_out : list of Picture
-        In order of their numbers, those found later at the end.
+    learnt, held_out : list of Path
+        In order of their numbers, which are at least `HELD_OUT`, or below.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.learnt: list[Picture] = []
-        self.held_out: list[Picture] = []
-        self._read: set[str] = set()
         self.look_again()
         if not self.learnt or not self.held_out:
             raise InputError(
@@ -82,11 +78,10 @@ class PictureFolder:
             )
 
     def look_again(self) -> None:
-        """Read the pictures that are new in the folder."""
-        new = [path for path in self.folder.glob("*.npz") if path.name not in self._read and path.stem.isdigit()]
-        for path in sorted(new, key=lambda path: int(path.stem)):
-            (self.held_out if int(path.stem) < HELD_OUT else self.learnt).append(read_picture(path))
-            self._read.add(path.name)
+        """List what the folder holds now."""
+        numbered = sorted((int(path.stem), path) for path in self.folder.glob("*.npz") if path.stem.isdigit())
+        self.held_out = [path for number, path in numbered if number < HELD_OUT]
+        self.learnt = [path for number, path in numbered if number >= HELD_OUT]
 
 
 def read_picture(path: Path) -> Picture:
@@ -95,10 +90,7 @@ def read_picture(path: Path) -> Picture:
         with np.load(path) as file:
             lines = np.stack([file["jump"], file["crease"]], axis=2)
             exact, measured = (np.asarray(file[name], np.float32) for name in ("exact", "measured"))
-            part = file["part"]
-            apart = _apart(part, exact)
-            mirrored = np.stack([_mirrored(lines[..., k] > 0, apart) for k in range(2)], axis=2)
-            return Picture(file["rgb"], exact, measured, part, lines, mirrored.astype(np.uint8))
+            return Picture(file["rgb"], exact, measured, file["part"], lines)
     except (OSError, ValueError, KeyError) as error:
         raise InputError(f"{path} is no generated picture. Make it again.") from error
 
