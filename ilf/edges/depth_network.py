@@ -19,6 +19,9 @@ MULTIPLE = 32
 COARSE = 4
 """What the sides of the network's input are multiples of, and how many pixels one of its coarse depth stands for."""
 
+LOG_SPREADS = (-7.0, 3.0)
+"""Least and largest log of the error that is expected of the coarse depth."""
+
 _TRIAL_SHAPES = ((64, 64), (64, 96))
 
 
@@ -87,7 +90,8 @@ class DepthEdgeNetwork(OnnxNetwork):
         if not coarse or not np.isfinite(depth).any():
             return DepthEdges(np.clip(jump, 0, 1), np.clip(crease, 0, 1), None, None)
         filled, _ = filled_log_depth(depth)
-        return DepthEdges(np.clip(jump, 0, 1), np.clip(crease, 0, 1), np.exp(filled + coarse[0]), np.exp(coarse[1]))
+        spread = np.exp(np.clip(coarse[1], *LOG_SPREADS))
+        return DepthEdges(np.clip(jump, 0, 1), np.clip(crease, 0, 1), np.exp(filled + coarse[0]), spread)
 
     def _run(self, rgb: NDArray[np.uint8], depth: Array) -> list[Array]:
         """The outputs of the network, each (H, W) of the image's size."""

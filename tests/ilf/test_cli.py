@@ -299,7 +299,7 @@ def test_every_declared_parameter_has_a_flag(kind, prefix):
         ),
         (
             ["--blocks-detector", "canny", "--blocks-threshold", "0.5"],
-            "threshold has no effect with detector canny; it belongs to detector hed.",
+            "threshold has no effect with detector canny; it belongs to detector rgbd or hed.",
         ),
     ],
 )

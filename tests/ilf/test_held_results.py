@@ -1,8 +1,9 @@
 """What comes out stays what it was, whatever is changed inside: blocks, depth and outcomes over many parameters.
 
 `held_results.json` holds blocks on a coarse grid and depth at some pixels, as they were when it was written. Other
-processors and library versions may differ in the last digits, which `DEPTH_M` and `BLOCKS` allow for. After a change
-that means to alter results:
+processors and library versions may differ in the last digits, which `DEPTH_M` and `BLOCKS` allow for. Where nothing
+else is said, edges are contours: depth edges change with their network's weights. After a change that means to alter
+results:
 
     python -m tests.ilf.test_held_results
 """
@@ -19,6 +20,7 @@ import ilf
 from ilf.assets import asset_path
 from ilf.ebs import extract
 from ilf.ebs.drawn import border_pixels
+from ilf.parameters import PAPER_BLOCKS
 
 TABLE = Path(__file__).with_name("held_results.json")
 DEPTH_M = 5e-5
@@ -105,7 +107,7 @@ FRAMES = {"room": room, "bowl": bowl}
 
 @cache
 def blocks_of(frame: str) -> np.ndarray:
-    return ilf.extract_blocks(FRAMES[frame]())
+    return ilf.extract_blocks(FRAMES[frame](), PAPER_BLOCKS)
 
 
 def left_borders(frame: str) -> np.ndarray:
@@ -120,7 +122,7 @@ def coarse(picture: np.ndarray, step: int = 7) -> list[Any]:
 
 def extraction(frame: str, name: str) -> dict[str, Any]:
     """The stages of an extraction in numbers."""
-    stages = extract(FRAMES[frame](), ilf.BlockParameters(**EXTRACTIONS[name]))
+    stages = extract(FRAMES[frame](), PAPER_BLOCKS.replace(**EXTRACTIONS[name]))
     return {
         "strength": round(float(stages.strength.mean()), 5),
         "edges": int(stages.edges.sum()),
@@ -135,7 +137,8 @@ def completion(frame: str, name: str) -> dict[str, Any]:
     """Outcomes, curves and depth of a completion in numbers; depth where anything was missing, and some of the rest."""
     source, (preset, changes) = FRAMES[frame](), FILTERS[name]
     drawn = left_borders(frame) if "drawn" in name else None
-    result = ilf.complete(source, blocks_of(frame), ilf.preset(preset, **changes), drawn=drawn)
+    parameters = ilf.preset(preset).replace(**({"edges": "combined"} | changes))
+    result = ilf.complete(source, blocks_of(frame), parameters, drawn=drawn)
     missing = result.depth[~source.known][:: 40 if frame == "room" else 13]
     last = [result.history[label][-1] for label in result.history if result.history[label]]
     return {

@@ -15,7 +15,7 @@ from .export import export_onnx
 from .loss import COARSE_SHARE, at_quarter, coarse_loss, line_loss
 from .measures import LineScore
 from .model import DepthEdgeModel
-from .pictures import PictureFolder, less_known, random_sample, sample_of
+from .pictures import PictureFolder, less_known, random_sample, read_picture, sample_of
 
 BATCH = 4
 LOOK_AGAIN_S = 60.0
@@ -49,7 +49,7 @@ class DepthEdgeLesson(Lesson):
             self.folder.look_again()
             self._looked = time.monotonic()
         chosen = rng.integers(len(self.folder.learnt), size=BATCH)
-        samples = [random_sample(self.folder.learnt[k], rng) for k in chosen]
+        samples = [random_sample(read_picture(self.folder.learnt[k]), rng) for k in chosen]
         return tuple(np.stack(arrays) for arrays in zip(*samples, strict=True))
 
     def loss(self, model: nn.Module, batch: tuple[Tensor, ...]) -> Tensor:
@@ -59,7 +59,7 @@ class DepthEdgeLesson(Lesson):
 
     def held_out(self, model: nn.Module, tensors: Callable[[Arrays], tuple[Tensor, ...]]) -> dict[str, float]:
         losses, jumps, creases, errors, fills = [], LineScore(), LineScore(), [], []
-        for k, picture in enumerate(self.folder.held_out):
+        for k, picture in enumerate(map(read_picture, self.folder.held_out)):
             depth = less_known(picture, np.random.default_rng((self.seed, k)))
             sample = sample_of(picture, np.asarray(picture.rgb / 255, np.float32), depth)
             image, features, lines, log_depth = tensors(tuple(one[None] for one in sample))

@@ -7,7 +7,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from ...depth_features import CHANNELS
-from ...depth_network import COARSE
+from ...depth_network import COARSE, LOG_SPREADS
 
 POSITIVE_WEIGHT = 3.0
 """Of a pixel on a line, against 1 of another."""
@@ -46,7 +46,7 @@ def coarse_loss(coarse: Tensor, log_depth: Tensor, features: Tensor) -> Tensor:
     offset = at_quarter(log_depth - features[:, CHANNELS.index("filled")][:, None])
     weights = at_quarter(_where_missing(features)) * torch.isfinite(offset)
     middle, spread = coarse.float().split(1, 1)
-    spread = spread.clamp(-7, 3)
+    spread = spread.clamp(*LOG_SPREADS)
     loss = (torch.nan_to_num(offset) - middle).abs() * torch.exp(-spread) + spread
     return (loss * weights).sum() / weights.sum().clamp(min=1)
 

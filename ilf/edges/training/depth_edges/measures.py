@@ -35,6 +35,11 @@ class LineScore:
             self._counts[:, k] += [np.count_nonzero(one) for one in (found & near_truth, found, true & near_line, true)]
 
     @property
+    def true(self) -> int:
+        """Pixels of true lines that have been counted."""
+        return int(self._counts[3, 0])
+
+    @property
     def precision_recall(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Both at each of `THRESHOLDS`; where nothing is found, all of it is right."""
         right, found, seen, true = self._counts
