@@ -29,9 +29,7 @@ def record(seed: int, number: int, size: tuple[int, int] = SIZE) -> dict[str, np
     """The arrays of one picture."""
     taken, rng = picture(seed, number, size)
     intrinsics = np.array(taken.intrinsics, np.float32)
-    measured = sense(
-        taken.exact, taken.normals, taken.rgb, taken.flags, taken.behind, taken.unlit, intrinsics, rng
-    )  # fmt: skip
+    measured = sense(taken.exact, taken.normals, taken.rgb, taken.flags, taken.behind, taken.unlit, intrinsics, rng)
     jump, crease = label(taken.exact, taken.normals, taken.part, intrinsics)
     return {
         "rgb": taken.rgb,
@@ -45,15 +43,20 @@ def record(seed: int, number: int, size: tuple[int, int] = SIZE) -> dict[str, np
     }
 
 
-def write(out: Path, seed: int, number: int) -> None:
+def write(out: Path, seed: int, size: tuple[int, int], number: int) -> None:
     """Write one picture into a folder, unless it is there."""
     path = out / f"{number:06d}.npz"
     if path.exists():
         return
-    made = record(seed, number)
+    made = record(seed, number, size)
     unfinished = out / f".{number:06d}.{os.getpid()}.npz"
     np.savez(unfinished, **made)
     unfinished.replace(path)
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, height = (int(number) for number in text.lower().split("x"))
+    return width, height
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -62,11 +65,12 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--count", type=int, required=True)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--start", type=int, default=0, help="number of the first picture")
+    parser.add_argument("--size", type=_size, default=SIZE, metavar="WxH")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     options = parser.parse_args(arguments)
     options.out.mkdir(parents=True, exist_ok=True)
     numbers = range(options.start, options.start + options.count)
-    one = partial(write, options.out, options.seed)
+    one = partial(write, options.out, options.seed, options.size)
     if options.jobs == 1:
         for number in numbers:
             one(number)

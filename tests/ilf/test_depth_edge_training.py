@@ -15,9 +15,9 @@ from ilf.errors import InputError
 
 
 def write_picture(folder: Path, number: int) -> Path:
-    """Two surfaces at 2 m with a nearer disc in front of them; jumps around it, a crease between them."""
+    """Two surfaces at 2 m with a nearer disc in front of one; jumps around it, a crease between them."""
     rows, columns = np.mgrid[:64, :96]
-    part = np.where(columns < 40, 1, 2).astype(np.int32)
+    part = np.where(columns < 20, 1, 2).astype(np.int32)
     part[np.hypot(rows - 30, columns - 50) < 18] = 3
     exact = np.where(part == 3, np.float32(1.2), np.float32(2))
     jump = mark(apart(np.asarray(part == 3, np.int32)))
@@ -40,6 +40,25 @@ def test_a_mirrored_picture_has_the_lines_of_what_it_shows(tmp_path: Path) -> No
     np.testing.assert_array_equal(mirrored.lines[..., 0] > 0, mark(apart(disc)))
     np.testing.assert_array_equal(mirrored.lines[..., 1] > 0, mark(apart(mirrored.part)) & ~mark(apart(disc)))
     np.testing.assert_array_equal(mirrored.mirrored.lines, read_picture(tmp_path / "000000.npz").lines)
+
+
+def test_a_detail_has_the_lines_of_what_it_shows(tmp_path: Path) -> None:
+    picture = read_picture(write_picture(tmp_path, 0))
+    detail = picture.detail(8, 10)
+    np.testing.assert_array_equal(detail.part[::2, ::2], picture.part[8:40, 10:58])
+    disc = mark(apart(np.asarray(detail.part == 3, np.int32)))
+    np.testing.assert_array_equal(detail.lines[..., 0] > 0, disc)
+    np.testing.assert_array_equal(detail.lines[..., 1] > 0, mark(apart(detail.part)) & ~disc)
+    np.testing.assert_array_equal(detail.exact, np.where(detail.part == 3, np.float32(1.2), np.float32(2)))
+
+
+def test_a_detail_of_a_slanted_surface_is_smooth_up_to_missing_depth(tmp_path: Path) -> None:
+    picture = read_picture(write_picture(tmp_path, 0))
+    picture.measured[:] = 2 + 0.01 * np.arange(96, dtype=np.float32)
+    picture.measured[:, 20] = np.nan
+    measured = picture.detail(0, 0).measured
+    np.testing.assert_array_equal(np.isnan(measured[0]).nonzero()[0], [40, 41])
+    np.testing.assert_allclose(np.diff(measured[0, 1:38]), 0.005, atol=1e-5)
 
 
 def test_samples_are_of_one_unit(tmp_path: Path) -> None:

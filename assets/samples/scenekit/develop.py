@@ -5,14 +5,12 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from .light import glow
-
 
 def developed(radiance: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Linear radiance (H, W, 3) as 8-bit RGB with the faults of cheap cameras, drawn at random."""
     height, width = radiance.shape[:2]
     if rng.random() < 0.5:
-        radiance = glow(radiance, float(rng.uniform(0.02, 0.3)), rng)
+        radiance = _glowing(radiance, float(rng.uniform(0.02, 0.3)), rng)
     light = radiance * (1 + rng.normal(0, 0.08, 3) * rng.choice([0.3, 1.0, 2.0])).clip(0.5, 1.6)
     grey = light.mean(axis=2)
     exposure = rng.choice([0.18, 0.3, 0.45, 0.6]) / max(float(np.sqrt(np.mean(grey) * np.median(grey))), 1e-4)
@@ -78,3 +76,10 @@ def _toned(light: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     picture = grey + (picture - grey) * float(rng.uniform(0.7, 1.5))
     low, high = rng.uniform(0, 0.06), rng.uniform(0.9, 1.04)
     return (low + (high - low) * picture).astype(np.float32)
+
+
+def _glowing(radiance: np.ndarray, share: float, rng: np.random.Generator) -> np.ndarray:
+    """Stray light in the lens around what is very bright."""
+    level = np.percentile(radiance, 97)
+    bright = np.clip(radiance - level, 0, 4 * level)
+    return radiance + share * cv2.GaussianBlur(bright, (0, 0), float(rng.uniform(2, 12)))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
 
 from .shapes import unit
@@ -13,7 +12,7 @@ from .world import OFF_SURFACE, Hits, World, dot
 
 @dataclass(frozen=True)
 class Lamp:
-    """A ball that shines; with `reach` infinite light comes parallel, as the sun's.
+    """A ball that shines.
 
     Parameters
     ----------
@@ -27,6 +26,8 @@ class Lamp:
         Parallel light.
     target, cone : ndarray (3,), float
         Where a spot points, and the cosine of its half angle; -1 shines everywhere.
+    panes : int
+        Bright squares along each side of a spot, as of sunlight through a window; 0 = round.
     """
 
     position: np.ndarray
@@ -36,7 +37,6 @@ class Lamp:
     target: np.ndarray = field(default_factory=lambda: np.zeros(3))
     cone: float = -1.0
     panes: int = 0
-    """Bright squares along each side, as of sunlight through a window; 0 = a round spot."""
 
     def arrives(self, points: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """Vectors to a random point of the lamp, and irradiance of a surface that faces it, (N, 3) each."""
@@ -149,10 +149,3 @@ def smoothed(values: np.ndarray, part: np.ndarray, steps: tuple[int, ...]) -> np
             weight[far] += same
             values = total / weight
     return values
-
-
-def glow(radiance: np.ndarray, share: float, rng: np.random.Generator) -> np.ndarray:
-    """Stray light in the lens around what is very bright."""
-    level = np.percentile(radiance, 97)
-    bright = np.clip(radiance - level, 0, 4 * level)
-    return radiance + share * cv2.GaussianBlur(bright, (0, 0), float(rng.uniform(2, 12)))

@@ -245,13 +245,9 @@ class Table:
         (self.period, self.turn, self.number, self.shift, self.grain, self.grain_period, self.gloss, self.shine) = (
             np.array(numbers, np.float32).T
         )
-        for name in ("black", "glossy", "transparent", "emitting"):
-            setattr(self, name, np.array([getattr(m, name) for m in rows], bool))
-
-    black: np.ndarray
-    glossy: np.ndarray
-    transparent: np.ndarray
-    emitting: np.ndarray
+        self.black, self.glossy, self.transparent, self.emitting = np.array(
+            [(m.black, m.glossy, m.transparent, m.emitting) for m in rows], bool
+        ).T
 
     def colour(self, material: np.ndarray, uv: np.ndarray) -> np.ndarray:
         """Linear RGB of materials (N,) at texture coordinates (N, 2) [m], (N, 3)."""

@@ -135,7 +135,7 @@ def camouflage(u: np.ndarray, v: np.ndarray, w: np.ndarray) -> Shares:
 
 def dots(u: np.ndarray, v: np.ndarray, w: np.ndarray) -> Shares:
     u = u + 0.5 * (np.floor(v) % 2)
-    i, j, x, y = _cells(u, v)
+    _, _, x, y = _cells(u, v)
     away = np.hypot(x - 0.5, y - 0.5)
     return 1 - _soft(0.12 + 0.25 * 0.5, 0.16 + 0.25 * 0.5, away), (away < 0.08) * (w > 0.6), _one(u)
 
@@ -166,7 +166,7 @@ def text(u: np.ndarray, v: np.ndarray, w: np.ndarray) -> Shares:
     """Rows of small marks in words, some lines missing, like print."""
     line = np.floor(v)
     word = np.floor(u * 0.35 + hashed(line, line) * 3)
-    i, j, x, y = _cells(u * 2.2, v)
+    i, _, x, y = _cells(u * 2.2, v)
     present = (hashed(word, line) > 0.18) & (hashed(line, line * 3) > 0.2)
     strokes = hashed(np.floor(u * 6.6), np.floor(v * 4), i) > 0.42
     return present * strokes * ((y > 0.2) & (y < 0.75) & (x < 0.85)), _none(u), _one(u)
@@ -214,7 +214,7 @@ def gradient(u: np.ndarray, v: np.ndarray, w: np.ndarray) -> Shares:
 
 def label(u: np.ndarray, v: np.ndarray, w: np.ndarray) -> Shares:
     """Packaging: a field of another colour with a sign and print on it."""
-    i, j, x, y = _cells(u, v)
+    _, _, x, y = _cells(u, v)
     field = (y > 0.2 + 0.3 * w) & (y < 0.7 + 0.2 * w)
     sign = (np.hypot(x - 0.3 - 0.4 * w, (y - 0.55) * 1.3) < 0.14 + 0.1 * w) | ((y > 0.05) & (y < 0.09))
     marks, _, _ = text(u * 14, v * 14, w)
@@ -223,7 +223,7 @@ def label(u: np.ndarray, v: np.ndarray, w: np.ndarray) -> Shares:
 
 def page(u: np.ndarray, v: np.ndarray, w: np.ndarray) -> Shares:
     """Window of a program: bars, a column, lines of print, a picture."""
-    i, j, x, y = _cells(u, v)
+    _, _, x, y = _cells(u, v)
     marks, _, _ = text(u * 30, v * 30, w)
     column = x < 0.1 + 0.2 * w
     image = (x > 0.6) & (x < 0.9) & (y > 0.15) & (y < 0.5)

@@ -39,25 +39,29 @@ class Setting:
 def lighting(kit: Kit, setting: Setting) -> Lighting:
     """Lamps and ambient light to suit a setting."""
     tint = 1 + kit.rng.normal(0, 0.08, 3)
-    if not setting.inside:
-        sun = Lamp(
-            _up(kit, 0.2), 3.0 * kit.between(0.2, 1.6) * np.array([1.0, 0.93, 0.8]), kit.between(0, 0.1), sun=True
-        )
-        sky = np.array([0.55, 0.75, 1.0]) * kit.between(0.4, 1.2)
-        cloudy = kit.chance(0.35)
-        lamps = [] if cloudy else [sun]
-        return Lighting(
-            lamps, sky * (2.2 if cloudy else 1.0), sky * 0.4, sky * kit.between(0.6, 1.3), kit.between(0.3, 1.5)
-        )
-    low, high = (np.asarray(corner, float) for corner in setting.stand)
-    low, high = np.minimum(low, setting.look[0]), np.maximum(high, setting.look[1])
+    return _inside(kit, setting, tint) if setting.inside else _daylight(kit)
+
+
+def _daylight(kit: Kit) -> Lighting:
+    """Sun and sky, or clouds."""
+    colour = np.array([1.0, 0.93, 0.8])
+    sun = Lamp(_up(kit, 0.2), 3.0 * kit.between(0.2, 1.6) * colour, kit.between(0, 0.1), sun=True)
+    sky = np.array([0.55, 0.75, 1.0]) * kit.between(0.4, 1.2)
+    lamps, above = ([], 2.2 * sky) if kit.chance(0.35) else ([sun], sky)
+    return Lighting(lamps, above, sky * 0.4, sky * kit.between(0.6, 1.3), kit.between(0.3, 1.5))
+
+
+def _inside(kit: Kit, setting: Setting, tint: np.ndarray) -> Lighting:
+    """The setting's lamps and a few more, at times sunlight."""
+    low = np.minimum(setting.stand[0], setting.look[0])
+    high = np.maximum(setting.stand[1], setting.look[1])
     lamps = list(setting.lamps)
     for _ in range(kit.number(1, 2) if not lamps else kit.number(0, 1)):
         at = kit.rng.uniform(low, high)
         at[1] = max(high[1], 1.2) + kit.between(0.1, 0.9)
         strength = kit.between(1, 4) * tint * (1 + kit.rng.normal(0, 0.1, 3))
         if kit.chance(0.2):
-            target = kit.rng.uniform(setting.look[0], setting.look[1])
+            target = kit.rng.uniform(*setting.look)
             lamps.append(Lamp(at, 3 * strength, kit.between(0, 0.05), target=target, cone=kit.between(0.7, 0.95)))
         else:
             lamps.append(Lamp(at, strength, float(kit.rng.choice([0.0, 0.1, 0.5]))))

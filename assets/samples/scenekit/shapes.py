@@ -37,7 +37,7 @@ class Shape:
     triangles: np.ndarray
 
     def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Shape:
-        return Shape(self.vertices + (x, y, z), self.normals, self.uv, self.face, self.triangles)
+        return Shape(self.vertices + np.array([x, y, z]), self.normals, self.uv, self.face, self.triangles)
 
     def turned(self, matrix: np.ndarray) -> Shape:
         return Shape(self.vertices @ matrix.T, self.normals @ matrix.T, self.uv, self.face, self.triangles)
@@ -264,13 +264,9 @@ def lump(size: Sequence[float], roughness: float, rng: np.random.Generator) -> S
 def prism(outline: np.ndarray, height: float) -> Shape:
     """Convex outline (P, 2) in x and z, raised by `height` from the floor."""
     low = np.insert(np.asarray(outline, float), 1, 0.0, axis=1)
-    high = low + (0, height, 0)
-    following = np.roll(low, -1, axis=0)
-    walls = np.stack([np.stack([low, following], axis=1), np.stack([high, following + (0, height, 0)], axis=1)], axis=1)
-    middle = low.mean(axis=0)
-    lids = []
-    for y in (0.0, height):
-        rim = np.concatenate([low, low[:1]]) + (0, y, 0)
-        lid = np.stack([np.broadcast_to(middle + (0, y, 0), rim.shape), rim])
-        lids.append(sheets(lid[None], np.broadcast_to([0.0, 1.0, 0.0], lid[None].shape).copy(), lid[..., [0, 2]]))
-    return joined([sheets(walls), *lids])
+    following, up = np.roll(low, -1, axis=0), np.array([0.0, height, 0.0])
+    walls = np.stack([np.stack([low, following], axis=1), np.stack([low + up, following + up], axis=1)], axis=1)
+    rim = np.concatenate([low, low[:1]])
+    lid = np.stack([np.broadcast_to(low.mean(axis=0), rim.shape), rim])
+    upright = np.broadcast_to([0.0, 1.0, 0.0], lid[None].shape).copy()
+    return joined([sheets(walls), *(sheets(lid[None] + at, upright, lid[..., [0, 2]]) for at in (0 * up, up))])

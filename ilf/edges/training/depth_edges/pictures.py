@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -18,6 +20,12 @@ Array = NDArray[np.float32]
 
 HELD_OUT = 40
 """Pictures of lower numbers are held out."""
+
+DETAILS = 0.3
+"""Share of the samples that are a quarter of a picture at twice its size."""
+
+_SMOOTH = 0.01
+"""Share of the depth by which interpolated depth may differ on one surface."""
 
 _APART = 0.015
 """Difference of log depth from which on neighbours of a marked pair are apart, though of the same part."""
@@ -47,16 +55,42 @@ class Picture:
     @property
     def mirrored(self) -> Picture:
         """The picture as a mirror shows it."""
-        # Its lines are not the mirrored ones: a line marks the left or upper pixels.
-        apart = _apart(self.part, self.exact)
-        lines = np.stack([_mirrored(self.lines[..., k] > 0, apart) for k in range(2)], axis=2)
         return Picture(
             np.ascontiguousarray(self.rgb[:, ::-1]),
             np.ascontiguousarray(self.exact[:, ::-1]),
             np.ascontiguousarray(self.measured[:, ::-1]),
             np.ascontiguousarray(self.part[:, ::-1]),
-            lines.view(np.uint8),
+            # not the mirrored lines: a line marks the left or upper pixels
+            self._lines_of(lambda right, below: (right[:, ::-1], below[:, ::-1])),
         )
+
+    def detail(self, top: int, left: int) -> Picture:
+        """A quarter of the picture at twice its size, soft as a frame of a larger sensor is; its corner is given."""
+        rows, columns = (
+            slice(start, start + size // 2) for start, size in zip((top, left), self.part.shape, strict=True)
+        )
+        quarter = Picture(
+            self.rgb[rows, columns],
+            self.exact[rows, columns],
+            self.measured[rows, columns],
+            self.part[rows, columns],
+            self.lines[rows, columns],
+        )
+        return Picture(
+            np.asarray(cv2.resize(quarter.rgb, None, fx=2, fy=2, interpolation=cv2.INTER_LINEAR), np.uint8),
+            _twice_the_depth(quarter.exact),
+            _twice_the_depth(quarter.measured),
+            _twice(quarter.part),
+            quarter._lines_of(_twice_the_pairs),
+        )
+
+    def _lines_of(self, change: Callable[[NDArray[np.bool_], NDArray[np.bool_]], Pairs]) -> NDArray[np.uint8]:
+        """The lines that mark the pairs of neighbours which come of a change of those that are marked now."""
+        apart = _apart(self.part, self.exact)
+        changed = []
+        for line in (self.lines[..., k] > 0 for k in range(2)):
+            changed.append(mark(change(line[:, :-1] & apart[0], line[:-1] & apart[1])))
+        return np.stack(changed, axis=2).view(np.uint8)
 
 
 class PictureFolder:
@@ -105,13 +139,28 @@ def _apart(part: NDArray[np.int32], exact: Array) -> Pairs:
     return right, below
 
 
-def _mirrored(line: NDArray[np.bool_], apart: Pairs) -> NDArray[np.bool_]:
-    right, below = line[:, :-1] & apart[0], line[:-1] & apart[1]
-    return mark((right[:, ::-1], below[:, ::-1]))
+def _twice(values: NDArray[Any]) -> NDArray[Any]:
+    return np.repeat(np.repeat(values, 2, axis=0), 2, axis=1)
+
+
+def _twice_the_depth(depth: Array) -> Array:
+    """Interpolated on surfaces, but neither across jumps nor where depth is missing."""
+    blocks = _twice(depth)
+    smooth = cv2.resize(depth, None, fx=2, fy=2, interpolation=cv2.INTER_LINEAR)
+    return np.where(np.abs(smooth - blocks) <= _SMOOTH * blocks, smooth, blocks)
+
+
+def _twice_the_pairs(right: NDArray[np.bool_], below: NDArray[np.bool_]) -> Pairs:
+    """Pairs of the enlarged picture: those between its blocks of 2 x 2 pixels."""
+    height, width = below.shape[0] + 1, right.shape[1] + 1
+    across, down = np.zeros((2 * height, 2 * width - 1), bool), np.zeros((2 * height - 1, 2 * width), bool)
+    across[:, 1::2] = np.repeat(right, 2, axis=0)
+    down[1::2] = np.repeat(below, 2, axis=1)
+    return across, down
 
 
 def random_sample(picture: Picture, rng: np.random.Generator) -> tuple[Array, Array, Array, Array]:
-    """A picture, perhaps mirrored, changed in colour, and with more of its depth missing.
+    """A picture, perhaps mirrored or but a detail of it, changed in colour, and with more of its depth missing.
 
     The features know no scale of depth, so that none is changed.
 
@@ -126,6 +175,8 @@ def random_sample(picture: Picture, rng: np.random.Generator) -> tuple[Array, Ar
     """
     if rng.random() < 0.5:
         picture = picture.mirrored
+    if rng.random() < DETAILS:
+        picture = picture.detail(*(int(rng.integers(size // 2 + 1)) for size in picture.part.shape))
     return sample_of(picture, _random_colour(picture.rgb, rng), less_known(picture, rng))
 
 

@@ -1,0 +1,191 @@
+"""Walls with doors and windows, rooms made of them, and what belongs to a building."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .frames import hanging
+from .furniture import BY_WALL
+from .parts import Kit, Parts, extent, moved, turned
+from .shapes import Shape, ball, bar, box, joined, lathe, rotation, standing
+
+Opening = tuple[float, float, float, float]
+"""Left, right, bottom and top of a hole in a wall [m]."""
+
+
+def wall_with(width: float, height: float, thick: float, openings: list[Opening]) -> Shape:
+    """Wall in the plane z = 0 .. thick, its left lower corner at the origin, around openings side by side."""
+    boxes, x = [], 0.0
+    for left, right, low, high in sorted(openings):
+        boxes.append(standing((left - x, height, thick)).moved((x + left) / 2))
+        if low > 0:
+            boxes.append(standing((right - left, low, thick)).moved((left + right) / 2))
+        boxes.append(standing((right - left, height - high, thick)).moved((left + right) / 2, high))
+        x = right
+    boxes.append(standing((width - x, height, thick)).moved((x + width) / 2))
+    return joined(boxes).moved(z=thick / 2)
+
+
+def door_leaf(kit: Kit, width: float, height: float, turn: float) -> Parts:
+    """Door hung at the origin that opens by a turn [degrees]."""
+    leaf = standing((width, height, 0.04)).moved(x=width / 2)
+    knob = bar((width - 0.1, 1.0, -0.07), (width - 0.1, 1.0, 0.07), 0.012)
+    parts: Parts = [(leaf, kit.materials.one_of("wood", "paint", "wall")), (knob, kit.materials.metal())]
+    if kit.chance(0.4):
+        panels = [box((width * 0.6, height * 0.35, 0.05)).moved(width / 2, height * y) for y in (0.28, 0.72)]
+        parts.append((joined(panels), parts[0][1] if kit.chance(0.6) else kit.materials.glass()))
+    return turned(parts, rotation(turn))
+
+
+def one_wall(kit: Kit, width: float, height: float, paint: int) -> tuple[Parts, list[Opening]]:
+    """Wall from x = 0 to `width` seen from -z, with doors, windows, pictures, skirting; also its doors."""
+    thick, openings, parts = kit.between(0.08, 0.3), [], []
+    doors: list[Opening] = []
+    x = kit.between(0.1, 1.0)
+    while x < width - 0.9:
+        wide = kit.between(0.7, 1.6)
+        if x + wide > width - 0.15:
+            break
+        if kit.chance(0.25):
+            opening, leaf = _doorway(kit, x, min(wide, 1.0), height, thick)
+            doors.append(opening)
+            openings.append(opening)
+            parts += leaf
+        elif kit.chance(0.3):
+            opening, panes = _window_in_wall(kit, x, wide, height, thick)
+            openings.append(opening)
+            parts += panes
+        elif kit.chance(0.5):
+            parts += _hung_picture(kit, x, wide, height)
+        x += wide + kit.between(0.1, 1.5)
+    parts.append((wall_with(width, height, thick, openings), paint))
+    if kit.chance(0.5):
+        skirting = [standing((b - a, 0.08, 0.02)).moved((a + b) / 2, 0, -0.01) for a, b in _between_doors(width, doors)]
+        parts.append((joined(skirting), kit.materials.paint()))
+    return parts, doors
+
+
+def _doorway(kit: Kit, x: float, wide: float, height: float, thick: float) -> tuple[Opening, Parts]:
+    """Opening in a wall, and its door, if it has one."""
+    opening = (x, x + wide, 0.0, min(kit.between(1.95, 2.15), height - 0.1))
+    if not kit.chance(0.6):
+        return opening, []
+    turn = float(kit.rng.choice([0.0, 60.0, 95.0, -20.0, -80.0]))
+    return opening, moved(door_leaf(kit, opening[1] - x, opening[3], turn), x, 0, thick * 0.5)
+
+
+def _window_in_wall(kit: Kit, x: float, wide: float, height: float, thick: float) -> tuple[Opening, Parts]:
+    """Opening in a wall, with its window, at times with curtains."""
+    opening = (x, x + wide, kit.between(0.4, 1.1), height - kit.between(0.15, 0.5))
+    parts = moved(window(kit, wide, opening[3] - opening[2]), x, opening[2], thick * 0.7)
+    if kit.chance(0.4):
+        for side in (0, 1):
+            curtain = hanging(kit, wide * kit.between(0.2, 0.7), opening[3] + 0.05 - kit.between(0.0, 0.8))
+            parts.append((curtain.moved(x + side * wide, opening[3] + 0.05, -0.1), kit.materials.cloth()))
+    return opening, parts
+
+
+def _hung_picture(kit: Kit, x: float, wide: float, height: float) -> Parts:
+    tall = kit.between(0.25, 1.1)
+    middle = x + wide / 2, kit.between(1.0, height - tall / 2 - 0.1), -0.012
+    frame = box((wide * 0.7, tall, 0.024)).moved(*middle), kit.materials.one_of("wood", "black", "paint")
+    canvas = box((wide * 0.7 - 0.05, tall - 0.05, 0.002)).moved(*middle[:2], -0.026), kit.materials.poster()
+    return [frame, canvas]
+
+
+def _between_doors(width: float, doors: list[Opening]) -> list[tuple[float, float]]:
+    ends = [0.0, *(x for door in sorted(doors) for x in door[:2]), width]
+    return [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if b - a > 0.02]
+
+
+def window(kit: Kit, width: float, height: float) -> Parts:
+    """Frame with bars before a bright or dark outside."""
+    bars = [standing((0.05, height, 0.05)).moved(x) for x in np.linspace(0.025, width - 0.025, kit.number(2, 4))]
+    bars += [standing((width, 0.05, 0.05)).moved(width / 2, y) for y in np.linspace(0, height - 0.05, kit.number(2, 4))]
+    outside = box((width, height, 0.005)).moved(width / 2, height / 2, 0.05)
+    sky = kit.materials.lamp(kit.between(0.5, 4)) if kit.chance(0.6) else kit.materials.black()
+    return [(joined(bars), kit.materials.paint()), (outside, sky)]
+
+
+def shell(kit: Kit, width: float, depth: float, height: float, paint: int) -> Parts:
+    """Floor, ceiling and four walls of a room, x from -width / 2, z from 0; the room beyond each door comes with it."""
+    parts: Parts = [(standing((width + 12, 0.1, depth + 12)).moved(0, -0.1, depth / 2), kit.materials.floor())]
+    parts.append((standing((width + 12, 0.1, depth + 12)).moved(0, height, depth / 2), kit.materials.ceiling()))
+    if kit.chance(0.15):
+        slope = box((width + 2, 0.05, depth * 1.2)).turned(rotation(kit.between(25, 55) * kit.rng.choice([-1, 1]), "z"))
+        parts.append((slope.moved(kit.rng.choice([-1, 1]) * width * 0.45, height * 0.85, depth / 2), paint))
+    for turn, length, x, z in (
+        (0, width, -width / 2, depth),
+        (90, depth, width / 2, depth),
+        (180, width, width / 2, 0),
+        (270, depth, -width / 2, 0),
+    ):
+        wall, doors = one_wall(kit, length, height, paint if kit.chance(0.75) else kit.materials.wall())
+        for left, right, _, _ in doors:
+            away, wide = kit.between(0.8, 4), kit.between(0.4, 2)
+            other = kit.materials.wall()
+            back = standing((right - left + 2 * wide, height, 0.1)).moved((left + right) / 2, 0, away)
+            sides = [standing((0.1, height, away)).moved(x_, 0, away / 2) for x_ in (left - wide, right + wide)]
+            wall.append((joined([back, *sides]), other))
+            if kit.chance(0.5):
+                thing = kit.one_of(BY_WALL)(kit)
+                wall += moved(thing, (left + right) / 2 + kit.rng.normal(0, 0.3), 0, away - 0.4)
+        parts += moved(turned(wall, rotation(turn)), x, 0, z)
+    return parts
+
+
+def backdrop(kit: Kit, low: float, high: float) -> Parts:
+    """Floor, and a wall or two at some distance behind the origin, perhaps with furniture."""
+    away, height = kit.between(low, high), kit.between(2.3, 3.2)
+    paint = kit.materials.wall()
+    parts: Parts = [(standing((16, 0.1, 16)).moved(0, -0.1, 0), kit.materials.floor())]
+    wall, _ = one_wall(kit, 10, height, paint)
+    wall = moved(wall, -5, 0, away)
+    ends = [standing((14, height, 0.1)).moved(0, 0, z) for z in (-5, away + kit.between(0.8, 4))]
+    ends += [standing((0.1, height, 18)).moved(x, 0, 0) for x in (-kit.between(1.5, 5), kit.between(1.5, 5))]
+    wall.append((joined(ends), kit.materials.wall()))
+    wall.append((standing((18, 0.1, 18)).moved(0, height, 0), kit.materials.ceiling()))
+    if kit.chance(0.7):
+        for _ in range(kit.number(1, 4)):
+            thing = kit.one_of(BY_WALL)(kit)
+            reach = extent(thing)[1][2]
+            wall += moved(thing, kit.between(-3, 3), 0, away - reach - 0.02)
+    return parts + turned(wall, rotation(kit.rng.normal(0, 20)))
+
+
+def rug(kit: Kit) -> Parts:
+    size = kit.between(0.8, 2.5), 0.012, kit.between(0.8, 2.0)
+    flat = box(size) if kit.chance(0.7) else lathe([(size[0] / 2, -0.006), (size[0] / 2, 0.006), (0, 0.006)], 40)
+    return [(flat.turned(rotation(kit.rng.normal(0, 10))), kit.materials.rug())]
+
+
+def hanging_lamp(kit: Kit) -> Parts:
+    drop, radius = kit.between(0.2, 1.0), kit.between(0.06, 0.25)
+    shade = (
+        lathe([(radius, -drop), (radius * kit.between(0.2, 0.9), -drop + radius)], 26)
+        if kit.chance(0.6)
+        else ball((2 * radius,) * 3).moved(y=-drop)
+    )
+    return [
+        (bar((0, 0, 0), (0, -drop + radius, 0), 0.004), kit.materials.black()),
+        (shade, kit.materials.lamp(kit.between(1, 4))),
+    ]
+
+
+def railing(kit: Kit, length: float, slope: float) -> Parts:
+    """Rails along x that rise with a slope, on many thin posts."""
+    high, pitch, thin = kit.between(0.8, 1.1), float(kit.rng.choice([0.1, 0.14, 1.0])), kit.between(0.005, 0.015)
+    bars = [bar((x, slope * x, 0), (x, slope * x + high, 0), thin) for x in np.arange(0, length, pitch)]
+    for y in (0.1, high) if pitch < 0.5 else (0.3, 0.55, high):
+        bars.append(bar((0, y, 0), (length, slope * length + y, 0), 2 * thin))
+    return [(joined(bars), kit.materials.one_of("metal", "paint", "black", "wood"))]
+
+
+def column(kit: Kit) -> Parts:
+    radius, height = kit.between(0.08, 0.4), kit.between(1, 4)
+    shaft = (
+        lathe([(radius, 0), (radius * 0.9, height), (0, height)], 26)
+        if kit.chance(0.6)
+        else standing((2 * radius, height, 2 * radius))
+    )
+    return [(shaft, kit.materials.one_of("street", "wall", "paint", "metal"))]
