@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InputError, ParameterError
+from .filter.edge_aware.reach import beyond_reach
 from .filter.pyramid import sums_of_four
 from .frame import RGBDFrame
 from .outcomes import Completion
@@ -41,6 +42,9 @@ _LEVELS = 6
 
 _WINDOW = 9
 """Window, in pixels of the halved grid, over which bends are averaged."""
+
+_BEYOND = 0.2
+"""Least expected error, as a share of depth, beyond the sensor's reach, where nothing measured vouches for anything."""
 
 _UNSEEN_BEND = 0.02
 """Bend, as a share of depth, where no three known pixels in a row show any."""
@@ -160,7 +164,28 @@ def expected_error(frame: RGBDFrame, completion: Completion) -> Array:
     for result in completion.results.values():
         model[result.block.box][result.block.mask] = _NUMBERS[result.parameters.filter]
     model[completion.guessed] = _NUMBERS[DEFAULT_MODEL]
-    return _error(frame, completion.depth, model)
+    error = _error(frame, completion.depth, model)
+    beyond = beyond_reach_of(frame, completion)
+    error[beyond] = np.maximum(error[beyond], np.float32(_BEYOND) * completion.depth[beyond])
+    return error
+
+
+def beyond_reach_of(frame: RGBDFrame, completion: Completion) -> NDArray[np.bool_]:
+    """Filled pixels, bool (H, W), that lie beyond the sensor's reach: nothing that was measured vouches for them.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+        That was completed.
+    completion : Completion
+    """
+    beyond = np.zeros(frame.shape, bool)
+    for result in completion.results.values():
+        if result.parameters.filter == "edge-aware" and result.parameters.out_of_range and result.history:
+            found = beyond_reach(frame, result.block)
+            if found is not None:
+                beyond |= found.pixels
+    return beyond & completion.filled
 
 
 def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint8]) -> Array:

@@ -181,6 +181,15 @@ class Parameters(ParameterSet):
         0.3, "Strength of boundaries", "Edge strength that the block's own boundary has at least.", _SOFT,
         minimum=0.0, maximum=10.0, step=0.05, source="not in the paper", when=_EDGE_AWARE,
     )  # fmt: skip
+    own_word: bool = declare(
+        True, "A block's own word counts", "Around wide gaps, edges fade towards the block's own known depth alone: "
+        "other blocks' depth helps as far as no edge parts them.", _SOFT, source="not in the paper", when=_EDGE_AWARE,
+    )  # fmt: skip
+    out_of_range: bool = declare(
+        True, "Beyond the sensor's reach", "Where known depth rises to the frame's largest at a wide gap, what is "
+        "missing is out of range: nothing in front pulls it near, and a note says so.", _SMOOTH,
+        source="not in the paper", when=_EDGE_AWARE,
+    )  # fmt: skip
     trust_distance: float = declare(
         4.0, "Edges count in full from", "Distance to known depth from which on edges count in full; nearer, in "
         "proportion: among dense samples the depth itself says where the jumps are.", _SOFT,
@@ -269,7 +278,10 @@ class Parameters(ParameterSet):
         return cls(**_PAPER).replace(**values)
 
 
-_PAPER: dict[str, Any] = {"filter": "ideal", "centred": False, "s_criteria": 0.005, "edges": "combined"}
+_PAPER: dict[str, Any] = {
+    "filter": "ideal", "centred": False, "s_criteria": 0.005, "edges": "combined",
+    "own_word": False, "out_of_range": False,
+}  # fmt: skip
 """What the paper's text has otherwise than `best`, and the released code, too."""
 
 PRESETS: dict[str, Parameters] = {

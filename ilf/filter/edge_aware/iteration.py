@@ -30,7 +30,9 @@ from ..snapshot import Snapshot
 from ..sums import inner
 from .flying import flying_pixels
 from .guiding import FittedGuide, fit_guide
+from .own_word import WIDE, own_distance
 from .parting import Parting
+from .reach import beyond_reach
 from .record import EdgeAwareRecord
 from .smoothness import SmoothnessEnergy, Weights, make_weights
 from .trend import noise_of, trend_of
@@ -61,15 +63,20 @@ _QUIET = 0.005
 _CALM = 10.0
 """Of heavier noise, known pixels are followed down to this many times less where a trend explains them all."""
 
-_NARROW = 8.0
-"""Distance [px] to known depth below which it makes no difference what shape the block has."""
-
 _AROUND = 10.0
-"""A guide is followed so far around what is farther from known depth than _NARROW [px], which takes in the known depth
+"""A guide is followed so far around what is farther from known depth than `WIDE` [px], which takes in the known depth
 at the rim, and fades out over as much again."""
 
 _NEAREST = 0.1
 """Depth [m] below which what is given as a share of depth no longer shrinks."""
+
+_APART = 10.0
+"""Edge strength that leaves nothing of what comes from something in front of a hole beyond the sensor's reach."""
+
+_OUT_OF_RANGE = (
+    "Depth is missing where it rises to the sensor's reach, at {:.1f} m: it is taken to go on beyond, and nothing that "
+    "was measured vouches for it."
+)
 
 _LEVELLING = 1e-9
 """Weight of the trend where there is no data, in the largest of all weights: keeps corners that edges cut off from
@@ -116,7 +123,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         guide = fit_guide(frame)
         depth = self._view.mean_depth(guide)
         noise = parameters.noise or noise_of(self._view.depth, self._view.mask)
-        shaped = parameters.trend and (parameters.mode != "fill" or self._view.gap >= _NARROW)
+        shaped = parameters.trend and (parameters.mode != "fill" or self._view.gap >= WIDE)
         trend, stiffness = self._view.trend(depth, noise, shaped)
         if guide is not None:
             trend = self._view.guided(trend, guide)
@@ -148,6 +155,8 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         """Whether the last stage has come to its end."""
         self.network = edges.network
         self.notes = edges.notes if guide is None else (*edges.notes, *guide.notes)
+        if self._view.beyond is not None:
+            self.notes += (_OUT_OF_RANGE.format(self._view.beyond.limit),)
 
     @property
     def surface(self) -> NDArray[np.float64]:
@@ -354,9 +363,12 @@ class _View:
         """Depth [m] in that box, without flying pixels and what is held out."""
         self.depth[self._place][self._held_out] = np.nan
         unknown = np.isnan(self.depth[self._place])
-        self._distance = cv2.distanceTransform(unknown.astype(np.uint8), cv2.DIST_L2, 5)
+        self._distance = cv2.distanceTransform(unknown.astype(np.uint8), cv2.DIST_L2, 5).astype(np.float32, copy=False)
         self.gap = float(self._distance[self._mask].max())
         """Largest distance [px] of the block's pixels in the window from known depth."""
+        wanted = parameters.out_of_range and self.gap >= WIDE
+        self.beyond = beyond_reach(frame, block) if wanted else None
+        """What of the block lies beyond the sensor's reach; None if nothing."""
         seen = np.zeros(self.mask.shape, bool)
         seen[self._place] = True
         self.seen = seen[self.mask]
@@ -383,7 +395,7 @@ class _View:
     def guided(self, trend: Array, guide: FittedGuide) -> Array:
         """What a guide says in place of a trend [m], on the window, as far as it is believed: in and around wide gaps
         alone, since among dense samples its own details are worth less than theirs."""
-        wide = self._distance >= _NARROW
+        wide = self._distance >= WIDE
         if not wide.any():
             return trend
         away = cv2.distanceTransform((~wide).astype(np.uint8), cv2.DIST_L2, 5)
@@ -401,8 +413,13 @@ class _View:
         cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
         boundary = cv2.morphologyEx(mask, cv2.MORPH_GRADIENT, cross).astype(np.float32)
         # among dense samples the depth itself says where the jumps are, and colour is registered a few pixels off
-        fade = np.minimum(self._distance / np.float32(parameters.trust_distance), 1)
+        distance = self._distance
+        if parameters.own_word:
+            distance = own_distance(distance, self._mask)
+        fade = np.minimum(distance / np.float32(parameters.trust_distance), 1)
         edges = fade * np.maximum(found.strength[self._window], np.float32(parameters.boundary_strength) * boundary)
+        if self.beyond is not None:
+            edges[self.beyond.before[self._window]] = _APART
         return _Grid(
             cell=1,
             counts=counts,
