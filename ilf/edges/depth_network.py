@@ -22,6 +22,9 @@ COARSE = 4
 LOG_SPREADS = (-7.0, 3.0)
 """Least and largest log of the error that is expected of the coarse depth."""
 
+SCALES = (1.0, 0.5, 0.25)
+"""Of a picture of 640 x 480 the network, which has learnt from pictures of 320 x 256, sees details and the whole."""
+
 _TRIAL_SHAPES = ((64, 64), (64, 96))
 
 
@@ -65,7 +68,8 @@ class DepthEdgeNetwork(OnnxNetwork):
         Parameters
         ----------
         rgb : ndarray of uint8, shape (H, W, 3)
-            Of any size; one with a longer side of more than `LONGEST_SIDE` is scaled down to that before all else.
+            Of any size; one with a longer side of more than `LONGEST_SIDE` is scaled down to that before all else. What
+            is found is the mean of what the network says at the scales of `SCALES`, of depth that of its logarithm.
         depth : ndarray of float32, shape (H, W)
             Depth [m], NaN = missing.
 
@@ -78,20 +82,26 @@ class DepthEdgeNetwork(OnnxNetwork):
         height, width = rgb.shape[:2]
         if depth.shape != (height, width):
             raise InputError(f"Depth edges need depth of the image's shape {(height, width)}, not {depth.shape}.")
-        seen, known = rgb, depth
-        if max(height, width) > LONGEST_SIDE:
-            scale = LONGEST_SIDE / max(height, width)
-            size = (max(1, round(width * scale)), max(1, round(height * scale)))
-            seen = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
-            known = cv2.resize(depth, size, interpolation=cv2.INTER_NEAREST)  # type: ignore[assignment]
-        jump, crease, *coarse = (
-            cv2.resize(one, (width, height), interpolation=cv2.INTER_LINEAR) for one in self._run(seen, known)
-        )
+        full = min(1.0, LONGEST_SIDE / max(height, width))
+        looks = [self._at_scale(rgb, depth, full * scale) for scale in SCALES]
+        jump, crease, *coarse = np.mean(looks, axis=0)
+        jump, crease = np.clip(jump, 0, 1), np.clip(crease, 0, 1)
         if not coarse or not np.isfinite(depth).any():
-            return DepthEdges(np.clip(jump, 0, 1), np.clip(crease, 0, 1), None, None)
-        filled, _ = filled_log_depth(depth)
-        spread = np.exp(np.clip(coarse[1], *LOG_SPREADS))
-        return DepthEdges(np.clip(jump, 0, 1), np.clip(crease, 0, 1), np.exp(filled + coarse[0]), spread)
+            return DepthEdges(jump, crease, None, None)
+        return DepthEdges(jump, crease, np.exp(coarse[0]), np.exp(np.clip(coarse[1], *LOG_SPREADS)))
+
+    def _at_scale(self, rgb: NDArray[np.uint8], depth: Array, scale: float) -> list[Array]:
+        """What the network says of the picture made so many times as large, each of the picture's size: lines, and, if
+        it tells of them, log depth and log spread."""
+        height, width = depth.shape
+        if scale != 1:
+            size = (max(1, round(width * scale)), max(1, round(height * scale)))
+            rgb = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
+            depth = cv2.resize(depth, size, interpolation=cv2.INTER_NEAREST)  # type: ignore[assignment]
+        found = self._run(rgb, depth)
+        if len(found) > 2 and np.isfinite(depth).any():
+            found[2] = found[2] + filled_log_depth(depth)[0]
+        return [cv2.resize(one, (width, height), interpolation=cv2.INTER_LINEAR) for one in found]  # type: ignore[misc]
 
     def _run(self, rgb: NDArray[np.uint8], depth: Array) -> list[Array]:
         """The outputs of the network, each (H, W) of the image's size."""

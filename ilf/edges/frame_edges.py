@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..frame import RGBDFrame
-from ..models import DEPTH_EDGES, model_path
+from ..models import BUNDLED, DEPTH_EDGES, model_path
 from ..parameters import BlockParameters
 from ..per_frame import once_per_frame, once_per_image
 from .depth_network import DepthEdgeNetwork, DepthEdges
 from .detectors import canny_edges, colour_gradient, gradient_strength
+from .joining import joined
 from .network import EdgeNetwork, load_model
 from .relief import Relief, find_relief
 
@@ -44,7 +45,8 @@ class FrameEdges:
     relief : Relief
         What the known depth says.
     strength : ndarray of float32, shape (H, W)
-        `detected`, with depth jumps of any length at 1: the edges of the edge-aware filter.
+        The edges of the edge-aware filter: `detected`, of depth edges its crests joined with contours (`joined`), and
+        depth jumps of any length at 1.
     network : str or None
         SHA-256 of the network that `detected` is by; None if it is by Canny.
     crease : ndarray of float32, shape (H, W), or None
@@ -86,7 +88,7 @@ def find_edges(frame: RGBDFrame, parameters: BlockParameters) -> FrameEdges:
         (parameters.canny_sigma, parameters.canny_high, parameters.canny_low_ratio),
         (jumps.depth_jump, jumps.depth_jump_share),
     )
-    return dataclasses.replace(found, notes=notes)
+    return dataclasses.replace(found, notes=(*notes, *found.notes))
 
 
 def load_depth_network() -> DepthEdgeNetwork:
@@ -144,14 +146,11 @@ def _working_network(
     return None, tuple(notes)
 
 
-def _look(
-    frame: RGBDFrame, network: DepthEdgeNetwork | EdgeNetwork, multiscale: bool
-) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
-    """Strength of edges by a network, and of creases where it tells."""
+def _look(frame: RGBDFrame, network: DepthEdgeNetwork | EdgeNetwork, multiscale: bool) -> NDArray[np.float32]:
+    """Strength of edges by a network."""
     if isinstance(network, EdgeNetwork):
-        return network_strength(frame.rgb, network, multiscale), None
-    seen = depth_edges(frame, network)
-    return seen.jump, seen.crease
+        return network_strength(frame.rgb, network, multiscale)
+    return depth_edges(frame, network).jump
 
 
 @once_per_frame
@@ -163,8 +162,21 @@ def _find(
     jump: tuple[float, float],
 ) -> FrameEdges:
     by_canny, lines = _canny_of_frame(frame.rgb, *canny)
-    detected, crease = (by_canny, None) if network is None else _look(frame, network, multiscale)
+    detected = by_canny if network is None else _look(frame, network, multiscale)
+    strength, crease = detected, None
+    notes: tuple[str, ...] = ()
+    if isinstance(network, DepthEdgeNetwork):
+        contours, notes = _bundled_contours(frame)
+        strength, crease = joined(detected, contours), depth_edges(frame, network).crease
     relief = find_relief(frame.depth, *jump)
-    strength = np.where(relief.edges, np.float32(1), detected)
+    strength = np.where(relief.edges, np.float32(1), strength)
     sha256 = None if network is None else network.sha256
-    return FrameEdges(detected, by_canny, lines, relief, strength, sha256, crease)
+    return FrameEdges(detected, by_canny, lines, relief, strength, sha256, crease, notes)
+
+
+def _bundled_contours(frame: RGBDFrame) -> tuple[NDArray[np.float32] | None, tuple[str, ...]]:
+    """Contours by the network that comes with the program, which depth edges are joined with; or why there are none."""
+    try:
+        return network_strength(frame.rgb, load_model(BUNDLED), False), ()
+    except InputError as error:
+        return None, (f"Depth edges are not joined with contours of the colour image: {error}",)

@@ -23,6 +23,7 @@ from ilf.completion import complete
 from ilf.ebs import extract
 from ilf.edges import FrameEdges, find_edges
 from ilf.edges.depth_network import DepthEdgeNetwork
+from ilf.edges.joining import joined
 from ilf.edges.relief import find_relief
 from ilf.frame import RGBDFrame
 from ilf.parameters import PAPER_BLOCKS, BlockParameters, Parameters, preset
@@ -63,13 +64,17 @@ def _true_jumps(seen: Seen) -> FrameEdges:
 BEFORE = "contours"
 WAYS: dict[str, Way] = {
     BEFORE: Way(lambda seen: seen.contours),
-    "jumps": Way(lambda seen: replace(seen.rgbd, crease=None)),
-    "jumps and creases": Way(lambda seen: seen.rgbd),
+    "filter": Way(lambda seen: seen.rgbd),
+    "filter, no creases": Way(lambda seen: replace(seen.rgbd, crease=None)),
+    "filter, crests alone": Way(lambda seen: _with(seen.rgbd, joined(seen.rgbd.detected))),
+    "filter, jumps alone": Way(lambda seen: _with(seen.rgbd, seen.rgbd.detected)),
+    "filter, larger of both": Way(
+        lambda seen: _with(seen.rgbd, np.maximum(seen.contours.detected, seen.rgbd.detected))
+    ),
+    "filter, product of both": Way(lambda seen: _with(seen.rgbd, np.sqrt(seen.contours.detected * seen.rgbd.detected))),
     "blocks": Way(lambda seen: seen.contours, RGBD),
-    "blocks and jumps": Way(lambda seen: replace(seen.rgbd, crease=None), RGBD),
-    "blocks, jumps and creases": Way(lambda seen: seen.rgbd, RGBD),
-    "larger of both": Way(lambda seen: _with(seen.rgbd, np.maximum(seen.contours.detected, seen.rgbd.detected))),
-    "product of both": Way(lambda seen: _with(seen.rgbd, np.sqrt(seen.contours.detected * seen.rgbd.detected))),
+    "blocks with creases": Way(lambda seen: seen.contours, RGBD.replace(use_creases=True)),
+    "blocks and filter": Way(lambda seen: seen.rgbd, RGBD),
     "true jumps": Way(_true_jumps),
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -10,7 +11,7 @@ import pytest
 
 from ilf.assets import asset_path
 from ilf.edges.depth_features import CHANNELS, depth_features, filled_log_depth
-from ilf.edges.depth_network import DepthEdgeNetwork
+from ilf.edges.depth_network import SCALES, DepthEdgeNetwork
 from ilf.errors import FormatError, InputError
 
 from .tiny_onnx import node, write_network
@@ -88,12 +89,38 @@ def noise(height: int, width: int) -> np.ndarray:
     return np.random.default_rng(0).integers(0, 256, (height, width, 3), np.uint8)
 
 
+def at_all_scales(
+    lines: Callable[[np.ndarray, np.ndarray], np.ndarray], rgb: np.ndarray, depth: np.ndarray
+) -> np.ndarray:
+    """The mean of lines that are found in the picture and in smaller ones of it."""
+    found = []
+    for scale in SCALES:
+        size = round(rgb.shape[1] * scale), round(rgb.shape[0] * scale)
+        small = (
+            cv2.resize(rgb, size, interpolation=cv2.INTER_AREA),
+            cv2.resize(depth, size, interpolation=cv2.INTER_NEAREST),
+        )
+        found.append(cv2.resize(lines(*small).astype(np.float32), rgb.shape[1::-1]))
+    return np.mean(found, axis=0)
+
+
 @pytest.mark.parametrize("size", [(48, 64), (64, 96), (97, 33)])
 def test_every_pixel_stays_in_its_place(tiny: DepthEdgeNetwork, size: tuple[int, int]) -> None:
     rgb, depth = noise(*size), two_walls(*size)
     found = tiny.look(rgb, depth)
-    np.testing.assert_allclose(found.jump, rgb.mean(axis=2) / 255, atol=1e-6)
-    np.testing.assert_allclose(found.crease, 1 / (1 + np.exp(-depth_features(depth).mean(axis=0))), atol=1e-6)
+    jump = at_all_scales(lambda rgb, _: rgb.mean(axis=2) / 255, rgb, depth)
+    crease = at_all_scales(lambda _, depth: 1 / (1 + np.exp(-depth_features(depth).mean(axis=0))), rgb, depth)
+    np.testing.assert_allclose(found.jump, jump, atol=1e-6)
+    np.testing.assert_allclose(found.crease, crease, atol=1e-6)
+
+
+@pytest.mark.parametrize("size", [(48, 64), (97, 33)])
+def test_coarse_depth_is_told_from_the_filled_one(
+    tiny: DepthEdgeNetwork, size: tuple[int, int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("ilf.edges.depth_network.SCALES", (1.0,))
+    rgb, depth = noise(*size), two_walls(*size)
+    found = tiny.look(rgb, depth)
     assert found.coarse is not None
     assert found.spread is not None
     # one pixel of the pooled map is a square of 4 x 4, whose middle is at 1.5

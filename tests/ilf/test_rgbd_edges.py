@@ -14,7 +14,8 @@ from ilf import assets
 from ilf.ebs import extract
 from ilf.ebs.guide import find_boundaries
 from ilf.edges import find_edges
-from ilf.edges.depth_features import depth_features
+from ilf.edges.depth_network import DepthEdgeNetwork
+from ilf.edges.joining import joined
 from ilf.errors import InputError
 from ilf.filter.edge_aware.iteration import EdgeAwareIteration
 from ilf.filter.stepper import edges_for
@@ -49,9 +50,13 @@ def _frame(seed: int = 0) -> RGBDFrame:
 @pytest.fixture
 def network(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The bundled network of depth edges is a tiny one, whose file may be changed."""
-    path = write_network(tmp_path / "own.onnx", NODES, {"image": 3, "depth": 6}, {"jump": 1, "crease": 1})
+    path = _tiny(tmp_path)
     _bundle(monkeypatch, {"models/depth-edges.onnx": path})
     return path
+
+
+def _tiny(folder: Path) -> Path:
+    return write_network(folder / "own.onnx", NODES, {"image": 3, "depth": 6}, {"jump": 1, "crease": 1})
 
 
 def _bundle(monkeypatch: pytest.MonkeyPatch, files: dict[str, Path]) -> None:
@@ -62,21 +67,33 @@ def _bundle(monkeypatch: pytest.MonkeyPatch, files: dict[str, Path]) -> None:
 def test_jumps_and_creases_are_the_networks_and_known_jumps_stand_at_1(network: Path) -> None:
     frame = _frame()
     found = find_edges(frame, RGBD)
-    mean = depth_features(frame.depth).mean(axis=0)
-    np.testing.assert_allclose(found.detected, 1 / (1 + np.exp(-mean)), atol=1e-5)
-    np.testing.assert_allclose(found.crease, frame.rgb.mean(axis=2) / 255, atol=1e-5)
-    np.testing.assert_array_equal(found.strength, np.where(found.relief.edges, 1, found.detected))
+    seen = DepthEdgeNetwork.load(network).look(frame.rgb, frame.depth)
+    np.testing.assert_array_equal(found.detected, seen.jump)
+    np.testing.assert_array_equal(found.crease, seen.crease)
+    contours = find_edges(frame, HED).detected
+    np.testing.assert_array_equal(found.strength, np.where(found.relief.edges, 1, joined(seen.jump, contours)))
     np.testing.assert_array_equal(ilf.edge_strength(frame, "rgbd"), found.strength)
     assert found.relief.edges.any()
     assert found.network == hashlib.sha256(network.read_bytes()).hexdigest()
     assert find_edges(frame, HED).crease is None
 
 
+def test_contours_count_as_far_as_a_jump_is_possible_and_crests_of_jumps_by_themselves() -> None:
+    jump = np.zeros((21, 41), np.float32)
+    jump[:, 10] = 0.4
+    jump[:, 9] = jump[:, 11] = 0.2
+    jump[:, 30] = 0.9
+    contours = np.zeros_like(jump)
+    contours[:, 12] = contours[:, 20] = contours[:, 28] = 0.8
+    row = joined(jump, contours)[10]
+    np.testing.assert_allclose(row[[9, 10, 11]], [1.4 * 0.2 / 16, 1.4 * 0.4, 1.4 * 0.2 / 16], rtol=1e-5)
+    np.testing.assert_allclose(row[[12, 20, 28, 30]], [0.8 * np.sqrt(0.8), 0, 0.8, 1], rtol=1e-5)
+    np.testing.assert_allclose(joined(jump)[10, [10, 12, 20, 28, 30]], [0.56, 0, 0, 0, 1], rtol=1e-5)
+
+
 def test_blocks_and_filter_look_once_at_a_frame_however_canny_and_jumps_are_looked_for(
     network: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from ilf.edges.depth_network import DepthEdgeNetwork
-
     looked = []
     look = DepthEdgeNetwork.look
     monkeypatch.setattr(DepthEdgeNetwork, "look", lambda *args: looked.append(1) or look(*args))
@@ -127,6 +144,11 @@ def test_contours_stand_in_where_the_network_is_missing_and_then_canny(
             ilf.edge_strength(frame, "rgbd")
         with pytest.warns(RuntimeWarning, match="stand in for depth edges"):
             assert np.array_equal(ilf.extract_blocks(frame, RGBD), ilf.extract_blocks(frame, HED))
+    _bundle(monkeypatch, {"models/depth-edges.onnx": _tiny(tmp_path), "models/edges.onnx": missing})
+    alone = find_edges(frame, RGBD)
+    (note,) = alone.notes
+    assert note.startswith("Depth edges are not joined with contours of the colour image: ")
+    np.testing.assert_array_equal(alone.strength, np.where(alone.relief.edges, 1, joined(alone.detected)))
     _bundle(monkeypatch, {"models/depth-edges.onnx": missing, "models/edges.onnx": missing})
     found = find_edges(frame, RGBD)
     assert [note.split(":")[0] for note in found.notes] == [
