@@ -84,22 +84,25 @@ class DepthEdgeNetwork(OnnxNetwork):
             raise InputError(f"Depth edges need depth of the image's shape {(height, width)}, not {depth.shape}.")
         full = min(1.0, LONGEST_SIDE / max(height, width))
         looks = [self._at_scale(rgb, depth, full * scale) for scale in SCALES]
-        jump, crease, *coarse = np.mean(looks, axis=0)
-        jump, crease = np.clip(jump, 0, 1), np.clip(crease, 0, 1)
-        if not coarse or not np.isfinite(depth).any():
+        jump, crease = np.clip(np.mean([look[:2] for look in looks], axis=0), 0, 1)
+        coarse = [look[2:] for look in looks if len(look) > 2]
+        if not coarse:
             return DepthEdges(jump, crease, None, None)
-        return DepthEdges(jump, crease, np.exp(coarse[0]), np.exp(np.clip(coarse[1], *LOG_SPREADS)))
+        log_depth, log_spread = np.mean(coarse, axis=0)
+        return DepthEdges(jump, crease, np.exp(log_depth), np.exp(np.clip(log_spread, *LOG_SPREADS)))
 
     def _at_scale(self, rgb: NDArray[np.uint8], depth: Array, scale: float) -> list[Array]:
         """What the network says of the picture made so many times as large, each of the picture's size: lines, and, if
-        it tells of them, log depth and log spread."""
+        it tells of them and depth is known at that size, log depth and log spread."""
         height, width = depth.shape
         if scale != 1:
             size = (max(1, round(width * scale)), max(1, round(height * scale)))
             rgb = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
             depth = cv2.resize(depth, size, interpolation=cv2.INTER_NEAREST)  # type: ignore[assignment]
         found = self._run(rgb, depth)
-        if len(found) > 2 and np.isfinite(depth).any():
+        if not np.isfinite(depth).any():
+            found = found[:2]
+        elif len(found) > 2:
             found[2] = found[2] + filled_log_depth(depth)[0]
         return [cv2.resize(one, (width, height), interpolation=cv2.INTER_LINEAR) for one in found]  # type: ignore[misc]
 

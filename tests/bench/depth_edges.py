@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-import ilf
 from ilf.assets import asset_path
+from ilf.bench import find_frames, load_bench_frame
 from ilf.edges.depth_features import filled_log_depth
 from ilf.edges.depth_network import DepthEdgeNetwork
 from ilf.edges.network import load_model
@@ -60,8 +60,8 @@ def generated(folder: Path) -> Iterator[Case]:
 
 def real(folders: Sequence[Path], seed: int) -> Iterator[Case]:
     """Frames whose areas are hidden; the full known depth tells where jumps are."""
-    for folder in folders:
-        frame = ilf.load_frame(folder)
+    for folder in find_frames(list(folders)):
+        frame = load_bench_frame(folder).frame
         hidden = hidden_pixels(frame, "areas", seed)
         jump = find_relief(frame.depth, *_JUMP).edges
         yield Case(frame.rgb, frame_without(frame, "areas", seed).depth, hidden, frame.depth, jump, None)

@@ -142,6 +142,14 @@ def test_without_known_depth_there_is_no_coarse_one(tiny: DepthEdgeNetwork) -> N
     assert found.jump.shape == (32, 40)
 
 
+def test_a_single_known_pixel_is_not_lost_at_smaller_sizes(tiny: DepthEdgeNetwork) -> None:
+    depth = np.full((32, 40), np.nan, np.float32)
+    depth[13, 21] = 3
+    found = tiny.look(np.full((32, 40, 3), 51, np.uint8), depth)
+    assert found.coarse is not None
+    np.testing.assert_allclose(found.coarse, 3 * np.exp(0.2), rtol=1e-4)
+
+
 def test_a_network_of_lines_alone_is_one_too(tmp_path: Path) -> None:
     network = DepthEdgeNetwork.load(write_network(tmp_path / "lines.onnx", [JUMP, *CREASE], INPUTS, LINES))
     assert network.look(noise(32, 40), two_walls(32, 40)).spread is None
