@@ -1,0 +1,168 @@
+"""How far filled depth may be off, pixel by pixel, and where nothing measured vouches for it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..edges.frame_edges import find_edges
+from ..errors import ParameterError
+from ..frame import RGBDFrame
+from ..outcomes import Completion
+from .difficulty import frame_difficulty
+from .features import error_features, filled_pixels, usual_edges
+from .fitted import MODELS
+from .walks import walk
+
+Array = NDArray[np.float32]
+
+DEFAULT_MODEL = "edge-aware"
+"""Model of depth that another method has filled in."""
+
+_NUMBERS = {name: np.uint8(number) for number, name in enumerate(MODELS)}
+
+_FAR = 400.0
+"""Steps of walks beyond which known depth is out of reach: behind edges on all sides, or very far."""
+
+_FARTHEST, _NEAREST = 0.999, 0.001
+"""Quantiles of the known depth that count as its range."""
+
+_BEYOND = 0.02
+"""Share of depth by which depth must lie outside that range to be an extrapolation."""
+
+
+def depth_error(frame: RGBDFrame, depth: NDArray[np.floating], model: str = DEFAULT_MODEL) -> Array:
+    """Expected error of every filled pixel.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+        As it was before completion.
+    depth : ndarray of float, shape (H, W)
+        Completed depth [m]; what is not finite and positive is missing.
+    model : str
+        One of `MODELS`: the low-pass filter that gave the depth.
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W)
+        Expected error [m], at least 0.01 % of the depth and at most the depth itself. NaN where the frame has depth of
+        its own and where none was filled in.
+
+    Raises
+    ------
+    InputError
+        If the shapes differ.
+    ParameterError
+        For an unknown model.
+    """
+    if model not in MODELS:
+        raise ParameterError(f"There is no error model {model!r}. Known: {', '.join(MODELS)}.")
+    return _error(frame, depth, np.full(frame.shape, _NUMBERS[model]), usual_edges(frame))
+
+
+def expected_error(frame: RGBDFrame, completion: Completion) -> Array:
+    """`depth_error` of a completion, each block by the model of the filter that it was run with.
+
+    Guesses have the model of the filter that they were made with, which is that of "best".
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+        That was completed.
+    completion : Completion
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W)
+        Expected error [m], NaN where nothing was filled.
+
+    Raises
+    ------
+    InputError
+        If the shapes differ.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[8:12, 10:20] = np.nan
+    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
+    >>> error = ilf.expected_error(frame, ilf.complete(frame, np.ones((20, 30), np.int32)))
+    >>> int(np.isfinite(error).sum()), bool(error[10, 15] < 0.01)
+    (40, True)
+    """
+    model = np.full(frame.shape, _NUMBERS[DEFAULT_MODEL])
+    for result in completion.results.values():
+        model[result.block.box][result.block.mask] = _NUMBERS[result.parameters.filter]
+    model[completion.guessed] = _NUMBERS[DEFAULT_MODEL]
+    return _error(frame, completion.depth, model, _edges_of(frame, completion))
+
+
+def unvouched(frame: RGBDFrame, completion: Completion) -> NDArray[np.bool_]:
+    """Filled pixels that nothing measured vouches for, so that their expected error is not to be relied on.
+
+    They are guesses; lie behind edges on all sides, or so far from known depth, that hardly anything of it gets there;
+    or are farther, or nearer, than all that was measured.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+        That was completed.
+    completion : Completion
+
+    Returns
+    -------
+    ndarray of bool, shape (H, W)
+
+    Raises
+    ------
+    InputError
+        If the shapes differ.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[8:12, 10:20] = np.nan
+    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
+    >>> bool(ilf.unvouched(frame, ilf.complete(frame, np.ones((20, 30), np.int32))).any())
+    False
+    """
+    filled = filled_pixels(frame, completion.depth)
+    if not filled.any():
+        return filled
+    nearest, farthest = np.nanquantile(frame.depth, (_NEAREST, _FARTHEST))
+    outside = (completion.depth > (1 + _BEYOND) * farthest) | (completion.depth < (1 - _BEYOND) * nearest)
+    out_of_reach = walk(frame.depth, _edges_of(frame, completion)).steps > _FAR
+    return filled & (completion.guessed | outside | out_of_reach)
+
+
+def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint8], edges: Array) -> Array:
+    """Expected error of every filled pixel by the model whose number it has, NaN elsewhere."""
+    filled = filled_pixels(frame, depth)
+    features, depth_there, model_there = error_features(frame, depth, edges), depth[filled], model[filled]
+    values = np.empty(depth_there.shape, np.float32)
+    for name, number in _NUMBERS.items():
+        own = model_there == number
+        if own.any():
+            difficulty = frame_difficulty(frame, MODELS[name])
+            values[own] = MODELS[name].shares(features[own], difficulty) * depth_there[own]
+    error = np.full(frame.shape, np.nan, np.float32)
+    error[filled] = values
+    return error
+
+
+def _edges_of(frame: RGBDFrame, completion: Completion) -> Array:
+    """The edges that the blocks' filter saw, the drawn borders of its blocks among them."""
+    results = completion.results.values()
+    asked_for = next((result.edges for result in results if result.edges is not None), None)
+    edges = usual_edges(frame) if asked_for is None else find_edges(frame, asked_for).strength
+    drawn = [result for result in results if result.drawn is not None]
+    if drawn:
+        edges = edges.copy()
+        for result in drawn:
+            edges[result.block.box][result.block.mask] = np.maximum(
+                edges[result.block.box][result.block.mask], result.drawn
+            )
+    return edges
