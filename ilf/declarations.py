@@ -54,7 +54,8 @@ class Declaration:
     scale : str
         "linear", or "log" for a number whose size is felt by its ratio, as a slider should move it.
     when : tuple
-        (name, value) of another parameter that must hold for this one to have any effect; empty for always.
+        (name, value, ...) of another parameter, which must have one of these values for this one to have any effect;
+        empty for always.
     aliases : mapping
         Other names of choices, which older records and habits have, to the choice that they mean.
     """
@@ -73,7 +74,7 @@ class Declaration:
     special: str = ""
     source: str = ""
     scale: str = "linear"
-    when: tuple[str, Value] | tuple[()] = ()
+    when: tuple[str, *tuple[Value, ...]] | tuple[()] = ()
     aliases: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -179,11 +180,9 @@ class ParameterSet:
         sentences = []
         for name in names:
             if condition := self._unmet(name):
-                other, value = condition
-                present = in_words(getattr(self, other))
-                sentences.append(
-                    f"{name} has no effect with {other} {present}; it belongs to {other} {in_words(value)}."
-                )
+                other, *values = condition
+                present, wanted = in_words(getattr(self, other)), " or ".join(map(in_words, values))
+                sentences.append(f"{name} has no effect with {other} {present}; it belongs to {other} {wanted}.")
         return tuple(sentences)
 
     def unlike(self, other: Self) -> dict[str, Value]:
@@ -204,14 +203,14 @@ class ParameterSet:
             getattr(self, name) == getattr(other, name) or not self.matters(name) for name in self.declarations()
         )
 
-    def _unmet(self, name: str) -> tuple[str, Value] | tuple[()]:
+    def _unmet(self, name: str) -> tuple[str, *tuple[Value, ...]] | tuple[()]:
         """What must hold for a parameter to have any effect and does not, the outermost condition; empty if all do."""
         known = self.declarations()
-        unmet: tuple[str, Value] | tuple[()] = ()
+        unmet: tuple[str, *tuple[Value, ...]] | tuple[()] = ()
         condition = known[name].when
         while condition:
-            other, value = condition
-            if getattr(self, other) != value:
+            other, *values = condition
+            if getattr(self, other) not in values:
                 unmet = condition
             condition = known[other].when
         return unmet

@@ -1,4 +1,4 @@
-"""The edge networks there are to choose from: the bundled one and the user's own. Names and files only."""
+"""The edge networks there are: the bundled ones and the user's own. Names and files only."""
 
 from __future__ import annotations
 
@@ -12,6 +12,12 @@ from .assets import asset_path
 from .errors import ExportError, InputError
 
 BUNDLED = "edges"
+"""The network of contours that comes with the program."""
+
+DEPTH_EDGES = "depth-edges"
+"""The network of depth edges, which comes with the program, too; there is no other of its kind."""
+
+_OURS = (BUNDLED, DEPTH_EDGES)
 
 _SUFFIX = ".onnx"
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,100}")
@@ -24,9 +30,9 @@ def models_folder() -> Path:
 
 
 def model_names() -> tuple[str, ...]:
-    """Names of all networks: the bundled one, then the user's in the order of the alphabet."""
+    """Names of all networks of contours: the bundled one, then the user's in the order of the alphabet."""
     own = {path.stem for path in models_folder().glob(f"*{_SUFFIX}") if path.is_file() and _NAME.fullmatch(path.stem)}
-    return (BUNDLED, *sorted(own - {BUNDLED}))
+    return (BUNDLED, *sorted(own - set(_OURS)))
 
 
 def model_path(name: str) -> Path:
@@ -35,15 +41,15 @@ def model_path(name: str) -> Path:
     Parameters
     ----------
     name : str
-        One of `model_names`.
+        One of `model_names`, or `DEPTH_EDGES`.
 
     Raises
     ------
     InputError
         If there is no network of that name.
     """
-    if name == BUNDLED:
-        return asset_path(f"models/{BUNDLED}{_SUFFIX}")
+    if name in _OURS:
+        return asset_path(f"models/{name}{_SUFFIX}")
     names = model_names()
     if name not in names:
         raise InputError(
@@ -66,14 +72,14 @@ def new_model_path(name: str, replace: bool = False) -> Path:
     Raises
     ------
     InputError
-        If the name has other characters, is the bundled network's or is taken.
+        If the name has other characters, is that of a bundled network or is taken.
     """
     if not _NAME.fullmatch(name):
         raise InputError(
             f"{name!r} cannot be the name of an edge network. Use 1 to 100 letters, digits, - and _ (--name)."
         )
-    if name == BUNDLED:
-        raise InputError(f"{name!r} is the name of the bundled edge network. Choose another name (--name).")
+    if name in _OURS:
+        raise InputError(f"{name!r} is the name of a bundled edge network. Choose another name (--name).")
     if not replace and name in model_names():
         raise InputError(f"There is an edge network {name!r} already. Choose another name (--name), or --replace it.")
     return _own_path(name)
@@ -95,12 +101,12 @@ def remove_model(name: str) -> Path:
     Raises
     ------
     InputError
-        If there is none of that name, or it is the bundled one.
+        If there is none of that name, or it is a bundled one.
     ExportError
         If it cannot be deleted.
     """
-    if name == BUNDLED:
-        raise InputError(f"{name!r} is the bundled edge network, which cannot be removed.")
+    if name in _OURS:
+        raise InputError(f"{name!r} is a bundled edge network, which cannot be removed.")
     path = model_path(name)
     try:
         path.unlink()

@@ -13,7 +13,8 @@ from .models import BUNDLED, model_names
 _BLOCKS, _EDGES, _BOUNDARIES = "Blocks", "Edges", "Boundaries"
 _OUTPUT, _SCHEDULE, _STOP, _COLOUR, _DATA = "Output", "Pass band", "Stopping", "Colour", "Data"
 _SMOOTH, _SOFT = "Smoothness", "Edges"
-_HED, _DEPTH, _NETWORK = ("detector", "hed"), ("use_depth", True), ("edges", "combined")
+_BY_NETWORK, _HED, _DEPTH = ("detector", "rgbd", "hed"), ("detector", "hed"), ("use_depth", True)
+_COMBINED = ("edges", "combined")
 _IDEAL, _EDGE_AWARE = ("filter", "ideal"), ("filter", "edge-aware")
 
 
@@ -41,8 +42,10 @@ class BlockParameters(ParameterSet):
         minimum=0.0, maximum=1.0, step=0.01, special="off", source="section 2; released code: 0.52",
     )  # fmt: skip
     detector: str = declare(
-        "hed", "Colour edges from", "hed: an edge network, which finds the boundaries of objects. canny: every strong "
-        "change of colour.", _EDGES, choices=("hed", "canny"), source="section 2: HED and Canny",
+        "hed", "Edges from", "rgbd: a network that looks at colour and known depth, and finds where depth jumps, also "
+        "where it is missing. hed: an edge network, which finds the contours of objects in the colour image. canny: "
+        "every strong change of colour.", _EDGES, choices=("rgbd", "hed", "canny"),
+        source="section 2: HED and Canny; rgbd: not in the paper",
     )  # fmt: skip
     model: str = declare(
         BUNDLED, "Edge network", "The bundled network, or one of your own: 'ilf models import FILE'.", _EDGES,
@@ -54,7 +57,8 @@ class BlockParameters(ParameterSet):
     )  # fmt: skip
     threshold: float = declare(
         0.0, "Threshold", "Strength of the network's edges that counts as a boundary. 'auto' takes it from the image "
-        "by Otsu's rule.", _EDGES, minimum=0.0, maximum=1.0, step=0.01, special="auto", source="section 2", when=_HED,
+        "by Otsu's rule.", _EDGES, minimum=0.0, maximum=1.0, step=0.01, special="auto", source="section 2",
+        when=_BY_NETWORK,
     )  # fmt: skip
     canny_sigma: float = declare(
         1.5, "Canny smoothing", "Gaussian blur of the colour image before Canny looks for edges, which lead the "
@@ -95,9 +99,21 @@ class BlockParameters(ParameterSet):
         "of NYU images.", _BOUNDARIES, unit="px", minimum=-1, maximum=500, special="auto",
     )  # fmt: skip
 
+    @classmethod
+    def from_dict(cls, values: Mapping[str, object]) -> Self:
+        """Inverse of `to_dict`; of names that are left out, `detector` is `hed`, all others keep their defaults.
+
+        A record that lacks names is older than they are, and blocks came from contours then.
+        """
+        return cls(detector="hed").replace(**values)
+
     def smallest_block(self, pixels: int) -> float:
         """Pixels that a block has at least, in a frame of so many; at least 1."""
         return max(self.min_size / 100 * pixels, 1)
+
+
+PAPER_BLOCKS = BlockParameters(detector="hed")
+"""What blocks are extracted with for the presets of the paper, which knows contours of the colour image alone."""
 
 
 @dataclass(frozen=True)
@@ -142,17 +158,19 @@ class Parameters(ParameterSet):
         step=0.001, source="not in the paper", when=_EDGE_AWARE,
     )  # fmt: skip
     edges: str = declare(
-        "combined", "Edges from", "combined: an edge network, which finds the boundaries of objects. canny: "
-        "every strong change of colour. Depth jumps are edges with both.", _SOFT, choices=("combined", "canny"),
-        source="section 2: HED and Canny", when=_EDGE_AWARE, aliases={"hed": "combined", "network": "combined"},
+        "combined", "Edges from", "rgbd: a network that looks at colour and known depth, and finds where depth jumps "
+        "and where surfaces bend, also where depth is missing. combined: an edge network, which finds the contours of "
+        "objects in the colour image. canny: every strong change of colour. Jumps of the known depth are edges with "
+        "all of them.", _SOFT, choices=("rgbd", "combined", "canny"), when=_EDGE_AWARE,
+        source="section 2: HED and Canny; rgbd: not in the paper", aliases={"hed": "combined", "network": "combined"},
     )  # fmt: skip
     model: str = declare(
         BUNDLED, "Edge network", "The bundled network, or one of your own: 'ilf models import FILE'.", _SOFT,
-        offers=model_names, source="section 2", when=_NETWORK,
+        offers=model_names, source="section 2", when=_COMBINED,
     )  # fmt: skip
     multiscale: bool = declare(
         False, "Three scales", "Let the network look at the image at three sizes: slightly better, 3.5 times as slow.",
-        _SOFT, source="not in the paper", when=_NETWORK,
+        _SOFT, source="not in the paper", when=_COMBINED,
     )  # fmt: skip
     edge_scale: float = declare(
         0.14, "Edge strength that cuts", "Edge strength at which smoothness falls to 37 %; a smaller value makes faint "
@@ -251,7 +269,7 @@ class Parameters(ParameterSet):
         return cls(**_PAPER).replace(**values)
 
 
-_PAPER: dict[str, Any] = {"filter": "ideal", "centred": False, "s_criteria": 0.005}
+_PAPER: dict[str, Any] = {"filter": "ideal", "centred": False, "s_criteria": 0.005, "edges": "combined"}
 """What the paper's text has otherwise than `best`, and the released code, too."""
 
 PRESETS: dict[str, Parameters] = {

@@ -18,7 +18,7 @@ from .errors import ExportError, FormatError, IlfError, InputError, ParameterErr
 from .io.atomic import write_bytes
 from .io.files import read_json
 from .io.folders import made_folder
-from .parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
+from .parameters import DEFAULT_PRESET, PAPER_BLOCKS, PRESETS, BlockParameters, Parameters
 
 PRESET_SUFFIX = ".json"
 
@@ -171,7 +171,7 @@ def list_presets() -> PresetList:
 
 
 def find_preset(name: str) -> OwnPreset:
-    """A preset by name, or from a file.
+    """A preset by name, or from a file. Those of the paper say what blocks are extracted with, too.
 
     Parameters
     ----------
@@ -191,7 +191,7 @@ def find_preset(name: str) -> OwnPreset:
     'ideal'
     """
     if name in PRESETS:
-        return OwnPreset(name, PRESETS[name], name)
+        return OwnPreset(name, PRESETS[name], name, None if name == DEFAULT_PRESET else PAPER_BLOCKS)
     own = _existing(name)
     if own is not None:
         return dataclasses.replace(read_preset(own), name=own.stem)

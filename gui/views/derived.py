@@ -1,4 +1,4 @@
-"""What is worked out of the present frame for those who look at it: edge strength, holes interpolated, the spectrum."""
+"""What is worked out of the present frame for those who look at it: edges, holes interpolated, the spectrum."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class _Derived(QObject):
 
 
 class DerivedPresenter(QObject):
-    """Edge strength, interpolated holes and the spectrum of the chosen block, each while it is to be seen.
+    """Edges, interpolated holes and the spectrum of the chosen block, each while it is to be seen.
 
     Signals
     -------
@@ -113,10 +113,10 @@ class DerivedPresenter(QObject):
         self._workspace = workspace
         self._views = views
         self._session: Session | None = None
-        self._strength = _Derived("strength", views.set_strength, None, self)
+        self._edges = _Derived("edges", views.set_edges, None, self)
         self._interpolated = _Derived("interpolated", views.set_interpolated, None, self)
         self._spectrum = _Derived("spectrum", views.set_spectrum, "", self)
-        self._all = self._strength, self._interpolated, self._spectrum
+        self._all = self._edges, self._interpolated, self._spectrum
         for one in self._all:
             one.failed.connect(self.failed)
 
@@ -135,8 +135,8 @@ class DerivedPresenter(QObject):
         if session is None:
             return
         frame, extraction = session.frame, session.notes.extraction or BlockParameters()
-        if self._views.shows("strength"):
-            self._strength.want(_Question((frame, extraction), lambda: find_edges(frame, extraction).strength))
+        if self._views.shows("edges"):
+            self._edges.want(_Question((frame, extraction), lambda: find_edges(frame, extraction)))
         if self._views.shows("interpolated"):
             self._interpolated.want(_Question((frame,), lambda: linear(frame)))
         if self._views.shows("spectrum"):

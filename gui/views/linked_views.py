@@ -17,6 +17,7 @@ from gui.views.contents.making import Studio
 from gui.views.contents.material import Layer, Material, ShownRun, Spectrum
 from gui.views.contents.stages import StageBoard
 from ilf.drawing.inner_points import InnerPoint, inner_points
+from ilf.edges import FrameEdges
 
 from .colour_ranges import ColourRanges
 from .empty_hint import EmptyHint
@@ -35,7 +36,7 @@ from .view_transform import ViewTransform
 
 _ALL = (
     *("frame", "distrust", "result", "moment", "expected-error", "truth", "runs"),
-    *("interpolated", "strength", "stage", "spectrum", "levels"),
+    *("interpolated", "edges", "stage", "spectrum", "levels"),
 )
 """All parts of the material."""
 
@@ -273,11 +274,11 @@ class LinkedViews(QWidget):
         self.material.interpolated = depth
         self._changed("interpolated")
 
-    def set_strength(self, strength: NDArray[np.float32] | None) -> None:
-        """Edge strength 0-1, float32 (H, W); None while it is not known."""
-        self._check(strength, "an edge strength")
-        self.material.strength = strength
-        self._changed("strength")
+    def set_edges(self, edges: FrameEdges | None) -> None:
+        """The frame's edges; None while they are not known."""
+        self._check(None if edges is None else edges.strength, "an edge strength")
+        self.material.edges = edges
+        self._changed("edges")
 
     def set_spectrum(self, spectrum: Spectrum | str) -> None:
         """Spectrum of the chosen block, or why there is none."""
@@ -341,7 +342,7 @@ class LinkedViews(QWidget):
             self.set_content(name, content)
 
     def shows(self, part: str) -> bool:
-        """Whether a cell that is to be seen draws from a part of the material, as "strength"."""
+        """Whether a cell that is to be seen draws from a part of the material, as "edges"."""
         return any(cell.isVisible() and part in cell.painter.uses for cell in self.cells.values())
 
     @property

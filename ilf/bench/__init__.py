@@ -4,12 +4,14 @@ from .block_measures import BlockScore, score_blocks
 from .block_methods import BLOCK_METHODS, BlockMethod, choose_block_methods
 from .block_results import BlockSummary, summarise_blocks
 from .block_runner import BlockBenchResult, BlockPlan, BlockRow, run_block_bench
+from .earlier import EarlierRows, read_earlier
 from .evidence import Evidence, find_evidence
 from .frames import BenchFrame, find_frames, load_bench_frame
 from .methods import METHODS, Method, choose_methods
 from .patterns import PATTERNS, Task, make_task
 from .results import Summary, summarise, write_csv, write_json
-from .runner import BenchResult, Plan, Row, Skipped, run_bench
+from .rows import BenchResult, Plan, Row, Skipped, TaskFacts
+from .runner import run_bench
 from .scoring import Score, score
 
 __all__ = [
@@ -24,6 +26,7 @@ __all__ = [
     "BlockRow",
     "BlockScore",
     "BlockSummary",
+    "EarlierRows",
     "Evidence",
     "Method",
     "Plan",
@@ -32,12 +35,14 @@ __all__ = [
     "Skipped",
     "Summary",
     "Task",
+    "TaskFacts",
     "choose_block_methods",
     "choose_methods",
     "find_evidence",
     "find_frames",
     "load_bench_frame",
     "make_task",
+    "read_earlier",
     "run_bench",
     "run_block_bench",
     "score",

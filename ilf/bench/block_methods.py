@@ -14,7 +14,7 @@ from skimage.segmentation import felzenszwalb, slic
 from ..ebs import extract
 from ..errors import InputError
 from ..frame import RGBDFrame
-from ..parameters import BlockParameters
+from ..parameters import PAPER_BLOCKS
 from .choices import chosen_names
 from .evidence import margin_window
 
@@ -38,8 +38,8 @@ class BlockMethod:
 
 
 def _ebs(**changes: Any) -> BlockMethod:
-    """EBS with its default parameters, some of them changed."""
-    parameters = BlockParameters().replace(**changes)
+    """EBS with contours and default parameters, some of them changed."""
+    parameters = PAPER_BLOCKS.replace(**changes)
 
     def run(frame: RGBDFrame) -> Labels:
         extraction = extract(frame, parameters)

@@ -31,10 +31,14 @@ class BenchFrame:
     frame : RGBDFrame
     truth : ndarray of float32, shape (H, W), or None
         Measured or exact depth [m], NaN = unknown; None where there is no truth.
+    sensor : str
+        What measured it, as meta.json has it: its `sensor`, else its `source`, else the frame's name. Frames of one
+        sensor resemble each other.
     """
 
     frame: RGBDFrame
     truth: NDArray[np.float32] | None
+    sensor: str = ""
 
 
 def find_frames(paths: Iterable[str | os.PathLike[str]]) -> list[Path]:
@@ -83,7 +87,7 @@ def load_bench_frame(folder: str | os.PathLike[str]) -> BenchFrame:
         return _masked_truth(root, meta)
     frame = load_frame(root)
     # the methods have no use for it, and runs that know a truth take the time to tell their error
-    return BenchFrame(frame.with_truth(None), frame.truth)
+    return BenchFrame(frame.with_truth(None), frame.truth, _sensor(meta, frame.name))
 
 
 def _masked_truth(root: Path, meta: dict[str, Any]) -> BenchFrame:
@@ -98,7 +102,11 @@ def _masked_truth(root: Path, meta: dict[str, Any]) -> BenchFrame:
         raise InputError(f"{root / HOLE_FILE} has shape {mask.shape[:2]}, but the frame has {whole.shape}.")
     hole = mask.reshape(*whole.shape, -1).any(axis=2)
     frame = RGBDFrame(whole.rgb, np.where(hole, np.nan, whole.depth), whole.intrinsics, whole.name)
-    return BenchFrame(frame, whole.depth)
+    return BenchFrame(frame, whole.depth, _sensor(meta, frame.name))
+
+
+def _sensor(meta: dict[str, Any], name: str) -> str:
+    return str(meta.get("sensor") or meta.get("source") or name)
 
 
 def _image(root: Path, stem: str, suffixes: Iterable[str]) -> Path | None:

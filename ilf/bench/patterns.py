@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,6 +37,14 @@ class Task:
     frame: RGBDFrame
     truth: NDArray[np.float32]
     scored: NDArray[np.bool_]
+
+    @property
+    def sha256(self) -> str:
+        """Of the colour and depth that methods are given, the pixels that they are scored on, and the truth there."""
+        digest = hashlib.sha256()
+        for values in (self.frame.rgb, self.frame.depth, self.scored, self.truth[self.scored]):
+            digest.update(np.ascontiguousarray(values).tobytes())
+        return digest.hexdigest()
 
 
 def make_task(source: BenchFrame, pattern: str, seed: int = 0) -> Task:

@@ -14,80 +14,13 @@ from ..confidence import DEFAULT_MODEL
 from ..ebs import extract_blocks
 from ..errors import IlfError
 from ..parameters import PRESETS
+from .earlier import EarlierRows
 from .frames import load_bench_frame
 from .methods import METHODS
 from .parallel import run_units
 from .patterns import Task, make_task
+from .rows import BenchResult, Plan, Row, Skipped, TaskFacts
 from .scoring import score
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What is compared: frame folders, names of patterns and methods, and the patterns' base seed."""
-
-    folders: tuple[Path, ...]
-    patterns: tuple[str, ...]
-    methods: tuple[str, ...]
-    seed: int = 0
-
-
-@dataclass(frozen=True)
-class Row:
-    """One method on one frame under one pattern.
-
-    Attributes
-    ----------
-    pattern, frame, method : str
-    pixels : int
-        Pixels scored.
-    rmse, mae, median : float
-        Over them [m].
-    rel : float
-    delta_1 : float
-        Share with depth within a factor of 1.25 of the truth.
-    coverage : float
-        Share that the method filled itself.
-    within : float or None
-        Share of that whose error is at most the expected error; None if the method filled nothing.
-    seconds : float
-    extraction_seconds : float or None
-        Time that the extraction of the blocks took before, and the filter's edges; None for methods without blocks.
-    failure : str
-        Why the method gave nothing, "" if it did not fail.
-    """
-
-    pattern: str
-    frame: str
-    method: str
-    pixels: int
-    rmse: float
-    mae: float
-    median: float
-    rel: float
-    delta_1: float
-    coverage: float
-    within: float | None
-    seconds: float
-    extraction_seconds: float | None
-    failure: str = ""
-
-
-@dataclass(frozen=True)
-class Skipped:
-    """A frame that was left out, of one pattern or ("") of all, and why."""
-
-    frame: str
-    pattern: str
-    reason: str
-
-
-@dataclass(frozen=True)
-class BenchResult:
-    """All rows, by pattern, frame and method in the order of the plan, and the frames that were left out."""
-
-    plan: Plan
-    rows: tuple[Row, ...]
-    skipped: tuple[Skipped, ...]
 
 
 @dataclass
@@ -95,10 +28,17 @@ class _Part:
     """What one frame under one pattern gave."""
 
     rows: list[Row] = field(default_factory=list)
+    tasks: list[TaskFacts] = field(default_factory=list)
     skipped: list[Skipped] = field(default_factory=list)
 
 
-def run_bench(plan: Plan, *, jobs: int = 1, on_progress: Callable[[str], None] | None = None) -> BenchResult:
+def run_bench(
+    plan: Plan,
+    *,
+    jobs: int = 1,
+    earlier: EarlierRows | None = None,
+    on_progress: Callable[[str], None] | None = None,
+) -> BenchResult:
     """Run every method on every frame under every pattern.
 
     Parameters
@@ -106,19 +46,29 @@ def run_bench(plan: Plan, *, jobs: int = 1, on_progress: Callable[[str], None] |
     plan : Plan
     jobs : int
         Processes that share the frames. More than one makes the seconds longer and less certain; all else stays.
+    earlier : EarlierRows, optional
+        Methods that it has are not run again.
     on_progress : callable, optional
         Called with a frame's name whenever it is done under one pattern.
+
+    Raises
+    ------
+    InputError
+        If the earlier rows are of anything else than what is asked for.
     """
-    units = [(folder, pattern, plan.methods, plan.seed) for pattern in plan.patterns for folder in plan.folders]
+    units = [
+        (folder, pattern, plan.methods, plan.seed, earlier) for pattern in plan.patterns for folder in plan.folders
+    ]
     report = on_progress or (lambda name: None)
     parts = run_units(_run_unit, units, jobs=jobs, on_done=lambda number: report(units[number][0].name))
     rows = tuple(row for part in parts for row in part.rows)
+    tasks = tuple(task for part in parts for task in part.tasks)
     # a frame that cannot be read is found out once per pattern
     skipped = tuple(dict.fromkeys(item for part in parts for item in part.skipped))
-    return BenchResult(plan, rows, skipped)
+    return BenchResult(plan, rows, tasks, skipped)
 
 
-def _run_unit(folder: Path, pattern: str, methods: Sequence[str], seed: int) -> _Part:
+def _run_unit(folder: Path, pattern: str, methods: Sequence[str], seed: int, earlier: EarlierRows | None) -> _Part:
     part = _Part()
     try:
         source = load_bench_frame(folder)
@@ -131,12 +81,17 @@ def _run_unit(folder: Path, pattern: str, methods: Sequence[str], seed: int) -> 
     except IlfError as error:
         part.skipped.append(Skipped(name, pattern, str(error)))
         return part
+    facts = TaskFacts(pattern, name, source.sensor, task.sha256)
+    part.tasks.append(facts)
+    taken = {} if earlier is None else earlier.of(facts)
     labels, extraction_seconds = np.zeros(task.frame.shape, np.int32), 0.0
     if any(METHODS[method].needs_blocks for method in methods):
         started = time.perf_counter()
         labels = extract_blocks(task.frame)
         extraction_seconds = time.perf_counter() - started
-    part.rows += [_run_method(method, task, labels, extraction_seconds, pattern, name) for method in methods]
+    part.rows += [
+        taken.get(method) or _run_method(method, task, labels, extraction_seconds, pattern, name) for method in methods
+    ]
     return part
 
 
@@ -168,6 +123,8 @@ def _run_method(name: str, task: Task, labels: np.ndarray, extraction_seconds: f
         delta_1=errors.delta[0],
         coverage=scored.coverage,
         within=scored.within,
+        within_twice=scored.within_twice,
+        sparsification=scored.sparsification,
         seconds=seconds,
         extraction_seconds=extraction_seconds if method.needs_blocks else None,
         failure=failure,

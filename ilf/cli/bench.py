@@ -3,8 +3,20 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
+from operator import attrgetter
 
-from ..bench import PATTERNS, BenchResult, Plan, choose_methods, find_frames, run_bench, summarise
+from ..bench import (
+    PATTERNS,
+    BenchResult,
+    Plan,
+    Summary,
+    choose_methods,
+    find_frames,
+    read_earlier,
+    run_bench,
+    summarise,
+)
 from ..bench.block_methods import BLOCK_METHODS
 from ..bench.choices import chosen_names
 from ..bench.methods import GROUPS
@@ -17,16 +29,46 @@ from .report import warn
 
 _PATTERNS_USED = "random,areas"
 
-_COLUMNS = (
+_MEANS = (
     Column("RMSE [mm]", lambda line: line.rmse_mm, ".2f"),
     Column("MAE [mm]", lambda line: line.mae_mm, ".2f"),
     Column("median [mm]", lambda line: line.median_mm, ".2f"),
     Column("Rel", lambda line: line.rel, ".4f"),
     Column("delta<1.25", lambda line: line.delta_1, ".2%", max),
     Column("coverage", lambda line: line.coverage, ".2%", max),
-    Column("within", lambda line: line.within, ".2%", None),
     Column("seconds", lambda line: line.seconds, ".3f"),
     Column("extraction [s]", lambda line: line.extraction_seconds, ".3f", None),
+)
+
+
+def _beside_peers(measure: str) -> tuple[Column, ...]:
+    """Columns of the fields of a summary that begin with a measure's name."""
+
+    def interval(percent: int, line: Summary) -> str | None:
+        low, high = (getattr(line, f"{measure}_{side}_{percent}") for side in ("low", "high"))
+        return None if low is None else f"{low:.2f}-{high:.2f}"
+
+    return (
+        Column(f"{measure.upper()} [mm]", attrgetter(f"{measure}_geometric_mm"), ".2f"),
+        Column("/ peer", attrgetter(f"{measure}_ratio"), ".3f"),
+        Column("68 %", partial(interval, 68), "", None),
+        Column("95 %", partial(interval, 95), "", None),
+        Column("wins", attrgetter(f"{measure}_wins"), "d", max),
+    )
+
+
+_EXPECTED = (
+    Column("within", lambda line: line.within, ".2%", None),
+    Column("within twice", lambda line: line.within_twice, ".2%", None),
+    Column("calibrated frames", lambda line: line.calibrated, ".1%", None),
+    Column("sparsification", lambda line: line.sparsification, ".4f"),
+)
+_MORE = (
+    (
+        "frame by frame: geometric means, and of the error / that of the best peer of the very frame",
+        _beside_peers("rmse") + _beside_peers("mae"),
+    ),
+    ("expected error", _EXPECTED),
 )
 
 
@@ -36,7 +78,8 @@ def add_command(commands: Commands) -> None:
         "bench",
         help="compare presets and other methods on frames with depth hidden, or ways to make blocks",
         usage=f"ilf bench FOLDER... [options]\n       ilf bench {bench_blocks.MODE} FOLDER... [options]",
-        description="Hide known depth of frames, let every method complete it, and compare with what was hidden. "
+        description="Hide known depth of frames, let every method complete it, and compare with what was hidden: "
+        "over all frames, and frame by frame with the best of all peers (methods that are no presets) on that frame. "
         "Hidden pixels that a method leaves open count with their nearest known depth. "
         f"With {bench_blocks.MODE!r} first: measure the operation blocks that several methods make of the frames; "
         "nothing is hidden.",
@@ -74,6 +117,12 @@ def add_command(commands: Commands) -> None:
         metavar="N",
         help="frames at the same time; more than 1 spoils the seconds (default: 1)",
     )
+    parser.add_argument(
+        "--peers-from",
+        metavar="RESULT.json",
+        help="take peers that look at no blocks from an earlier --json of the same frames, patterns and seed instead "
+        "of running them again; refused if anything that they were given or scored on differs",
+    )
     parser.add_argument("--csv", metavar="FILE", help="write the table")
     parser.add_argument("--json", metavar="FILE", help="write the table, the row of every frame, and the parameters")
     add_progress(parser)
@@ -91,8 +140,9 @@ def run(arguments: argparse.Namespace) -> None:
         methods=tuple(choose_methods(arguments.methods)),
         seed=arguments.seed or 0,
     )
+    earlier = None if arguments.peers_from is None else read_earlier(arguments.peers_from, plan.methods)
     with unit_bar(arguments, len(plan.folders) * len(plan.patterns), "frames and patterns") as bar:
-        result = run_bench(plan, jobs=arguments.jobs, on_progress=lambda name: advance(bar, name))
+        result = run_bench(plan, jobs=arguments.jobs, earlier=earlier, on_progress=lambda name: advance(bar, name))
     warn(skipped_lines((item.frame, item.pattern, item.reason) for item in result.skipped))
     warn(
         f"{row.method} failed on {row.frame}, pattern {row.pattern}, which counts as nothing filled. {row.failure}"
@@ -109,16 +159,15 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _tables(result: BenchResult) -> list[str]:
-    """Lines of one table per pattern, the lowest RMSE first."""
+    """Lines of three tables per pattern, the lowest mean RMSE first."""
     lines: list[str] = []
     summaries = summarise(result)
     for pattern in result.plan.patterns:
         of_pattern = [summary for summary in summaries if summary.pattern == pattern]
         if not of_pattern:
             continue
-        if lines:
-            lines.append("")
         frames = of_pattern[0].frames
-        lines.append(f"{pattern}: {PATTERNS[pattern]} ({frames} frame{'s' * (frames != 1)}, seed {result.plan.seed})")
-        lines += comparison_table(_COLUMNS, of_pattern)
-    return lines
+        title = f"{pattern}: {PATTERNS[pattern]} ({frames} frame{'s' * (frames != 1)}, seed {result.plan.seed})"
+        for heading, columns in ((title, _MEANS), *((f"{pattern}, {what}", columns) for what, columns in _MORE)):
+            lines += ["", heading, *comparison_table(columns, of_pattern)]
+    return lines[1:]

@@ -36,8 +36,8 @@ def run(arguments: argparse.Namespace) -> None:
     folders = arguments.folders[1:]
     if not folders:
         raise UsageError(f"Give folders of frames after {MODE!r}; for a folder of this name write ./{MODE}.")
-    if arguments.pattern is not None or arguments.seed is not None:
-        raise UsageError("No depth is hidden to measure blocks: leave out --pattern and --seed.")
+    if not {arguments.pattern, arguments.seed, arguments.peers_from} <= {None}:
+        raise UsageError("No depth is hidden to measure blocks: leave out --pattern, --seed and --peers-from.")
     plan = BlockPlan(
         folders=tuple(find_frames(folders)[: arguments.limit]),
         methods=tuple(choose_block_methods(arguments.methods)),

@@ -16,10 +16,11 @@ _NAMES_LISTED = 6
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table: heading, value, how it is written, and what is best of several (None: nothing is)."""
+    """A column of a table: heading, value (a number or text, None for a dash), how it is written, and what is best of
+    several (None: nothing is)."""
 
     heading: str
-    value: Callable[[Any], float | None]
+    value: Callable[[Any], Any]
     form: str
     best: Callable[[Sequence[float]], float] | None = min
 

@@ -7,9 +7,11 @@ from pathlib import Path
 
 from ..edges.importing import INPUTS, add_model
 from ..errors import InputError
-from ..models import BUNDLED, model_names, model_path, models_folder, remove_model
+from ..models import BUNDLED, DEPTH_EDGES, model_names, model_path, models_folder, remove_model
 from .parsing import Commands
 from .report import table
+
+_BUNDLED = {BUNDLED: "bundled", DEPTH_EDGES: "bundled, of the detector rgbd"}
 
 
 def add_command(commands: Commands) -> None:
@@ -55,12 +57,12 @@ def add_command(commands: Commands) -> None:
 def run_list(arguments: argparse.Namespace) -> None:
     """Show what there is."""
     rows = []
-    for name in model_names():
+    for name in (*model_names(), DEPTH_EDGES):
         try:
             size = _size(model_path(name))
         except (InputError, OSError):
             size = "missing"
-        rows.append((name, size, "bundled" if name == BUNDLED else "your own"))
+        rows.append((name, size, _BUNDLED.get(name, "your own")))
     print("\n".join(table(("name", "size", "origin"), rows)))
     print(f"\nYour own networks are in {models_folder()}")
 

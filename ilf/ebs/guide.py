@@ -29,7 +29,8 @@ class Boundaries:
     Attributes
     ----------
     strength : ndarray of float32, shape (H, W)
-        Edge strength in [0, 1]; depth jumps, those in long lines, stand at 1.
+        Edge strength in [0, 1]; depth jumps, those in long lines, stand at 1. Where creases are edges and the detector
+        tells of them, the larger of both.
     edges : ndarray of bool, shape (H, W)
         The same, binarised.
     guide : ndarray of float32, shape (H, W)
@@ -53,14 +54,16 @@ def find_boundaries(found: FrameEdges, parameters: BlockParameters) -> Boundarie
         Of `find_edges` with the same parameters.
     parameters : BlockParameters
     """
-    strength, edges, guide = found.colour, found.lines, found.canny
+    strength, edges, guide = found.detected, found.lines, found.canny
+    if parameters.use_depth and parameters.use_creases and found.crease is not None:
+        strength = np.maximum(strength, found.crease)
     if found.network is not None:
         edges = otsu_edges(strength, parameters.threshold)
         guide = strength + np.where(found.lines, np.float32(_CANNY_RAISE), np.float32(0))
     if not parameters.use_depth:
         return Boundaries(strength, edges, guide, None)
     relief = found.relief
-    if parameters.use_creases:
+    if parameters.use_creases and found.crease is None:
         # single pixels are noise
         edges = edges | (cv2.morphologyEx((relief.bend > 1).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3))) > 0)
         sharpness = relief.bend / (relief.bend + np.float32(_MIDDLING_BEND))

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
-from pathlib import Path
-from threading import Lock
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import FormatError, InputError
-from ..io.files import read_file
 from ..models import model_path
+from .onnx_network import OnnxNetwork, reflected
 
 MULTIPLE = 16
 SCALES = (0.5, 1.0, 1.5)
@@ -21,82 +17,17 @@ LONGEST_SIDE = 1600
 
 _TRIAL_SHAPES = ((48, 48), (64, 96))
 
-_networks: dict[Path, tuple[tuple[int, int], EdgeNetwork]] = {}
-_networks_lock = Lock()
-
 
 class OutOfRange(FormatError):
     """A network that works, but whose output is not within 0 to 1."""
 
 
-class EdgeNetwork:
+class EdgeNetwork(OnnxNetwork):
     """An edge network, ready to run. `load` makes one; it may be used from any thread.
 
     The file is an ONNX network of one input, RGB in [0, 1] as float32 (1, 3, H, W) with H and W multiples of 16, and
     the boundary strength in [0, 1] as float32 (1, 1, H, W) as its output, the last one where there are several.
     """
-
-    def __init__(self, net: cv2.dnn.Net, path: Path, sha256: str) -> None:
-        self._net = net
-        self._output = net.getUnconnectedOutLayersNames()[-1]
-        # A net keeps the input and all in between to itself, so that only one thread may run it at a time.
-        self._lock = Lock()
-        self.path = path
-        self.sha256 = sha256
-        """Of the very bytes that the network was read from, in hexadecimal digits."""
-        self._try()
-
-    @staticmethod
-    def load(path: str | Path) -> EdgeNetwork:
-        """The network of a file, read once and kept until the file changes.
-
-        Parameters
-        ----------
-        path : str or Path
-            An ONNX file, as the class describes.
-
-        Raises
-        ------
-        InputError
-            If there is no such file.
-        FormatError
-            If it is no ONNX network, or not one from an image to its edges.
-        """
-        path = Path(path).resolve()
-        if not path.is_file():
-            raise InputError(f"There is no edge network at {path}. Choose an ONNX file, or the Canny detector.")
-        status = path.stat()
-        version = (status.st_mtime_ns, status.st_size)
-        with _networks_lock:
-            known = _networks.get(path)
-            if known is None or known[0] != version:
-                known = _networks[path] = (version, EdgeNetwork.read(read_file(path).data, path))
-            return known[1]
-
-    @staticmethod
-    def read(content: NDArray[np.uint8], path: Path) -> EdgeNetwork:
-        """The network in a file's content, tried with two images but not kept.
-
-        Parameters
-        ----------
-        content : ndarray of uint8
-        path : Path
-            Where it comes from, for messages.
-
-        Raises
-        ------
-        FormatError
-            If it is no ONNX network, or not one from an image to its edges; `OutOfRange` if only its output is not
-            as it should be.
-        """
-        try:
-            net = cv2.dnn.readNetFromONNX(content)
-        except cv2.error as error:
-            raise FormatError(
-                f"{path.name} cannot be read as an ONNX network. Choose an intact ONNX file that holds its weights, "
-                "or the Canny detector."
-            ) from error
-        return EdgeNetwork(net, path, hashlib.sha256(content.data).hexdigest())
 
     def strength(self, rgb: NDArray[np.uint8], multiscale: bool = False) -> NDArray[np.float32]:
         """Boundary strength of an image.
@@ -129,24 +60,21 @@ class EdgeNetwork:
         if scale != 1:
             size = (max(1, round(width * scale)), max(1, round(height * scale)))
             rgb = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR)  # type: ignore[assignment]
-        padded, window = pad_image(rgb)
+        padded, window = reflected(rgb, MULTIPLE, MULTIPLE)
         strength = self._run(padded)[window]
         if scale != 1:
             strength = cv2.resize(strength, (width, height), interpolation=cv2.INTER_LINEAR)  # type: ignore[assignment]
         return np.clip(strength, 0, 1)
 
     def _run(self, padded: NDArray[np.uint8]) -> NDArray[np.float32]:
-        image = cv2.dnn.blobFromImage(padded, 1 / 255)
-        with self._lock:
-            try:
-                self._net.setInput(image)
-                # The net writes its next result to the same memory.
-                output = np.array(self._net.forward(self._output), np.float32)
-            except cv2.error as error:
-                raise FormatError(
-                    f"{self.path.name} is no edge network: it does not take one RGB image of shape "
-                    f"{(1, 3, *padded.shape[:2])}."
-                ) from error
+        image = np.asarray(cv2.dnn.blobFromImage(padded, 1 / 255), np.float32)
+        try:
+            output = self._forward({"": image})[-1]
+        except cv2.error as error:
+            raise FormatError(
+                f"{self.path.name} is no edge network: it does not take one RGB image of shape "
+                f"{(1, 3, *padded.shape[:2])}."
+            ) from error
         if output.shape != (1, 1, *padded.shape[:2]):
             raise FormatError(
                 f"{self.path.name} is no edge network: it makes {output.shape} of an image of {padded.shape[:2]}, "
@@ -155,7 +83,6 @@ class EdgeNetwork:
         return output[0, 0]
 
     def _try(self) -> None:
-        """Refuse a network that is none for edges before it is used."""
         for height, width in _TRIAL_SHAPES:
             ramp = np.linspace(0, 255, height * width * 3).astype(np.uint8).reshape(height, width, 3)
             output = self._run(ramp)
@@ -183,22 +110,3 @@ def load_model(name: str) -> EdgeNetwork:
         If its file is no edge network.
     """
     return EdgeNetwork.load(model_path(name))
-
-
-def pad_image(image: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], tuple[slice, slice]]:
-    """Reflect an image at its borders, by 16 pixels at least, to sides that are multiples of 16.
-
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (H, W, 3)
-
-    Returns
-    -------
-    padded : ndarray of uint8
-    window : (slice, slice)
-        Rows and columns of the image within the padded one.
-    """
-    height, width = image.shape[:2]
-    below, right = (MULTIPLE + -length % MULTIPLE for length in (height, width))
-    padded = np.pad(image, ((MULTIPLE, below), (MULTIPLE, right), (0, 0)), mode="reflect")
-    return padded, (slice(MULTIPLE, MULTIPLE + height), slice(MULTIPLE, MULTIPLE + width))

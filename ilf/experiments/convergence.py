@@ -18,7 +18,7 @@ from ..errors import InputError
 from ..filter.convergence import IterationRecord
 from ..filter.pass_band.record import PassBandRecord
 from ..frame import RGBDFrame
-from ..parameters import PRESETS, BlockParameters, Parameters
+from ..parameters import PAPER_BLOCKS, PRESETS, Parameters
 from .experiment import METHOD_PRESETS, OnProgress, Result, Row, Settings, preset_parameters
 from .sources import SAMPLE
 from .units import run_counted
@@ -47,7 +47,7 @@ def run_convergence(settings: Settings, on_progress: OnProgress) -> Result:
             "block": block.label,
             "block_pixels": int(raw.size),
             "defect_rate": float(np.isnan(raw).mean()),
-            "extraction": BlockParameters().to_dict(),
+            "extraction": PAPER_BLOCKS.to_dict(),
             "presets": preset_parameters(),
             "chosen": "The paper's block is not published. Here: the sofa of the bundled sample, a generated room with "
             f"exact truth, of which whole columns in the middle ({_HIDDEN:.0%} of the pixels) are hidden besides what "
@@ -68,7 +68,7 @@ def _block() -> tuple[RGBDFrame, NDArray[np.int32], Block, NDArray[np.float64]]:
     source = load_bench_frame(asset_path(SAMPLE))
     if source.truth is None:
         raise InputError(f"The bundled {SAMPLE} has no truth. Install ilf-studio again.")
-    labels = extract_blocks(source.frame)
+    labels = extract_blocks(source.frame, PAPER_BLOCKS)
     label = int(labels[_SOFA])
     if label == 0:
         raise InputError(f"The bundled {SAMPLE} has no block at {_SOFA}. Install ilf-studio again.")

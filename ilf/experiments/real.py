@@ -18,7 +18,7 @@ from ..frame import RGBDFrame
 from ..io.files import read_json
 from ..io.frames import META_NAME
 from ..metrics import measure_errors
-from ..parameters import PRESETS, BlockParameters
+from ..parameters import PAPER_BLOCKS, PRESETS
 from .experiment import METHOD_PRESETS, OnProgress, Result, Row, Settings, preset_parameters
 from .rendering import cloud_picture, depth_picture, depth_range, thumbnail
 from .sources import QUICK_FRAMES, FrameSource, find_sources, load_source, spread
@@ -74,7 +74,7 @@ def run_real(settings: Settings, on_progress: OnProgress) -> Result:
             "frames": [source.name for source, _ in chosen],
             "sample": settings.data is None,
             "spot_diameter_m": DIAMETER,
-            "extraction": BlockParameters().to_dict(),
+            "extraction": PAPER_BLOCKS.to_dict(),
             "presets": preset_parameters(),
             "chosen": "The paper's frames are not published. Here: the first frame of every sensor, up to "
             f"{_FRAMES}. The spot lies where the depth is known and smoothest; of places about as smooth, at the one "
@@ -132,7 +132,7 @@ def _run_unit(source: FrameSource, sensor: str, methods: Sequence[str]) -> _Part
 
 def _complete(part: _Part, frame: RGBDFrame, focal: float, common: Row) -> None:
     """The frame as it is, completed by every preset: rows, and pictures "frame/what/method"."""
-    labels = extract_blocks(frame)
+    labels = extract_blocks(frame, PAPER_BLOCKS)
     between = depth_range(frame.depth)
     name = common["frame"]
     part.pictures[f"{name}/colour/"] = thumbnail(frame.rgb, _WIDTH)
@@ -158,7 +158,7 @@ def _measure_spot(part: _Part, frame: RGBDFrame, methods: Sequence[str], common:
     hole = spot.inside(frame.shape)
     for glare in (False, True):
         gapped = with_spot(frame, spot, glare)
-        labels = extract_blocks(gapped)
+        labels = extract_blocks(gapped, PAPER_BLOCKS)
         for method in METHOD_PRESETS if glare else methods:
             started = time.perf_counter()
             try:

@@ -16,7 +16,7 @@ from ..completion import prepare
 from ..ebs import extract_blocks
 from ..errors import IlfError, InputError
 from ..judgement.hiding import RANDOM_KEPT
-from ..parameters import PRESETS, BlockParameters
+from ..parameters import PAPER_BLOCKS, PRESETS
 from .experiment import METHOD_PRESETS, OnProgress, Result, Row, Settings, preset_parameters
 from .sources import FrameSource, find_sources, load_source
 from .units import run_counted
@@ -65,7 +65,7 @@ def run_table(settings: Settings, on_progress: OnProgress) -> Result:
             "frames_scored": frames,
             "patterns": dict(PATTERNS),
             "random_kept": RANDOM_KEPT,
-            "extraction": BlockParameters().to_dict(),
+            "extraction": PAPER_BLOCKS.to_dict(),
             "presets": preset_parameters(),
             "left_out": sorted(HEAVY),
             "chosen": "Blocks come from the frame with the hidden depth removed; pixels of no block do not count. A "
@@ -98,7 +98,7 @@ def _run_unit(source: FrameSource, pattern: str, methods: Sequence[str], seed: i
         task = make_task(load_source(source), pattern, seed)
     except IlfError as error:
         return _Part(left_out=str(error))
-    labels = extract_blocks(task.frame)
+    labels = extract_blocks(task.frame, PAPER_BLOCKS)
     for name in set(methods) & set(PRESETS):
         prepare(task.frame, PRESETS[name])  # the edges, once for all and outside the seconds
     scored = task.scored & (labels > 0)

@@ -123,7 +123,7 @@ def edge_parameters(parameters: Parameters, extraction: BlockParameters | None =
         return None
     shared = extraction or BlockParameters()
     return BlockParameters(
-        detector="hed" if parameters.edges == "combined" else "canny",
+        detector="hed" if parameters.edges == "combined" else parameters.edges,
         model=parameters.model,
         multiscale=parameters.multiscale,
         canny_sigma=shared.canny_sigma,

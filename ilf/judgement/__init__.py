@@ -2,6 +2,7 @@
 
 from .against_truth import TruthResult, truth_steps
 from .comparing import compared_steps
+from .expectation import share_within, sparsification_error
 from .hidden import HiddenResult, HiddenTest, compare_hidden, comparison_steps, hidden_steps, judge_hidden
 from .hiding import HIDDEN_PATTERNS, hidden_pixels
 from .judged import Judged, PixelErrors, RunJudged
@@ -33,7 +34,9 @@ __all__ = [
     "judge_completion",
     "judge_hidden",
     "run_sweep",
+    "share_within",
     "shared_pixels",
+    "sparsification_error",
     "sweep_steps",
     "truth_steps",
 ]

@@ -16,6 +16,7 @@ from ..frame import RGBDFrame
 from ..masks import checked_mask
 from ..metrics import measure_errors
 from ..outcomes import Completion
+from .expectation import share_within
 
 Depth = NDArray[np.floating]
 
@@ -218,4 +219,4 @@ def _within(depth: Depth, truth: Depth, expected: Depth) -> float | None:
     if not said.any():
         return None
     # as the bench has it, in the depth's own precision
-    return float(np.mean(np.abs(depth[said] - truth[said]) <= expected[said]))
+    return share_within(depth[said] - truth[said], expected[said])

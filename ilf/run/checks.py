@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..edges.network import load_model
-from ..errors import IlfError
 from ..io.files import file_sha256
+from ..models import DEPTH_EDGES
 from ..version import __version__
 from .machine import library_versions, processor
+from .networks import asked_networks, present_sha256
 from .record import RunRecord
 
 
@@ -55,22 +55,23 @@ def processor_difference(record: RunRecord) -> str:
 
 
 def networks_that_were_missing(record: RunRecord) -> list[str]:
-    """Edge networks that Canny's edges stood in for when the run was recorded, and that are here now."""
+    """Edge networks that others' edges stood in for when the run was recorded, and that are here now."""
     if record.schema == 0:
         return []
     missed = set()
-    if record.extraction is not None and record.extraction.detector == "hed" and not record.extraction_networks:
-        missed.add(record.extraction.model)
+    if record.extraction is not None:
+        asked = asked_networks(record.extraction.detector, record.extraction.model)
+        missed.update(set(asked[:1]) - record.extraction_networks.keys())
     for outcome in record.outcomes:
         parameters = record.parameters[outcome.label]
-        asked = parameters.filter == "edge-aware" and parameters.edges == "combined"
-        if asked and outcome.iterations and parameters.model not in record.networks:
-            missed.add(parameters.model)
+        if parameters.filter == "edge-aware" and outcome.iterations:
+            asked = asked_networks(parameters.edges, parameters.model)
+            missed.update(set(asked[:1]) - record.networks.keys())
     return [
-        f"When the run was recorded, the edge network {name!r} was missing or did not work, and Canny's edges stood in "
+        f"When the run was recorded, the edge network {name!r} was missing or did not work, and other edges stood in "
         "for its own: blocks and depth may be others now that it is here."
         for name in sorted(missed)
-        if _present(name) is not None
+        if present_sha256(name) is not None
     ]
 
 
@@ -83,17 +84,10 @@ def network_differences(record: RunRecord) -> list[str]:
     )
     for networks, had, means in parts:
         for name, sha256 in networks.items():
-            present = _present(name)
+            present = present_sha256(name)
             if present == sha256:
                 continue
             state = "is not here" if present is None else "is another one now"
-            sentences.append(f"The edge network {name!r} that {had} {state}: {means}. Import the recorded one.")
+            way_out = "Install the recorded version" if name == DEPTH_EDGES else "Import the recorded one"
+            sentences.append(f"The edge network {name!r} that {had} {state}: {means}. {way_out}.")
     return sentences
-
-
-def _present(name: str) -> str | None:
-    """SHA-256 of the edge network of a name as it is now; None if there is none that works."""
-    try:
-        return load_model(name).sha256
-    except IlfError:
-        return None

@@ -18,6 +18,7 @@ from ..outcomes import BlockOutcome, Completion
 from ..parameters import BlockParameters, Parameters, preset
 from ..version import __version__
 from .machine import library_versions, processor
+from .networks import asked_networks, used_network
 from .options import DISTRUSTED_FILE, DRAWN_FILE, LABELS_FILE, ExportOptions
 from .run import Run
 
@@ -125,7 +126,7 @@ def make_record(run: Run, completion: Completion, options: ExportOptions) -> Run
         shape=run.frame.shape,
         edited=run.edited,
         labels_file=LABELS_FILE if options.labels else None,
-        extraction_networks={run.extraction.model: run.network} if run.extraction and run.network else {},
+        extraction_networks=_extraction_networks(run),
         networks=_networks(completion),
         parameters={label: result.parameters for label, result in results.items()},
         common=used.most_common(1)[0][0] if used else run.parameters,
@@ -201,9 +202,17 @@ def outcome_to_dict(outcome: BlockOutcome) -> dict[str, Any]:
     return values | {"status": outcome.status.value, "sigma_i": sigma}
 
 
+def _extraction_networks(run: Run) -> dict[str, str]:
+    if run.extraction is None:
+        return {}
+    return used_network(run.network, asked_networks(run.extraction.detector, run.extraction.model))
+
+
 def _networks(completion: Completion) -> dict[str, str]:
-    results = completion.results.values()
-    found = {result.parameters.model: result.network for result in results if result.network is not None}
     # guesses are those of the preset "best"
-    guess = {} if completion.guess_network is None else {preset().model: completion.guess_network}
-    return guess | found
+    used = [(preset(), completion.guess_network)]
+    used += [(result.parameters, result.network) for result in completion.results.values()]
+    networks: dict[str, str] = {}
+    for parameters, sha256 in dict.fromkeys(used):
+        networks |= used_network(sha256, asked_networks(parameters.edges, parameters.model))
+    return networks

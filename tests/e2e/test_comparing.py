@@ -117,14 +117,14 @@ def test_what_is_not_looked_at_is_not_worked_out(run_twice: tuple[MainWindow, Ke
     settle(window, qtbot)
     material = window.views.material
     assert material.interpolated is None
-    assert material.strength is None
+    assert material.edges is None
     window.views.set_content("colour", "strength")
     window.views.set_content("depth-in", "difference:result:interpolated")
     window.views.set_content("expected-error", "spectrum")
     window.workspace.select([1])
     settle(window, qtbot)
     shape = window.workspace.session.frame.shape
-    assert material.strength.shape == material.interpolated.shape == shape
+    assert material.edges.strength.shape == material.interpolated.shape == shape
     np.testing.assert_array_equal(np.isfinite(material.interpolated), True)
     radii = window.workspace.session.records_of(1)[-1].radii  # type: ignore[attr-defined]
     assert material.spectrum.radii == radii

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
@@ -12,6 +14,9 @@ from gui.views.contents.names import checked
 from gui.views.layouts import CELLS
 from gui.views.linked_views import LinkedViews
 from gui.views.ranges import FULL, ROBUST
+from ilf.edges import find_edges
+from ilf.frame import RGBDFrame
+from ilf.parameters import BlockParameters
 
 HEIGHT, WIDTH = 48, 64
 LEFT = Qt.MouseButton.LeftButton
@@ -59,7 +64,7 @@ def test_every_content_can_be_shown_in_every_cell_and_leaves_nothing_behind(view
     items = len(cell.view.scene().items())
     for content in ("colour", "run-1", "truth", "difference:truth:run-1", "error", "expected-error", "strength"):
         views.set_content("depth-in", content)
-    for content in ("extraction", "guessed", "distrusted", "spectrum", "a", "b", "judgement", "depth-in"):
+    for content in ("creases", "extraction", "guessed", "distrusted", "spectrum", "a", "b", "judgement", "depth-in"):
         views.set_content("depth-in", content)
     assert len(cell.view.scene().items()) == items
     assert cell.grab().toImage() == before
@@ -71,6 +76,20 @@ def test_every_content_can_be_shown_in_every_cell_and_leaves_nothing_behind(view
             checked(wrong)
     with pytest.raises(ValueError, match="cell must be"):
         views.set_content("result", "truth")
+
+
+def test_creases_are_shown_where_the_detector_tells_of_them(views):
+    edges = find_edges(
+        RGBDFrame(np.full((HEIGHT, WIDTH, 3), 90, np.uint8), flat(2.0)), BlockParameters(detector="canny")
+    )
+    cell = views.cells["depth-in"]
+    views.set_content("depth-in", "creases")
+    views.set_edges(edges)
+    assert cell.painter.value_at(3, 4) is None
+    views.set_edges(dataclasses.replace(edges, crease=flat(0.25)))
+    assert cell.painter.value_at(3, 4) == 0.25
+    views.set_content("depth-in", "strength")
+    assert cell.painter.value_at(3, 4) == 0
 
 
 def test_blocks_are_the_same_in_every_cell_that_shows_them(views):

@@ -1,6 +1,7 @@
 """The bench: what is hidden, what the peers make of it, how it is scored, and the command."""
 
 import csv
+import itertools
 import json
 import shutil
 
@@ -18,16 +19,19 @@ from ilf.bench import (
     find_frames,
     load_bench_frame,
     make_task,
+    read_earlier,
     run_bench,
     score,
     summarise,
 )
+from ilf.bench.against_peers import against_peers, bootstrap
 from ilf.bench.methods import GROUPS
 from ilf.cli import main
 from ilf.completion import complete
 from ilf.confidence import depth_error
 from ilf.errors import InputError, ParameterError
 from ilf.parameters import PRESETS
+from tests.bench import frame_split
 
 from .small_frames import write_small_frame
 
@@ -272,6 +276,117 @@ def test_summary_is_the_mean_over_frames(two_frames):
     assert lines["polynomial"].extraction_seconds > 0
 
 
+def test_frames_are_compared_one_by_one_with_the_best_peer_of_each(two_frames):
+    (two_frames / "first" / "meta.json").write_text('{"name": "first", "depth_units_per_m": 1000, "sensor": "one"}')
+    result = run_bench(Plan(tuple(find_frames([two_frames])), ("areas",), ("best", "paper", "nearest", "laplace")))
+    assert [task.sensor for task in result.tasks] == ["one", "second"]
+    for measure in ("rmse", "mae"):
+        errors = {line: [getattr(row, measure) for row in result.rows if row.method == line] for line in METHODS}
+        best_peer = np.minimum(errors["nearest"], errors["laplace"])
+        for line in map(vars, summarise(result)):
+            own = np.array(errors[line["method"]])
+            ratios = own / best_peer
+            assert line[f"{measure}_geometric_mm"] == pytest.approx(1000 * np.sqrt(own.prod()))
+            assert line[f"{measure}_ratio"] == pytest.approx(np.sqrt(ratios.prod()))
+            assert line[f"{measure}_wins"] == (ratios <= 1).sum()
+            # of two sensors, both are drawn half of the time, and either of them twice a quarter of it
+            assert line[f"{measure}_low_95"] == pytest.approx(ratios.min())
+            assert line[f"{measure}_high_68"] == pytest.approx(ratios.max())
+        assert sum(line.rmse_wins for line in summarise(result) if line.method not in PRESETS) == 2
+    shares = [row.within for row in result.rows if row.method == "best"]
+    best = next(line for line in summarise(result) if line.method == "best")
+    assert best.calibrated == np.mean([0.55 <= share <= 0.80 for share in shares])
+    assert best.sparsification == np.mean([row.sparsification for row in result.rows if row.method == "best"])
+
+
+def test_without_peers_nothing_is_compared_with_them(two_frames):
+    (line,) = summarise(run_bench(Plan((two_frames / "first",), ("areas",), ("best",))))
+    assert line.rmse_ratio is line.mae_wins is line.rmse_low_68 is None
+    assert line.rmse_geometric_mm == pytest.approx(line.rmse_mm)
+
+
+def test_the_bootstrap_draws_whole_sensors():
+    sensors = ("a", "a", "a", "b", "c")
+    found = against_peers([0.1, 0.2, 0.4, 1.0, 0.0], [0.1, 0.1, 0.1, 0.5, 1e-6], sensors)
+    logarithms = np.log([1, 2, 4, 2, 1])
+    assert found == against_peers([0.1, 0.2, 0.4, 1.0, 0.0], [0.1, 0.1, 0.1, 0.5, 1e-6], sensors)
+    assert (found.ratio, found.wins) == (pytest.approx(16 ** (1 / 5)), 2)
+    every = [
+        np.exp(np.concatenate([logarithms[np.array(sensors) == name] for name in drawn]).mean())
+        for drawn in itertools.product("abc", repeat=3)
+    ]
+    drawn = bootstrap(logarithms, sensors)
+    assert np.isin(drawn.round(9), np.round(every, 9)).all()
+    assert drawn.mean() == pytest.approx(np.mean(every), rel=0.01)
+    assert (found.low_95, found.high_95) == (pytest.approx(min(every)), pytest.approx(max(every)))
+    assert found.low_95 <= found.low_68 < found.ratio < found.high_68 <= found.high_95
+    assert against_peers([0.1, 0.2], [0.1, 0.1], ("a", "a")).low_68 is None
+
+
+def test_no_frame_both_chooses_and_judges(capsys):
+    halves = []
+    for half in ("choosing", "judging"):
+        assert frame_split.main([half, "frames"]) == 0
+        halves.append(capsys.readouterr().out.split())
+    assert all(path.startswith("frames/") for path in halves[0])
+    assert not set(halves[0]) & set(halves[1])
+
+
+# rows of an earlier result
+
+
+@pytest.fixture
+def earlier(two_frames, tmp_path):
+    """A result of both frames, seed 1."""
+    arguments = ["--methods", "nearest,linear,polynomial", "--pattern", "areas", "--seed", "1"]
+    assert main(["bench", str(two_frames), *arguments, "--json", str(tmp_path / "earlier.json")]) == 0
+    return tmp_path / "earlier.json"
+
+
+def test_peers_of_an_earlier_result_are_not_run_again(two_frames, earlier, monkeypatch):
+    def run(frame, labels):
+        pytest.fail("it was run again")
+
+    for name in ("nearest", "linear"):
+        monkeypatch.setitem(METHODS, name, Method(name, run, False))
+    methods = ("best", "nearest", "linear", "polynomial", "telea")
+    then = read_earlier(earlier, methods)
+    # a polynomial is fitted to each block, and blocks may be others by now
+    assert then.methods == ("nearest", "linear")
+    result = run_bench(Plan(tuple(find_frames([two_frames])), ("areas",), methods, 1), earlier=then)
+    assert [row.method for row in result.rows] == [*methods, *methods]
+    rows = json.loads(earlier.read_text())["rows"]
+    assert [vars(row) for row in result.rows if row.method in then.methods] == [
+        row for row in rows if row["method"] in then.methods
+    ]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--seed", "2"], "earlier.json does not fit first, pattern areas: then, methods were given other colour or"),
+        (["--seed", "1", "--pattern", "random"], "earlier.json has no rows of first, pattern random"),
+        (["--seed", "1", "--methods", "telea,polynomial"], "earlier.json has no rows of any peer that is to be"),
+    ],
+)
+def test_an_earlier_result_that_does_not_fit_is_refused(two_frames, earlier, capsys, arguments, message):
+    rest = ["--pattern", "areas", "--methods", "nearest", *arguments, "--peers-from", str(earlier)]
+    assert main(["bench", str(two_frames), *rest]) == 1
+    assert message in capsys.readouterr().err
+
+
+def test_other_depth_and_other_files_are_refused(two_frames, earlier, tmp_path, capsys):
+    arguments = ["--pattern", "areas", "--methods", "nearest", "--seed", "1", "--peers-from"]
+    (tmp_path / "old.json").write_text('{"rows": [{"frame": "first"}]}')
+    assert main(["bench", str(two_frames), *arguments, str(tmp_path / "old.json")]) == 1
+    assert "old.json is no result that `ilf bench --json` of this version" in capsys.readouterr().err
+    depth = cv2.imread(str(two_frames / "second" / "depth.png"), cv2.IMREAD_UNCHANGED)
+    depth[depth > 0] += 1
+    cv2.imwrite(str(two_frames / "second" / "depth.png"), depth)
+    assert main(["bench", str(two_frames), *arguments, str(earlier)]) == 1
+    assert "does not fit second, pattern areas" in capsys.readouterr().err
+
+
 # the command
 
 
@@ -291,8 +406,11 @@ def test_command_end_to_end(two_frames, tmp_path, capsys):
     assert warnings[0].startswith("ilf: warning: skipped: broken. ")
     assert warnings[1] == "ilf: warning: skipped for pattern truth: first. There is no measured or exact truth."
     tables = [part.splitlines() for part in captured.out.split("\n\n")]
-    assert [lines[0].split(":")[0] for lines in tables] == ["random", "areas", "truth"]
-    for lines in tables:
+    whats = ("", ", frame by frame", ", expected error")
+    assert [lines[0].split(":")[0] for lines in tables] == [
+        pattern + what for pattern in ("random", "areas", "truth") for what in whats
+    ]
+    for lines in tables[::3]:
         rmse = [float(line.split()[1].rstrip("*")) for line in lines[2:]]
         assert len(rmse) == len(METHODS)
         assert rmse == sorted(rmse)
@@ -309,7 +427,11 @@ def test_command_end_to_end(two_frames, tmp_path, capsys):
     ]
     assert float(lines[0]["rmse_mm"]) == content["table"][0]["rmse_mm"]
     assert float(lines[0]["within"]) == content["table"][0]["within"]
-    assert all("within" in tables[0][1] and row["within"] is not None for row in content["rows"])
+    assert all("within" in tables[2][1] and row["within"] is not None for row in content["rows"])
+    assert [(task["pattern"], task["frame"], task["sensor"]) for task in content["tasks"]] == [
+        *((pattern, frame, frame) for pattern in ("random", "areas") for frame in ("first", "second")),
+        ("truth", "second", "second"),
+    ]
 
 
 def test_jobs_change_nothing_but_the_seconds(two_frames, tmp_path, capsys):

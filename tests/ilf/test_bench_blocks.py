@@ -323,7 +323,7 @@ def test_command_end_to_end(folders, tmp_path, capsys):
     ("arguments", "status", "message"),
     [
         ([], 2, "Give folders of frames after 'blocks'"),
-        (["frames", "--pattern", "areas"], 2, "leave out --pattern and --seed"),
+        (["frames", "--pattern", "areas"], 2, "leave out --pattern, --seed and --peers-from"),
         (["frames", "--methods", "watershed"], 1, "There is no method 'watershed'. Known: all, canny, network"),
         (["frames/broken"], 1, "No frame could be read"),
         (["missing"], 1, "missing is not a folder"),

@@ -36,9 +36,9 @@ def test_network_lines_of_canny_and_long_jumps_make_boundaries(found: FrameEdges
     made = find_boundaries(found, BlockParameters(threshold=0.7))
     jumps = np.zeros(SHAPE, bool)
     jumps[:, 8] = True
-    np.testing.assert_array_equal(made.strength, np.where(jumps, 1, found.colour))
-    np.testing.assert_array_equal(made.edges, (found.colour >= np.float32(0.7)) | jumps)
-    guide = found.colour + np.float32(0.3) * found.lines.astype(np.float32)
+    np.testing.assert_array_equal(made.strength, np.where(jumps, 1, found.detected))
+    np.testing.assert_array_equal(made.edges, (found.detected >= np.float32(0.7)) | jumps)
+    guide = found.detected + np.float32(0.3) * found.lines.astype(np.float32)
     np.testing.assert_array_equal(made.guide, np.where(jumps, np.float32(1.5), guide))
     assert made.relief is found.relief
     assert {made.strength.dtype, made.guide.dtype} == {np.dtype(np.float32)}
@@ -56,8 +56,8 @@ def test_without_the_network_cannys_lines_are_the_edges(found: FrameEdges) -> No
 
 def test_where_depth_does_not_count_colour_decides_alone(found: FrameEdges) -> None:
     made = find_boundaries(found, BlockParameters(threshold=0.7, use_depth=False, use_creases=True))
-    np.testing.assert_array_equal(made.strength, found.colour)
-    np.testing.assert_array_equal(made.edges, found.colour >= np.float32(0.7))
+    np.testing.assert_array_equal(made.strength, found.detected)
+    np.testing.assert_array_equal(made.edges, found.detected >= np.float32(0.7))
     assert made.relief is None
 
 

@@ -25,6 +25,8 @@ from ilf.judgement import (
     judge_completion,
     judge_hidden,
     run_sweep,
+    share_within,
+    sparsification_error,
     sweep_steps,
 )
 from ilf.run import Run
@@ -58,6 +60,22 @@ def test_judgement_by_hand():
     assert judge(depth, truth, expected=np.full((1, 4), np.nan)).within is None
     with pytest.raises(InputError, match=r"truth \(4,\)"):
         judge(depth, truth[0])
+
+
+def test_the_order_of_expected_errors_is_judged_by_leaving_pixels_out():
+    rng = np.random.default_rng(3)
+    error, expected = rng.normal(0, 0.1, 40), rng.permutation(np.linspace(0.01, 0.2, 40))
+    assert share_within(error, expected, 2) == np.mean([abs(e) <= 2 * x for e, x in zip(error, expected, strict=True)])
+
+    def curve(order):
+        return [np.sqrt(np.mean(error[order[left:]] ** 2)) for left in range(40)]
+
+    area = np.mean(np.subtract(curve(np.argsort(-expected)), curve(np.argsort(-abs(error)))))
+    assert sparsification_error(error, expected) == pytest.approx(area / np.sqrt(np.mean(error**2)))
+    assert sparsification_error(error, 7 * abs(error)) == 0
+    assert sparsification_error(np.zeros(3), np.ones(3)) == 0
+    # the order in which equals come says nothing
+    assert sparsification_error(error, np.ones(40)) == pytest.approx(sparsification_error(error[::-1], np.ones(40)))
 
 
 def test_frame_blocks_and_box_are_judged_over_their_filled_pixels(run):

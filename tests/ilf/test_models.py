@@ -18,7 +18,7 @@ from ilf.declarations import ParameterSet, declare
 from ilf.edges.importing import add_model
 from ilf.edges.network import load_model
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
-from ilf.models import BUNDLED, model_names, model_path, models_folder, remove_model
+from ilf.models import BUNDLED, DEPTH_EDGES, model_names, model_path, models_folder, remove_model
 
 from .hed_files import caffe_strength, hed_weights, keras_strength, write_caffemodel, write_keras
 
@@ -219,11 +219,12 @@ def test_names_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
     for name in ("", "../net", "a b", "x" * 101):
         with pytest.raises(InputError, match="cannot be the name"):
             add_model(source, name)
-    for replace in (True, False):
-        with pytest.raises(InputError, match="name of the bundled"):
-            add_model(source, BUNDLED, replace=replace)
-    with pytest.raises(InputError, match="cannot be removed"):
-        remove_model(BUNDLED)
+    for name in (BUNDLED, DEPTH_EDGES):
+        for replace in (True, False):
+            with pytest.raises(InputError, match="name of a bundled"):
+                add_model(source, name, replace=replace)
+        with pytest.raises(InputError, match="cannot be removed"):
+            remove_model(name)
     first = add_model(source).read_bytes()
     write_weighted_sum(source, SIGMOID, gains=GAINS / 2)
     with pytest.raises(InputError, match="'net' already"):
@@ -261,6 +262,7 @@ def test_the_command_imports_lists_and_removes(tmp_path: Path, capsys: pytest.Ca
     rows = [line.split() for line in capsys.readouterr().out.splitlines()]
     assert [row[0] for row in rows[1:3]] == [BUNDLED, "mine"]
     assert rows[1][-1] == "bundled"
+    assert rows[3][0] == DEPTH_EDGES
     assert main(["models", "remove", "mine"]) == 0
     assert main(["models", "remove", "mine"]) == 1
     assert "no edge network 'mine'" in capsys.readouterr().err

@@ -10,7 +10,7 @@ import pytest
 import ilf
 from ilf.declarations import ParameterSet
 from ilf.errors import ParameterError
-from ilf.parameters import PRESETS, BlockParameters, Parameters
+from ilf.parameters import PAPER_BLOCKS, PRESETS, BlockParameters, Parameters
 
 SETS = [Parameters, BlockParameters]
 
@@ -112,6 +112,14 @@ def test_a_parameter_counts_with_those_that_are_changed_beside_it() -> None:
         ilf.preset("paper", filter="edge-aware", padding=3)
 
 
+def test_a_parameter_may_count_with_several_values_of_another() -> None:
+    for detector in ("rgbd", "hed"):
+        assert BlockParameters().changed(detector=detector, threshold=0.3).matters("threshold")
+    with pytest.raises(ParameterError) as refused:
+        BlockParameters().changed(detector="canny", threshold=0.3)
+    assert str(refused.value) == "threshold has no effect with detector canny; it belongs to detector rgbd or hed."
+
+
 def test_values_that_are_on_or_off_are_called_so() -> None:
     with pytest.raises(ParameterError) as refused:
         BlockParameters().changed(use_depth=False, depth_jump=1.0)
@@ -134,16 +142,17 @@ def test_what_a_record_does_not_name_has_the_values_of_the_paper() -> None:
     """Older versions wrote records without names that are younger, and these were the defaults."""
     assert Parameters.from_dict({}) == PRESETS["paper"]
     assert Parameters.from_dict(PRESETS["best"].to_dict()) == PRESETS["best"]
-    assert BlockParameters.from_dict({}) == BlockParameters()
+    assert BlockParameters.from_dict({}) == PAPER_BLOCKS
+    assert Parameters.from_dict({"filter": "edge-aware"}).edges == "combined"
 
 
 @pytest.mark.parametrize("name", ["hed", "network", "combined"])
 def test_a_choice_has_its_older_names_too(name: str) -> None:
     assert ilf.preset(edges=name) == ilf.preset()
     assert Parameters(edges=name).edges == "combined"
-    with pytest.raises(ParameterError, match="edges must be one of combined, canny, not 'depth'"):
+    with pytest.raises(ParameterError, match="edges must be one of rgbd, combined, canny, not 'depth'"):
         ilf.preset(edges="depth")
-    with pytest.raises(ParameterError, match="one of combined, canny"):
+    with pytest.raises(ParameterError, match="one of rgbd, combined, canny"):
         ilf.preset(edges=["hed"])
 
 

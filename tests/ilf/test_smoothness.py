@@ -139,6 +139,10 @@ def test_smoothness_between_neighbours_makes_the_weights() -> None:
     assert weights.slope_y.size == weights.bend_y.size == 0
     turned = make_weights(smooth_y.T, smooth_x.T, 3.0, 10.0)
     assert_allclose(turned.bend_y, weights.bend_x.T)
+    creased = make_weights(smooth_x, smooth_y, 3.0, 10.0, np.array([[0.1, 1.0, 0.2, 0.0, 0.3]], np.float32))
+    assert_allclose(creased.slope_x, weights.slope_x)
+    assert_allclose(creased.bend_x, [[5.0, 0.5, 0.0]])
+    assert_allclose(make_weights(smooth_y.T, smooth_x.T, 3.0, 10.0, np.ones((5, 1), np.float32)).bend_y, turned.bend_y)
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (2, 3), (1, 6), (4, 5)])

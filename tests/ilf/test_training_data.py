@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from ilf.edges.training.data import Example, boundary, consensus, load_examples, random_sample
+from ilf.edges.training.contours.data import Example, boundary, consensus, load_examples, random_sample
 from ilf.errors import InputError
 
 

@@ -43,6 +43,7 @@ class Studio:
 _OTHERS: dict[str, type[Painter]] = {
     "expected-error": ExpectedErrorPainter,
     "strength": StrengthPainter,
+    "creases": StrengthPainter,
     "guessed": MaskPainter,
     "distrusted": MaskPainter,
     "spectrum": SpectrumPainter,

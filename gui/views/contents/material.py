@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from gui.views.colour_maps import depth_table
 from gui.views.ranges import KINDS, Range
+from ilf.edges import FrameEdges
 
 from .names import COMPARABLE, DIFFERENCE, EARLIER, INTERPOLATED, JUDGEMENT, RUNS, SIDES, difference_of
 
@@ -90,7 +91,7 @@ class Material:
         self.runs: tuple[ShownRun, ...] = ()
         self.earlier: ShownRun | None = None
         self.interpolated: Depth | None = None
-        self.strength: Depth | None = None
+        self.edges: FrameEdges | None = None
         self.spectrum: Spectrum | str = ""
         self.forget_result()
 

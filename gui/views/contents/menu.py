@@ -36,7 +36,7 @@ class ContentMenu(QMenu):
         self._add(self, "error", TITLES["error"], material.truth is not None)
         self._add(self, "expected-error", TITLES["expected-error"])
         self.addSeparator()
-        for name in ("strength", "extraction", "guessed", "distrusted", "spectrum"):
+        for name in ("strength", "creases", "extraction", "guessed", "distrusted", "spectrum"):
             self._add(self, name, TITLES[name])
         self.addSeparator()
         for side, depth in zip(SIDES, material.sides, strict=True):

@@ -28,6 +28,7 @@ TITLES = {
     "error": "Error: result \N{MINUS SIGN} truth",
     "expected-error": "Expected error",
     "strength": "Edge strength",
+    "creases": "Creases",
     "extraction": "Extraction",
     "guessed": "Guessed",
     "distrusted": "Distrusted",

@@ -206,4 +206,4 @@ def _landscape(frame: RGBDFrame, chosen: BlockParameters) -> Field:
     knows to a pixel where it is. Jumps of the depth lie beside the true borders, and count where colour says little."""
     edges = find_edges(frame, chosen)
     gradient = gradient_strength(*colour_gradient(frame.rgb, _FINE))
-    return np.maximum((edges.colour + gradient) / 2, np.float32(_JUMPS) * mark(edges.relief.jumps)).astype(np.float32)
+    return np.maximum((edges.detected + gradient) / 2, np.float32(_JUMPS) * mark(edges.relief.jumps)).astype(np.float32)

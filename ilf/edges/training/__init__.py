@@ -1,1 +1,1 @@
-"""Training of the edge network on BSDS500: `python -m ilf.edges.training`. Needs PyTorch, which nothing else does."""
+"""Training of the networks, each by a command of its own. Needs PyTorch, which nothing else does."""

@@ -116,7 +116,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self._levelling = np.float32(_LEVELLING * max(1.0, self._slope, self._bending))
         self._jump = max(noise, parameters.jump_share * max(depth, _NEAREST)) if parameters.jump_share else math.inf
 
-        self._grids = [self._view.grid(trend, edges.strength, parameters)]
+        self._grids = [self._view.grid(trend, edges, parameters)]
         finest = self._grids[0]
         self._known_squares = inner(finest.totals, finest.totals)
         self._held_out_squares = inner(finest.held_out[1], finest.held_out[1]) if finest.held_out else 0.0
@@ -235,7 +235,8 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
 
     def _weights(self, grid: _Grid) -> Weights:
         # of a surface on cells of c pixels, slopes add up to the same, bending to c^2 times as much
-        return make_weights(*grid.smooth(self._parameters.edge_scale), self._slope, self._bending / grid.cell**2)
+        smooth = grid.smooth(self._parameters.edge_scale)
+        return make_weights(*smooth, self._slope, self._bending / grid.cell**2, grid.stiff)
 
 
 class _Level(NamedTuple):
@@ -256,8 +257,9 @@ class _Grid:
     """A level of the pyramid over the window.
 
     `counts` and `totals` are of the known depth less the trend, `inside` counts the block's pixels in every cell;
-    `edges` is the largest edge strength there. `held_out` is counts and totals of the depth that is held out, or None;
-    `parting` is what a drawn border parts, or None.
+    `edges` is the largest edge strength there, `creases` the largest probability of a crease, or None where nothing
+    tells of them. `held_out` is counts and totals of the depth that is held out, or None; `parting` is what a drawn
+    border parts, or None.
     """
 
     cell: int
@@ -266,6 +268,7 @@ class _Grid:
     inside: Array
     trend: Array
     edges: Array
+    creases: Array | None
     held_out: tuple[Array, Array] | None
     parting: Parting | None
 
@@ -278,6 +281,11 @@ class _Grid:
         left = np.exp(-self.edges / np.float32(edge_scale))
         smooth = np.minimum(left[:, 1:], left[:, :-1]), np.minimum(left[1:], left[:-1])
         return smooth if self.parting is None else self.parting.cut(*smooth)
+
+    @property
+    def stiff(self) -> Array | None:
+        """How much of the bending counts around every cell; None for all."""
+        return None if self.creases is None else 1 - self.creases
 
     @property
     def level(self) -> _Level:
@@ -298,6 +306,7 @@ class _Grid:
             inside=sums_of_four(self.inside),
             trend=np.float32(0.25) * sums_of_four(self.trend, "edge"),
             edges=largest_of_four(edges),
+            creases=None if self.creases is None else largest_of_four(self.creases),
             held_out=self.held_out and (sums_of_four(self.held_out[0]), sums_of_four(self.held_out[1])),
             parting=self.parting and self.parting.halved(),
         )
@@ -355,7 +364,7 @@ class _View:
             return np.full(self._mask.shape, depth, np.float32), stiffness
         return found.surface[self._place], stiffness
 
-    def grid(self, trend: Array, strength: Array, parameters: Parameters) -> _Grid:
+    def grid(self, trend: Array, found: FrameEdges, parameters: Parameters) -> _Grid:
         """The finest grid."""
         counts, totals = _samples(self.depth[self._place] - trend)
         held_out = None
@@ -367,7 +376,7 @@ class _View:
         boundary = cv2.morphologyEx(mask, cv2.MORPH_GRADIENT, cross).astype(np.float32)
         # among dense samples the depth itself says where the jumps are, and colour is registered a few pixels off
         fade = np.minimum(self._distance / np.float32(parameters.trust_distance), 1)
-        edges = fade * np.maximum(strength[self._window], np.float32(parameters.boundary_strength) * boundary)
+        edges = fade * np.maximum(found.strength[self._window], np.float32(parameters.boundary_strength) * boundary)
         return _Grid(
             cell=1,
             counts=counts,
@@ -375,6 +384,7 @@ class _View:
             inside=mask.astype(np.float32),
             trend=trend,
             edges=edges.astype(np.float32),
+            creases=None if found.crease is None else fade * found.crease[self._window],
             held_out=held_out,
             parting=None if self._drawn is None else Parting.around(self._mask, self._drawn),
         )

@@ -62,7 +62,7 @@ class Weights:
         )
 
 
-def make_weights(smooth_x: Array, smooth_y: Array, slope: float, bending: float) -> Weights:
+def make_weights(smooth_x: Array, smooth_y: Array, slope: float, bending: float, stiff: Array | None = None) -> Weights:
     """Weights from how much of the smoothness is left between neighbours.
 
     Parameters
@@ -72,14 +72,16 @@ def make_weights(smooth_x: Array, smooth_y: Array, slope: float, bending: float)
         less smooth of its two pairs.
     slope, bending : float
         Weights of the two terms.
+    stiff : ndarray of float32, shape (H, W), optional
+        How much of the second difference around a pixel counts, from 1, all, to 0, none, where the surface has a
+        crease: it may bend there, but not tear.
     """
     first, second = np.float32(slope), np.float32(bending)
-    return Weights(
-        first * smooth_x,
-        first * smooth_y,
-        second * np.minimum(smooth_x[:, 1:], smooth_x[:, :-1]),
-        second * np.minimum(smooth_y[1:], smooth_y[:-1]),
-    )
+    bend_x = second * np.minimum(smooth_x[:, 1:], smooth_x[:, :-1])
+    bend_y = second * np.minimum(smooth_y[1:], smooth_y[:-1])
+    if stiff is not None:
+        bend_x, bend_y = bend_x * stiff[:, 1:-1], bend_y * stiff[1:-1]
+    return Weights(first * smooth_x, first * smooth_y, bend_x, bend_y)
 
 
 class SmoothnessEnergy:

@@ -5,37 +5,61 @@ from __future__ import annotations
 import csv
 import math
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from copy import deepcopy
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-import cv2
 import numpy as np
 import torch
-from torch import Tensor
+from numpy.typing import NDArray
+from torch import Tensor, nn
 
-from ..network import pad_image
-from .data import Example, consensus, random_sample
-from .model import EdgeModel, edge_loss
+Arrays = tuple[NDArray[np.float32], ...]
 
-SEED = 20
-BATCH = 4
-CROP = 320
-PEAK_RATE = 2e-3
 WARM_UP = 0.01
 WEIGHT_DECAY = 1e-2
 AVERAGING = 0.999
 REPORT_EVERY = 500
 # A step that takes longer was suspended, and such time does not count as training.
 LONGEST_STEP_S = 10.0
-LOG_COLUMNS = ("step", "minutes", "rate", "loss", "held-out loss")
 
 
-def learning_rate(progress: float) -> float:
+class Lesson(ABC):
+    """What is to be learnt: a model, samples, a loss, and figures of how well it goes."""
+
+    seed: ClassVar[int]
+    peak_rate: ClassVar[float]
+    file_name: ClassVar[str]
+    """Of the network as ONNX."""
+
+    @abstractmethod
+    def new_model(self) -> nn.Module:
+        """A model with random weights."""
+
+    @abstractmethod
+    def batch(self, rng: np.random.Generator) -> Arrays:
+        """Samples to learn from, each array of shape (N, H, W, C)."""
+
+    @abstractmethod
+    def loss(self, model: nn.Module, batch: tuple[Tensor, ...]) -> Tensor:
+        """Loss of a batch, its arrays having become tensors of shape (N, C, H, W)."""
+
+    @abstractmethod
+    def held_out(self, model: nn.Module, tensors: Callable[[Arrays], tuple[Tensor, ...]]) -> dict[str, float]:
+        """Figures on what is held out, by name."""
+
+    @abstractmethod
+    def export(self, model: nn.Module, path: Path) -> None:
+        """Write the model as ONNX."""
+
+
+def learning_rate(peak: float, progress: float) -> float:
     """Linear warm-up, then a cosine to zero, for a progress from 0 to 1."""
-    return PEAK_RATE * min(progress / WARM_UP, 0.5 + 0.5 * math.cos(math.pi * progress))
+    return peak * min(progress / WARM_UP, 0.5 + 0.5 * math.cos(math.pi * progress))
 
 
 class Trainer:
@@ -43,20 +67,19 @@ class Trainer:
 
     Parameters
     ----------
-    learnt, held_out : list of Example
+    lesson : Lesson
     out : Path
-        Folder of `checkpoint.pt` and `log.csv`.
+        Folder of `checkpoint.pt`, `log.csv` and the averaged model as ONNX, each renewed whenever there is a report.
     """
 
-    def __init__(self, learnt: list[Example], held_out: list[Example], out: Path) -> None:
-        torch.manual_seed(SEED)
-        self.learnt = learnt
-        self.held_out = held_out
+    def __init__(self, lesson: Lesson, out: Path) -> None:
+        torch.manual_seed(lesson.seed)
+        self.lesson = lesson
         self.out = out
         self.device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-        self.model = EdgeModel().to(self.device, memory_format=torch.channels_last)
+        self.model = lesson.new_model().to(self.device, memory_format=torch.channels_last)
         self.average = deepcopy(self.model).eval().requires_grad_(False)
-        self.optimiser = torch.optim.AdamW(self.model.parameters(), PEAK_RATE, weight_decay=WEIGHT_DECAY)
+        self.optimiser = torch.optim.AdamW(self.model.parameters(), lesson.peak_rate, weight_decay=WEIGHT_DECAY)
         self.step = 0
         self.seconds = 0.0
 
@@ -74,9 +97,8 @@ class Trainer:
             "step": self.step,
             "seconds": self.seconds,
         }
-        unfinished = self.checkpoint.with_suffix(".new")
-        torch.save(state, unfinished)
-        unfinished.replace(self.checkpoint)
+        with replacing(self.checkpoint) as unfinished:
+            torch.save(state, unfinished)
 
     def resume(self) -> None:
         """Go on where the checkpoint was written."""
@@ -93,9 +115,9 @@ class Trainer:
         batches = self._batches()
         began = time.monotonic()
         while self.seconds < 60 * minutes:
-            images, shares = next(batches)
-            rate = learning_rate(self.seconds / (60 * minutes))
-            losses.append(self._learn(images, shares, rate))
+            batch = next(batches)
+            rate = learning_rate(self.lesson.peak_rate, self.seconds / (60 * minutes))
+            losses.append(self._learn(batch, rate))
             self.step += 1
             now = time.monotonic()
             self.seconds += min(now - began, LONGEST_STEP_S)
@@ -106,12 +128,11 @@ class Trainer:
         if losses:
             report(self._record(0.0, losses))
 
-    def _learn(self, images: Tensor, shares: Tensor, rate: float) -> float:
+    def _learn(self, batch: tuple[Tensor, ...], rate: float) -> float:
         for group in self.optimiser.param_groups:
             group["lr"] = rate
         with torch.autocast(self.device.type, torch.bfloat16):
-            outputs = self.model(images)
-        loss = edge_loss(outputs, shares)
+            loss = self.lesson.loss(self.model, batch)
         self.optimiser.zero_grad()
         loss.backward()
         self.optimiser.step()
@@ -126,7 +147,7 @@ class Trainer:
                 if mine.is_floating_point():
                     mine.lerp_(theirs, 1 - keep)
 
-    def _batches(self) -> Iterator[tuple[Tensor, Tensor]]:
+    def _batches(self) -> Iterator[tuple[Tensor, ...]]:
         """Batches from the present step on, the next one made while one is learnt."""
         with ThreadPoolExecutor(1) as maker:
             step = self.step
@@ -137,44 +158,41 @@ class Trainer:
                 coming = maker.submit(self._batch, step)
                 yield ready
 
-    def _batch(self, step: int) -> tuple[Tensor, Tensor]:
+    def _batch(self, step: int) -> tuple[Tensor, ...]:
         # Seeded by the step, so that a resumed training sees the batches that an unbroken one would.
-        rng = np.random.default_rng((SEED, step))
-        chosen = rng.integers(len(self.learnt), size=BATCH)
-        images, shares = zip(*(random_sample(self.learnt[k], CROP, rng) for k in chosen), strict=True)
-        return self._tensor(np.stack(images)), self._tensor(np.stack(shares)[..., None])
+        return self.tensors(self.lesson.batch(np.random.default_rng((self.lesson.seed, step))))
 
-    def _tensor(self, array: np.ndarray) -> Tensor:
+    def tensors(self, arrays: Arrays) -> tuple[Tensor, ...]:
+        """Arrays (N, H, W, C) as tensors (N, C, H, W) where the model is."""
         # The permuted view of (N, H, W, C) is channels-last already.
-        return torch.from_numpy(array).to(self.device).permute(0, 3, 1, 2)
+        return tuple(torch.from_numpy(one).to(self.device).permute(0, 3, 1, 2) for one in arrays)
 
     def _record(self, rate: float, losses: list[float]) -> str:
-        mean, held_out = float(np.mean(losses)), self.held_out_loss()
-        values = (self.step, f"{self.seconds / 60:.1f}", f"{rate:.2e}", f"{mean:.4f}", f"{held_out:.4f}")
+        with torch.no_grad():
+            held_out = self.lesson.held_out(self.average, self.tensors)
+        values = {
+            "step": str(self.step),
+            "minutes": f"{self.seconds / 60:.1f}",
+            "rate": f"{rate:.2e}",
+            "loss": f"{np.mean(losses):.4f}",
+            **{name: f"{value:.4f}" for name, value in held_out.items()},
+        }
         path = self.out / "log.csv"
         new = not path.exists()
         with path.open("a", newline="") as file:
             writer = csv.writer(file)
             if new:
-                writer.writerow(LOG_COLUMNS)
-            writer.writerow(values)
+                writer.writerow(values)
+            writer.writerow(values.values())
         self.save()
-        return ", ".join(f"{name} {value}" for name, value in zip(LOG_COLUMNS, values, strict=True))
-
-    @torch.no_grad()
-    def held_out_loss(self) -> float:
-        """Mean loss of the averaged model over the whole held-out images."""
-        losses = []
-        for example in self.held_out:
-            padded, window = pad_image(example.rgb)
-            image = self._tensor(padded[None].astype(np.float32) / 255)
-            outputs = [one[:, :, window[0], window[1]] for one in self.average(image)]
-            share = self._tensor(consensus(example.segmentations)[None, ..., None])
-            losses.append(float(edge_loss(outputs, share)))
-        return float(np.mean(losses))
+        with replacing(self.out / self.lesson.file_name) as unfinished:
+            self.lesson.export(self.average, unfinished)
+        return ", ".join(f"{name} {value}" for name, value in values.items())
 
 
-def limit_threads(threads: int) -> None:
-    """Let PyTorch compute on so many threads, and the making of samples on the one that makes them."""
-    torch.set_num_threads(threads)
-    cv2.setNumThreads(1)
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A path to write to, which takes the place of another when that has been done."""
+    unfinished = path.with_suffix(".new")
+    yield unfinished
+    unfinished.replace(path)

@@ -1,0 +1,116 @@
+"""The depth-edge network in use: where depth jumps and surfaces bend, from colour and known depth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import FormatError, InputError
+from .depth_features import depth_features, filled_log_depth
+from .network import LONGEST_SIDE, check_image
+from .onnx_network import OnnxNetwork, reflected
+
+Array = NDArray[np.float32]
+
+MULTIPLE = 32
+COARSE = 4
+"""What the sides of the network's input are multiples of, and how many pixels one of its coarse depth stands for."""
+
+_TRIAL_SHAPES = ((64, 64), (64, 96))
+
+
+@dataclass(frozen=True, eq=False)
+class DepthEdges:
+    """What the network says of a frame.
+
+    Attributes
+    ----------
+    jump : ndarray of float32, shape (H, W)
+        Probability that depth jumps between this pixel and its right or lower neighbour.
+    crease : ndarray of float32, shape (H, W)
+        Probability that the surface bends sharply there.
+    coarse : ndarray of float32, shape (H, W), or None
+        Depth [m] everywhere, without fine detail where it is missing. None where no depth is known at all, or the
+        network says nothing of it.
+    spread : ndarray of float32, shape (H, W), or None
+        Mean error of `coarse` that the network expects, as a share of the depth.
+    """
+
+    jump: Array
+    crease: Array
+    coarse: Array | None
+    spread: Array | None
+
+
+class DepthEdgeNetwork(OnnxNetwork):
+    """A depth-edge network, ready to run. `load` makes one; it may be used from any thread.
+
+    The file is an ONNX network of two inputs, `image`, RGB in [0, 1] as float32 (1, 3, H, W), and `depth`, the
+    `depth_features`, H and W multiples of 32. Its outputs are `jump` and `crease`, (1, 1, H, W) in [0, 1], and
+    perhaps `coarse`, (1, 2, H/4, W/4): the log depth less the filled one of the features, and the log of the mean
+    error expected of it.
+    """
+
+    KIND = "depth-edge network"
+
+    def look(self, rgb: NDArray[np.uint8], depth: Array) -> DepthEdges:
+        """Depth edges of a frame.
+
+        Parameters
+        ----------
+        rgb : ndarray of uint8, shape (H, W, 3)
+            Of any size; one with a longer side of more than `LONGEST_SIDE` is scaled down to that before all else.
+        depth : ndarray of float32, shape (H, W)
+            Depth [m], NaN = missing.
+
+        Raises
+        ------
+        InputError
+            If the image is not of this shape and type, has no pixels, or the depth has another shape.
+        """
+        check_image(rgb)
+        height, width = rgb.shape[:2]
+        if depth.shape != (height, width):
+            raise InputError(f"Depth edges need depth of the image's shape {(height, width)}, not {depth.shape}.")
+        seen, known = rgb, depth
+        if max(height, width) > LONGEST_SIDE:
+            scale = LONGEST_SIDE / max(height, width)
+            size = (max(1, round(width * scale)), max(1, round(height * scale)))
+            seen = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
+            known = cv2.resize(depth, size, interpolation=cv2.INTER_NEAREST)  # type: ignore[assignment]
+        jump, crease, *coarse = (
+            cv2.resize(one, (width, height), interpolation=cv2.INTER_LINEAR) for one in self._run(seen, known)
+        )
+        if not coarse or not np.isfinite(depth).any():
+            return DepthEdges(np.clip(jump, 0, 1), np.clip(crease, 0, 1), None, None)
+        filled, _ = filled_log_depth(depth)
+        return DepthEdges(np.clip(jump, 0, 1), np.clip(crease, 0, 1), np.exp(filled + coarse[0]), np.exp(coarse[1]))
+
+    def _run(self, rgb: NDArray[np.uint8], depth: Array) -> list[Array]:
+        """The outputs of the network, each (H, W) of the image's size."""
+        image, window = reflected(rgb, MULTIPLE)
+        features, _ = reflected(np.moveaxis(depth_features(depth), 0, 2), MULTIPLE)
+        size = image.shape[:2]
+        inputs = {"image": cv2.dnn.blobFromImage(image, 1 / 255), "depth": np.moveaxis(features, 2, 0)[None]}
+        try:
+            outputs = self._forward({name: np.ascontiguousarray(one) for name, one in inputs.items()})
+        except cv2.error as error:
+            raise FormatError(
+                f"{self.path.name} is no depth-edge network: it does not take an image of {size} and its depth."
+            ) from error
+        lines, quarter = (1, 1, *size), (1, 2, size[0] // COARSE, size[1] // COARSE)
+        shapes = [one.shape for one in outputs]
+        if shapes not in ([lines, lines], [lines, lines, quarter]):
+            raise FormatError(f"{self.path.name} is no depth-edge network: it makes {shapes} of an image of {size}.")
+        maps = [map_ for output in outputs for map_ in output[0]]
+        return [cv2.resize(one, size[::-1], interpolation=cv2.INTER_LINEAR)[window] for one in maps]
+
+    def _try(self) -> None:
+        for height, width in _TRIAL_SHAPES:
+            ramp = np.linspace(0, 255, height * width * 3).astype(np.uint8).reshape(height, width, 3)
+            lines = self._run(ramp, np.asarray(1 + ramp[..., 0] / 255, np.float32))[:2]
+            if not all(np.isfinite(one).all() and one.min() >= -1e-3 and one.max() <= 1 + 1e-3 for one in lines):
+                raise FormatError(f"{self.path.name} is no depth-edge network: its lines are not within 0 to 1.")

@@ -1,0 +1,122 @@
+"""What every bundled or imported network is: an ONNX file, run by OpenCV's own reader, from any thread."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from threading import Lock
+from typing import ClassVar, Self
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import FormatError, InputError
+from ..io.files import read_file
+
+_networks: dict[tuple[type, Path], tuple[tuple[int, int], OnnxNetwork]] = {}
+_networks_lock = Lock()
+
+
+class OnnxNetwork:
+    """A network, ready to run. `load` makes one; it may be used from any thread."""
+
+    KIND: ClassVar[str] = "edge network"
+    """What it is called in messages."""
+
+    def __init__(self, net: cv2.dnn.Net, path: Path, sha256: str) -> None:
+        self._net = net
+        self._outputs = tuple(net.getUnconnectedOutLayersNames())
+        # A net keeps the input and all in between to itself, so that only one thread may run it at a time.
+        self._lock = Lock()
+        self.path = path
+        self.sha256 = sha256
+        """Of the very bytes that the network was read from, in hexadecimal digits."""
+        self._try()
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """The network of a file, read once and kept until the file changes.
+
+        Parameters
+        ----------
+        path : str or Path
+            An ONNX file, as the class describes.
+
+        Raises
+        ------
+        InputError
+            If there is no such file.
+        FormatError
+            If it is no ONNX network, or not one of this kind.
+        """
+        path = Path(path).resolve()
+        if not path.is_file():
+            raise InputError(f"There is no {cls.KIND} at {path}. Choose an ONNX file, or the Canny detector.")
+        status = path.stat()
+        version = (status.st_mtime_ns, status.st_size)
+        with _networks_lock:
+            known = _networks.get((cls, path))
+            if known is None or known[0] != version:
+                known = _networks[cls, path] = (version, cls.read(read_file(path).data, path))
+            assert isinstance(known[1], cls)
+            return known[1]
+
+    @classmethod
+    def read(cls, content: NDArray[np.uint8], path: Path) -> Self:
+        """The network in a file's content, tried with small images but not kept.
+
+        Parameters
+        ----------
+        content : ndarray of uint8
+        path : Path
+            Where it comes from, for messages.
+
+        Raises
+        ------
+        FormatError
+            If it is no ONNX network, or not one of this kind.
+        """
+        try:
+            net = cv2.dnn.readNetFromONNX(content)
+        except cv2.error as error:
+            raise FormatError(
+                f"{path.name} cannot be read as an ONNX network. Choose an intact ONNX file that holds its weights, "
+                "or the Canny detector."
+            ) from error
+        return cls(net, path, hashlib.sha256(content.data).hexdigest())
+
+    def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
+        """All outputs; raises cv2.error where the network does not take these inputs. "" is the first input."""
+        with self._lock:
+            for name, values in inputs.items():
+                self._net.setInput(values, name)
+            # The net writes its next results to the same memory.
+            return [np.array(one, np.float32) for one in self._net.forward(self._outputs)]
+
+    def _try(self) -> None:
+        """Raise FormatError for a network that is none of this kind, before it is used."""
+        raise NotImplementedError
+
+
+def reflected(image: NDArray[np.generic], multiple: int, margin: int = 0) -> tuple[NDArray, tuple[slice, slice]]:
+    """Reflect an image at its borders to sides that are multiples of a number.
+
+    Parameters
+    ----------
+    image : ndarray, shape (H, W) or (H, W, C)
+    multiple : int
+    margin : int
+        So many pixels at least are added on every side [px].
+
+    Returns
+    -------
+    padded : ndarray
+    window : (slice, slice)
+        Rows and columns of the image within the padded one.
+    """
+    height, width = image.shape[:2]
+    after = (margin + -(length + 2 * margin) % multiple for length in (height, width))
+    rest = ((0, 0),) * (image.ndim - 2)
+    padded = np.pad(image, (*((margin, size) for size in after), *rest), mode="reflect")
+    return padded, (slice(margin, margin + height), slice(margin, margin + width))
