@@ -45,7 +45,7 @@ def own_test(frame: RGBDFrame) -> tuple[NDArray[np.float32], NDArray[np.float64]
     hidden = _discs(depth.shape) & np.isfinite(depth)
     if min(np.count_nonzero(hidden), np.count_nonzero(np.isfinite(depth) & ~hidden)) < _FEWEST:
         return None
-    rgb = cv2.resize(frame.rgb, depth.shape[::-1], interpolation=cv2.INTER_AREA)
+    rgb = np.asarray(cv2.resize(frame.rgb, depth.shape[::-1], interpolation=cv2.INTER_AREA), np.uint8)
     small = RGBDFrame(rgb, np.where(hidden, np.float32(np.nan), depth))
     completed = complete(small, np.ones(small.shape, np.int32), threads=1).depth
     filled = filled_pixels(small, completed)

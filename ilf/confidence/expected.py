@@ -158,11 +158,11 @@ def _edges_of(frame: RGBDFrame, completion: Completion) -> Array:
     results = completion.results.values()
     asked_for = next((result.edges for result in results if result.edges is not None), None)
     edges = usual_edges(frame) if asked_for is None else find_edges(frame, asked_for).strength
-    drawn = [result for result in results if result.drawn is not None]
-    if drawn:
-        edges = edges.copy()
-        for result in drawn:
-            edges[result.block.box][result.block.mask] = np.maximum(
-                edges[result.block.box][result.block.mask], result.drawn
-            )
+    if all(result.drawn is None for result in results):
+        return edges
+    edges = edges.copy()
+    for result in results:
+        if result.drawn is not None:
+            pixels = edges[result.block.box]
+            pixels[result.block.mask] = np.maximum(pixels[result.block.mask], result.drawn)
     return edges

@@ -17,7 +17,7 @@ WITHIN_TWICE = 0.9545
 
 _GAP = list(FEATURES).index("gap")
 _NARROW, _WIDE = np.log(2.0), np.log(8.0)
-"""Logarithms of the width [px] of gaps up to which a frame's difficulty does not count, and from which it does fully."""
+"""Logarithms of the width [px] of gaps up to which a frame's difficulty does not count, and from which in full."""
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ _EDGE_SCALE = 0.13
 """Edge strength at which a step is e times less likely."""
 
 _LEAST = 1e-4
-"""Likelihood of a step across the strongest edge, and of giving up at any step: walks have 1 / so many steps at most."""
+"""Likelihood of a step across the strongest edge, and of giving up at any step: they have 1 / so many at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +88,7 @@ def _sums(values: Array, cell: int) -> Array:
 
 
 def _links(passing: Array, cell: int) -> Array:
-    """How easily walks get from the middle of a cell to the next along x: as by many ways, each as hard as its pixels."""
+    """How easily walks get from a cell's middle to the next along x: by many ways, each as hard as its pixels."""
     hard = np.cumsum(1 / _padded(passing, cell, "edge"), axis=1, dtype=np.float64)
     middles = hard[:, cell // 2 :: cell]
     easy = cell / (middles[:, 1:] - middles[:, :-1])
@@ -114,4 +114,5 @@ def _solve(
 def _on_pixels(values: NDArray[np.float64], cell: int, shape: tuple[int, ...]) -> Array:
     """Values of cells at the pixels, bilinearly."""
     size = values.shape[1] * cell, values.shape[0] * cell
-    return cv2.resize(values.astype(np.float32), size, interpolation=cv2.INTER_LINEAR)[: shape[0], : shape[1]]
+    full = cv2.resize(values.astype(np.float32), size, interpolation=cv2.INTER_LINEAR)
+    return np.asarray(full[: shape[0], : shape[1]], np.float32)
