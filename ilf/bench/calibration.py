@@ -24,13 +24,11 @@ from .error_fit import Sample, fit
 from .frames import find_frames, load_bench_frame
 from .methods import METHODS
 from .patterns import make_task
+from .results import CALIBRATED
 
 PATTERNS_USED = ("random", "areas")
 DISTANCE_BINS = (0.0, 2.0, 5.0, 15.0, 50.0, np.inf)
 """Limits [px] between the distances to known depth that are reported one by one."""
-
-CALIBRATED = (0.55, 0.80)
-"""Least and largest share of a frame's errors within the expected one with which it counts as calibrated."""
 
 _SAMPLES = 2000
 """Pixels taken of every frame and pattern."""
@@ -198,7 +196,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if given.others:
         print("\n".join(_lines("fitted to others", calibrate(fitted, fit_to_others(fitted)))))
     if given.write:
-        _write({**MODELS, given.model: model})
+        write_models({**MODELS, given.model: model})
     return 0
 
 
@@ -206,7 +204,7 @@ def _data_set(frame: str) -> str:
     return re.split(r"[\W\d_]", frame, maxsplit=1)[0]
 
 
-def _write(models: dict[str, ErrorModel]) -> None:
+def write_models(models: dict[str, ErrorModel]) -> None:
     """Into the file that the models come from."""
     lines = []
     for name, model in models.items():

@@ -13,7 +13,7 @@ from scipy.sparse import csr_array, hstack
 
 from ..confidence import FEATURES, FLOOR, WITHIN, WITHIN_TWICE, Curve, ErrorModel
 from ..confidence.difficulty import difficulty_of
-from ..confidence.model import wideness
+from ..confidence.model import unusual, wideness
 
 Values = NDArray[np.float64]
 
@@ -83,10 +83,10 @@ def fit(samples: Sequence[Sample]) -> ErrorModel:
     above = [np.nan if sample.own_test is None else difficulty_of(*sample.own_test, model) for sample in samples]
     if not np.isfinite(above).any():
         return model
-    usual = float(np.nanmean(above))
+    usual = float(np.nanmedian(above))
     own = np.concatenate(
         [
-            wideness(sample.features) * (np.nan_to_num(value, nan=usual) - usual)
+            wideness(sample.features) * unusual(np.nan_to_num(value, nan=usual), usual)
             for sample, value in zip(samples, above, strict=True)
         ]
     )

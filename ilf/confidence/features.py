@@ -21,7 +21,7 @@ FLOOR = 1e-4
 
 FEATURES = {
     "depth": "the depth itself [m]",
-    "gap": "width of the gap: the largest distance to known depth nearby [px]",
+    "gap": "width of the gap: the largest distance to known depth nearby [px of a frame 640 px wide]",
     "bend": "departure of the known depth from a plane over that distance, as a share of depth",
     "small jump": "difference to the nearest known depth, as a share of depth: up to 5 %, fading with distance",
     "large jump": "the same, above 5 %",
@@ -29,7 +29,7 @@ FEATURES = {
     "spread": "how much the depths differ at which walks from here end, as a share of depth",
     "departure": "difference to the mean of those depths, as a share of depth",
     "steps": "how long those walks are, in steps",
-    "aside": "how far off the middle is of where they end [px]",
+    "aside": "how far off the middle of where they end is [px of such a frame]",
     "edge": "edge strength here",
     "edge near": "largest edge strength within 3 px",
     "edges around": "mean edge strength within 15 px",
@@ -41,6 +41,9 @@ _LARGE_JUMP = 0.05
 
 _FADING = 0.3
 """How a smaller jump counts for less with distance: by distance^-0.3. Far from known depth a small jump says little."""
+
+_WIDTH = 640
+"""Gaps and distances count as in a frame whose longer side has so many pixels: what matters is the angle."""
 
 _RIM = 9
 """Window [px] in which the widest part of a gap is looked for: at its rim depth is known on one side only."""
@@ -99,13 +102,13 @@ def error_features(frame: RGBDFrame, depth: NDArray[np.floating], edges: Array) 
     square = np.ones((3, 3), np.uint8)
     slope = (cv2.dilate(dense, square) - cv2.erode(dense, square))[filled]
     z, distance_there = dense[filled], distance[filled]
-    logarithm = np.log(z)
+    logarithm, usual_width = np.log(z), np.float32(_WIDTH / max(frame.shape))
     jump = np.log(np.abs(z - nearest[filled]) / z + FLOOR) - np.log(_LARGE_JUMP)
     walks = walk(frame.depth, edges)
     return np.column_stack(
         [
             logarithm,
-            np.log(gap),
+            np.log(gap * usual_width),
             np.log(_bend(frame.depth, distance, filled) / z + FLOOR),
             np.minimum(jump, 0) * distance_there**-_FADING,
             np.maximum(jump, 0),
@@ -113,7 +116,7 @@ def error_features(frame: RGBDFrame, depth: NDArray[np.floating], edges: Array) 
             np.log(walks.spread[filled] + _LEAST_SHARE),
             np.log(np.abs(logarithm - walks.depth[filled]) + _LEAST_SHARE),
             np.log(walks.steps[filled] + _LEAST_STEPS),
-            np.log(walks.aside[filled] + _LEAST_ASIDE),
+            np.log(walks.aside[filled] * usual_width + _LEAST_ASIDE),
             edges[filled],
             cv2.dilate(edges, np.ones((_NEAR, _NEAR), np.uint8))[filled],
             cv2.blur(edges, (_AROUND, _AROUND))[filled],

@@ -19,6 +19,9 @@ _GAP = list(FEATURES).index("gap")
 _NARROW, _WIDE = np.log(2.0), np.log(8.0)
 """Logarithms of the width [px] of gaps up to which a frame's difficulty does not count, and from which in full."""
 
+_MOST_UNUSUAL = 0.5
+"""No frame counts as more, or less, difficult than usual by more than that."""
+
 
 @dataclass(frozen=True)
 class Curve:
@@ -70,8 +73,13 @@ class ErrorModel:
         """
         total = self.logarithms(features)
         if difficulty is not None:
-            total += self.own * (difficulty - self.usual) * wideness(features)
+            total += self.own * unusual(difficulty, self.usual) * wideness(features)
         return np.exp(np.clip(total, np.log(FLOOR), 0.0))
+
+
+def unusual(difficulty: float, usual: float) -> float:
+    """How far a difficulty is above the usual one, as far as a test that is so coarse is believed."""
+    return min(max(difficulty - usual, -_MOST_UNUSUAL), _MOST_UNUSUAL)
 
 
 def wideness(features: NDArray[np.floating]) -> NDArray[np.floating]:

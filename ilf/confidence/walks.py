@@ -92,7 +92,7 @@ def _links(passing: Array, cell: int) -> Array:
     hard = np.cumsum(1 / _padded(passing, cell, "edge"), axis=1, dtype=np.float64)
     middles = hard[:, cell // 2 :: cell]
     easy = cell / (middles[:, 1:] - middles[:, :-1])
-    return easy.reshape(-1, cell, easy.shape[1]).mean(axis=1).astype(np.float32)
+    return easy.reshape(easy.shape[0] // cell, cell, easy.shape[1]).mean(axis=1).astype(np.float32)
 
 
 def _solve(
