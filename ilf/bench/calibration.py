@@ -6,7 +6,7 @@ import argparse
 import re
 import sys
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -17,13 +17,14 @@ from .. import confidence
 from ..confidence import DEFAULT_MODEL, MODELS, ErrorModel, error_features, filled_pixels, usual_edges
 from ..confidence.difficulty import own_test
 from ..ebs import extract_blocks
-from ..errors import IlfError
+from ..errors import IlfError, InputError
+from ..frame import RGBDFrame
 from ..io.atomic import write_bytes
 from ..judgement import share_within, sparsification_error
 from .error_fit import Sample, fit
 from .frames import find_frames, load_bench_frame
 from .methods import METHODS
-from .patterns import make_task
+from .patterns import Task, make_task
 from .results import CALIBRATED
 
 PATTERNS_USED = ("random", "areas")
@@ -34,6 +35,11 @@ _SAMPLES = 2000
 """Pixels taken of every frame and pattern."""
 
 _LEAST_IN_BIN = 50
+_LEAST_IN_SCENE = 200
+"""Missing pixels that a generated scene must have to count."""
+
+_SCENES, _SCENE_WEIGHT = 40, 0.25
+"""So many generated scenes are taken, and each counts so much beside a frame under one pattern."""
 
 _FITTED = '''"""The laws of the expected error, written by `python -m ilf.bench.calibration --fit ... --write`."""
 
@@ -86,8 +92,43 @@ def take_sample(folder: Path, pattern: str, method: str, seed: int = 0) -> Sampl
     InputError, FormatError
         If the frame cannot be read, or nothing of it can be hidden.
     """
-    source = load_bench_frame(folder)
-    task = make_task(source, pattern, seed)
+    return _sample_of(make_task(load_bench_frame(folder), pattern, seed), pattern, method, seed)
+
+
+def take_scenes(folder: Path, count: int, method: str) -> list[Sample]:
+    """Complete what simulated sensors have not seen of generated scenes, and take pixels of that.
+
+    Holes that are made for a test lie anywhere; those that sensors leave lie at jumps, and on things that are black,
+    shiny or bright as a whole. Of generated scenes their true depth is known.
+
+    Parameters
+    ----------
+    folder : Path
+        Of pictures that `assets/samples/make_scenes.py` has made.
+    count : int
+        So many of them are taken, evenly.
+
+    Raises
+    ------
+    InputError
+        If there are none.
+    """
+    paths = sorted(folder.glob("*.npz"))
+    if not paths:
+        raise InputError(f"There is no picture (*.npz) in {folder}.")
+    samples = []
+    for path in paths[:: max(len(paths) // count, 1)][:count]:
+        with np.load(path) as arrays:
+            frame = RGBDFrame(arrays["rgb"], arrays["measured"], name=f"scene {path.stem}")
+            missing = ~frame.known & np.isfinite(arrays["exact"])
+            task = Task(frame, arrays["exact"], missing)
+        if frame.known.any() and np.count_nonzero(missing) >= _LEAST_IN_SCENE:
+            # what is hidden from such a scene says nothing of its holes
+            samples.append(replace(_sample_of(task, "truth", method, 0), own_test=None, weight=_SCENE_WEIGHT))
+    return samples
+
+
+def _sample_of(task: Task, pattern: str, method: str, seed: int) -> Sample:
     chosen = METHODS[method]
     labels = extract_blocks(task.frame) if chosen.needs_blocks else np.zeros(task.frame.shape, np.int32)
     depth = np.asarray(chosen.run(task.frame, labels))
@@ -98,7 +139,7 @@ def take_sample(folder: Path, pattern: str, method: str, seed: int = 0) -> Sampl
         scored = np.sort(np.random.default_rng(seed).choice(scored, _SAMPLES, replace=False))
     completed, truth = depth[filled][scored].astype(np.float64), task.truth[filled][scored].astype(np.float64)
     return Sample(
-        source.frame.name,
+        task.frame.name,
         pattern,
         error_features(task.frame, depth, usual_edges(task.frame))[scored],
         completed,
@@ -172,9 +213,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--seed", type=int, nargs="+", default=[0], metavar="N", help="what the hidden pixels follow from (default: 0)"
     )
     parser.add_argument(
+        "--scenes", type=Path, metavar="FOLDER", help=f"fit to the holes of {_SCENES} generated scenes in it as well"
+    )
+    parser.add_argument(
         "--others", action="store_true", help="also check every data set of --fit by what is fitted to the others"
     )
-    parser.add_argument("--write", action="store_true", help="write what is fitted into the program's files")
+    parser.add_argument("--write", action="store_true", help="write what is fitted into ilf/confidence/fitted.py")
     given = parser.parse_args(arguments)
     try:
         fitted, checked = (
@@ -186,6 +230,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             ]
             for folders in (given.fit, given.check)
         )
+        if given.scenes is not None:
+            fitted += take_scenes(given.scenes, _SCENES, given.method)
     except IlfError as error:
         print("calibration: error:", error, file=sys.stderr)
         return 1

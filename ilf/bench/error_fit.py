@@ -32,6 +32,9 @@ _STRAIGHT, _LEVEL = 1e-3, 1e-4
 _SMOOTHINGS = (0.5, 0.1)
 """Widths over which the kink of the pinball loss is rounded, one after the other."""
 
+_PROMISES = (1.0, WITHIN, 1.0), (2.0, WITHIN_TWICE, 0.3)
+"""How many times the expected error, the share of errors that is to lie within that, and how much that matters."""
+
 _DECIMALS = 3
 
 
@@ -52,6 +55,8 @@ class Sample:
         To the nearest known depth [px].
     own_test : (ndarray, ndarray) or None
         See `ilf.confidence.difficulty.own_test`.
+    weight : float
+        How much it counts when a model is fitted.
     """
 
     frame: str
@@ -61,6 +66,7 @@ class Sample:
     shares: Values
     distances: NDArray[np.float32]
     own_test: tuple[NDArray[np.floating], NDArray[np.floating]] | None = None
+    weight: float = 1.0
 
     def expected(self, model: ErrorModel) -> Values:
         """The expected errors, as shares of depth."""
@@ -69,15 +75,15 @@ class Sample:
 
 
 def fit(samples: Sequence[Sample]) -> ErrorModel:
-    """The model of least loss; every sample counts the same.
+    """The model of least loss.
 
-    It is the pinball loss of the logarithm's 68 % quantile, and, of the same number's double, of its 95 % quantile: one
-    number for both of what one and two standard deviations promise. The curves come first, then what frames have of
-    their own.
+    It is the pinball loss of the logarithm's 68 % quantile and, of the same number's double, of its 95 % quantile: one
+    number for both of what one and two standard deviations promise, the first of which matters more. The curves come
+    first, then what frames have of their own.
     """
     features = np.concatenate([sample.features for sample in samples]).astype(np.float64)
     logarithms = np.log(np.maximum(np.concatenate([sample.shares for sample in samples]), FLOOR))
-    weights = np.concatenate([np.full(len(sample.shares), 1 / len(sample.shares)) for sample in samples])
+    weights = np.concatenate([np.full(len(sample.shares), sample.weight / len(sample.shares)) for sample in samples])
     weights /= weights.sum()
     model = _fit_curves(features, logarithms, weights)
     above = [np.nan if sample.own_test is None else difficulty_of(*sample.own_test, model) for sample in samples]
@@ -100,11 +106,11 @@ def fit(samples: Sequence[Sample]) -> ErrorModel:
 def _loss(left: Values, weights: Values, width: float) -> tuple[float, Values]:
     """Loss of what the logarithms have above the expected ones, and how it changes with each of the latter."""
     value, slopes = 0.0, np.zeros_like(left)
-    for share, shift in ((WITHIN, 0.0), (WITHIN_TWICE, np.log(2.0))):
-        miss = left - shift
+    for times, share, matters in _PROMISES:
+        miss = left - np.log(times)
         rounded = np.hypot(miss, width)
-        value += float(weights @ ((share - 0.5) * miss + rounded / 2))
-        slopes -= weights * (share - 0.5 + miss / rounded / 2)
+        value += matters * float(weights @ ((share - 0.5) * miss + rounded / 2))
+        slopes -= matters * weights * (share - 0.5 + miss / rounded / 2)
     return value, slopes
 
 

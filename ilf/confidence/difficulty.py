@@ -13,7 +13,7 @@ from .features import FLOOR, error_features, filled_pixels, usual_edges
 from .model import WITHIN, ErrorModel
 
 _HALVED = 2
-"""Every so manieth pixel makes the small copy."""
+"""One pixel of so many in a row, and in a column, makes the small copy."""
 
 _RADIUS, _APART = 0.06, 0.22
 """Radius of the discs that are hidden, and how far apart their middles are, in widths of the frame."""

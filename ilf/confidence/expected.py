@@ -21,8 +21,9 @@ DEFAULT_MODEL = "edge-aware"
 
 _NUMBERS = {name: np.uint8(number) for number, name in enumerate(MODELS)}
 
-_FAR = 400.0
-"""Steps of walks beyond which known depth is out of reach: behind edges on all sides, or very far."""
+_CLOSED_IN, _SOME_STEPS = 12.0, 20.0
+"""Depth is closed in where walks take so many times the steps that they would take if there were no edges, and more
+than so many steps at all."""
 
 _FARTHEST, _NEAREST = 0.999, 0.001
 """Quantiles of the known depth that count as its range."""
@@ -102,8 +103,8 @@ def expected_error(frame: RGBDFrame, completion: Completion) -> Array:
 def unvouched(frame: RGBDFrame, completion: Completion) -> NDArray[np.bool_]:
     """Filled pixels that nothing measured vouches for, so that their expected error is not to be relied on.
 
-    They are guesses; lie behind edges on all sides, or so far from known depth, that hardly anything of it gets there;
-    or are farther, or nearer, than all that was measured.
+    They are guesses; lie behind edges on all sides, so that hardly any known depth gets there; or are farther, or
+    nearer, than all that was measured.
 
     Parameters
     ----------
@@ -134,8 +135,10 @@ def unvouched(frame: RGBDFrame, completion: Completion) -> NDArray[np.bool_]:
         return filled
     nearest, farthest = np.nanquantile(frame.depth, (_NEAREST, _FARTHEST))
     outside = (completion.depth > (1 + _BEYOND) * farthest) | (completion.depth < (1 - _BEYOND) * nearest)
-    out_of_reach = walk(frame.depth, _edges_of(frame, completion)).steps > _FAR
-    return filled & (completion.guessed | outside | out_of_reach)
+    edges = _edges_of(frame, completion)
+    steps, freely = (walk(frame.depth, passed).steps for passed in (edges, np.zeros_like(edges)))
+    closed_in = (steps > _CLOSED_IN * freely) & (steps > _SOME_STEPS)
+    return filled & (completion.guessed | outside | closed_in)
 
 
 def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint8], edges: Array) -> Array:

@@ -16,7 +16,7 @@ from scipy.sparse.linalg import splu
 
 Array = NDArray[np.float32]
 
-_CELLS = 5000
+_CELLS = 6000
 """The grid of the walks has no more cells than that, of 2, 4, 8, ... px."""
 
 _EDGE_SCALE = 0.13
