@@ -1,7 +1,7 @@
 """ILF Studio's library: complete the missing depth in RGB-D frames by iterative low-pass filtering."""
 
 from .completion import complete, iterate
-from .confidence import expected_error
+from .confidence import expected_error, unvouched
 from .dense import fill_rest
 from .ebs import extract_blocks
 from .edges import edge_strength
@@ -31,5 +31,6 @@ __all__ = [
     "load_frame",
     "preset",
     "replay",
+    "unvouched",
     "write",
 ]

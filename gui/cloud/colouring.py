@@ -84,6 +84,8 @@ class Subject:
         Kind of `KINDS` -> Range: how the values at the ends of the colours are found, as in the images.
     labels, block_colours : ndarray, optional
         int32 (H, W), and uint8 (labels, 4) by label.
+    unvouched : ndarray, optional
+        bool (H, W): where nothing vouches for the depth.
     expected, truth, other : ndarray, optional
         float32 (H, W) [m], NaN where not known: expected error, true depth, depth of another run.
     other_name : str
@@ -100,6 +102,7 @@ class Subject:
     labels: NDArray[np.int32] | None = None
     block_colours: NDArray[np.uint8] | None = None
     expected: Depth | None = None
+    unvouched: NDArray[np.bool_] | None = None
     truth: Depth | None = None
     other: Depth | None = None
     other_name: str = ""
@@ -164,7 +167,13 @@ def _expected(subject: Subject, expected: Depth, pixels: NDArray[np.int32]) -> C
     levels = max(low, _LEAST_MM), max(high, 2 * max(low, _LEAST_MM))
     indices = log_indices(expected.reshape(-1)[pixels], levels)
     scale = Scale("mm", error_table(), levels, logarithmic=True)
-    return _by_table(subject, indices, scale, "measured")
+    colouring = _by_table(subject, indices, scale, "measured")
+    doubtful = None if subject.unvouched is None else subject.unvouched.reshape(-1)[pixels]
+    if doubtful is None or not doubtful.any():
+        return colouring
+    colour = _rgb(subject.shades.warning)
+    colours = np.where(doubtful[:, None], np.array(colour, np.uint8), colouring.colours)
+    return replace(colouring, colours=colours, legend=(*colouring.legend, (colour, "nothing vouches")))
 
 
 def _signed(subject: Subject, other: Depth, pixels: NDArray[np.int32], lacking: str) -> Colouring:

@@ -153,6 +153,7 @@ class CloudPresenter(QObject):
             labels,
             block_colours,
             expected=session.expected_error() if by is ColourBy.EXPECTED else None,
+            unvouched=session.unvouched() if by is ColourBy.EXPECTED else None,
             truth=session.frame.truth if by is ColourBy.ERROR else None,
             other=other.completion.depth if other is not None and by is ColourBy.DIFFERENCE else None,
             other_name=other.name if other is not None else "",

@@ -66,18 +66,25 @@ class Kept(NamedTuple):
         )
 
 
+class Doubt(NamedTuple):
+    """How far a completion may be off: its expected error [m], float32 (H, W), and which of it nothing vouches for."""
+
+    error: NDArray[np.float32]
+    unvouched: NDArray[np.bool_]
+
+
 class Held(NamedTuple):
     """All results of a frame: of blocks, the expected error of a completion, the guess of one."""
 
     kept: dict[int, list[Kept]]
-    error: tuple[Completion, NDArray[np.float32]] | None = None
+    doubt: tuple[Completion, Doubt] | None = None
     guess: tuple[Completion, Completion] | None = None
 
     def with_newer(self, newer: Held) -> Held:
         """These results and newer ones, as those of a run after these had been cleared."""
         labels = self.kept.keys() | newer.kept.keys()
         kept = {label: [*self.kept.get(label, ()), *newer.kept.get(label, ())] for label in labels}
-        return Held(kept, newer.error or self.error, newer.guess or self.guess)
+        return Held(kept, newer.doubt or self.doubt, newer.guess or self.guess)
 
     def without(self, others: Held) -> Held:
         """Those of these results that are none of the others."""
@@ -106,7 +113,7 @@ class Results:
         self.live: dict[int, list[IterationRecord]] = {}
         self.previews: dict[int, Preview] = {}
         self.settled: set[Parameters] = set()
-        self._error: tuple[Completion, NDArray[np.float32]] | None = None
+        self._doubt: tuple[Completion, Doubt] | None = None
         self._guess: tuple[Completion, Completion] | None = None
 
     @property
@@ -114,13 +121,13 @@ class Results:
         """Blocks that have records but no result of the run under way, the one that began last at the end."""
         return list(self.live)
 
-    def error_of(self, completion: Completion | None) -> NDArray[np.float32] | None:
-        """The expected error [m] of that very completion, if it has been worked out."""
-        return self._error[1] if self._error is not None and self._error[0] is completion else None
+    def doubt_of(self, completion: Completion | None) -> Doubt | None:
+        """How far that very completion may be off, if it has been worked out."""
+        return self._doubt[1] if self._doubt is not None and self._doubt[0] is completion else None
 
-    def note_error(self, completion: Completion, error: NDArray[np.float32]) -> None:
-        """Keep the expected error of a completion in place of any other."""
-        self._error = completion, error
+    def note_doubt(self, completion: Completion, doubt: Doubt) -> None:
+        """Keep how far a completion may be off in place of any other's."""
+        self._doubt = completion, doubt
 
     def guess_of(self, completion: Completion | None) -> Completion | None:
         """That very completion with the rest guessed, if it has been."""
@@ -170,12 +177,12 @@ class Results:
 
     def held(self) -> Held:
         """What there is, whatever comes after it."""
-        return Held({label: list(kept) for label, kept in self.kept.items()}, self._error, self._guess)
+        return Held({label: list(kept) for label, kept in self.kept.items()}, self._doubt, self._guess)
 
     def swap(self, other: Held) -> Held:
         """Take other results, none or those of before; the former ones are returned."""
-        former = Held(self.kept, self._error, self._guess)
-        self.kept, self._error, self._guess = other
+        former = Held(self.kept, self._doubt, self._guess)
+        self.kept, self._doubt, self._guess = other
         return former
 
 

@@ -425,7 +425,13 @@ class Session:
 
     def expected_error(self) -> NDArray[np.float32] | None:
         """The expected error [m] of the present completion, if it has been worked out."""
-        return self.results.error_of(self.completion())
+        doubt = self.results.doubt_of(self.completion())
+        return None if doubt is None else doubt.error
+
+    def unvouched(self) -> NDArray[np.bool_] | None:
+        """Which filled pixels nothing vouches for, if that has been worked out for the present completion."""
+        doubt = self.results.doubt_of(self.completion())
+        return None if doubt is None else doubt.unvouched
 
     def present_depth(self) -> NDArray[np.float32] | None:
         """What is completed, and over it the last that is known of the blocks that run or have changed since; None if

@@ -6,7 +6,6 @@ from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gui.state.changing_blocks import ChangingBlocks
 from gui.state.changing_parameters import names_in
@@ -14,7 +13,7 @@ from gui.state.commands import ClearResults, EditParameters
 from gui.state.kept_commands import AcceptRun, DeleteRuns
 from gui.state.kept_runs import COLOURS, MOST_COMPARED
 from gui.state.past import Past
-from gui.state.results import Preview
+from gui.state.results import Doubt, Preview
 from gui.state.session import Session
 from ilf.completion import Watch
 from ilf.filter.convergence import IterationRecord
@@ -81,10 +80,10 @@ class Workspace(ChangingBlocks):
         if self.session.results.kept:
             self.session.undo_stack.push(ClearResults(self, self.session))
 
-    def store_error(self, session: Session, completion: Completion, error: NDArray[np.float32]) -> None:
-        """Keep the expected error [m], float32 (H, W), of a completion; overtaken ones are dropped."""
+    def store_doubt(self, session: Session, completion: Completion, doubt: Doubt) -> None:
+        """Keep how far a completion may be off; overtaken ones are dropped."""
         if completion is session.completion():
-            session.results.note_error(completion, error)
+            session.results.note_doubt(completion, doubt)
             if session is self._session:
                 self.error_changed.emit()
 

@@ -59,6 +59,9 @@ class ReadoutPresenter(QObject):
                 parts.append(f"{1000 * (depth_out - depth_in):+.1f} mm")
         if past is None and error is not None and np.isfinite(error[y, x]):
             parts.append(f"\u00b1 {_error_text(float(error[y, x]))}")
+            unvouched = session.unvouched()
+            if unvouched is not None and unvouched[y, x]:
+                parts.append("nothing vouches for it")
         runs = [f"{html.escape(kept.name)} {_metres(float(kept.completion.depth[y, x]))}" for kept in session.compared]
         return [*parts, *_judged(session, depth, x, y), *runs]
 

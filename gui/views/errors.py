@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
+from gui.state.results import Doubt
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.views.linked_views import LinkedViews
 from gui.work.latest_question import LatestQuestion
 from gui.work.runs import RunController, RunState
-from ilf.confidence import expected_error
+from ilf.confidence import expected_error, unvouched
 from ilf.outcomes import Completion
 
 
@@ -43,7 +44,7 @@ class ErrorPresenter(QObject):
         self._shown: NDArray[np.float32] | None = None
         self._hopeless: Completion | None = None
         self._watchers: list[Callable[[], bool]] = []
-        self._questions = LatestQuestion[_Question, NDArray[np.float32]](_find, self)
+        self._questions = LatestQuestion[_Question, Doubt](_find, self)
         self._questions.answered.connect(self._take)
         self._questions.failed.connect(self._fail)
 
@@ -70,7 +71,7 @@ class ErrorPresenter(QObject):
         outdated = error is None and session.present_depth() is not None and not hopeless
         if error is not self._shown and not outdated:
             self._shown = error
-            self._views.set_expected_error(error)
+            self._views.set_expected_error(error, session.unvouched())
         self._views.mark_error_outdated(outdated and self._shown is not None)
         if (
             completion is not None
@@ -85,14 +86,15 @@ class ErrorPresenter(QObject):
         """Stop for good, before the window closes. True if the thread has ended."""
         return self._questions.shutdown()
 
-    def _take(self, question: _Question, error: NDArray[np.float32]) -> None:
-        self._workspace.store_error(question.session, question.completion, error)
+    def _take(self, question: _Question, doubt: Doubt) -> None:
+        self._workspace.store_doubt(question.session, question.completion, doubt)
 
     def _fail(self, question: _Question, error: Exception) -> None:
         self._hopeless = question.completion
         self.failed.emit(error)
 
 
-def _find(question: _Question) -> NDArray[np.float32]:
+def _find(question: _Question) -> Doubt:
     """Off the GUI's thread."""
-    return expected_error(question.session.frame, question.completion)
+    frame, completion = question.session.frame, question.completion
+    return Doubt(expected_error(frame, completion), unvouched(frame, completion))

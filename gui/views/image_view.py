@@ -69,6 +69,8 @@ class ImageView(pg.GraphicsView):
         """Whether the lines around blocks belong on this picture."""
         self.shows_missing = False
         """Whether missing depth is striped over this picture, if it is to be shown."""
+        self.shows_unvouched = False
+        """Whether what nothing vouches for is striped over this picture."""
         self.sampling: Sampling | None = None
         """How the frame lies on the device pixels; None until it is known."""
         self.preview = PreviewItem(6)

@@ -170,6 +170,7 @@ class LinkedViews(QWidget):
         self.set_selected(())
         self.set_doubtful(())
         self._layers.set_distrusted(None)
+        self._layers.set_unvouched(None)
         self._write_names()
         self.set_preview(None)
         self.extraction.show_message("")
@@ -235,10 +236,16 @@ class LinkedViews(QWidget):
         self._layers.set_missing(missing)
         for cell in self.cells.values():
             stripes = cell.view.shows_missing and missing is not None
-            cell.set_marks(missing=stripes, distrusted=self.material.distrusted is not None)
+            cell.set_marks(
+                missing=stripes,
+                distrusted=self.material.distrusted is not None,
+                unvouched=cell.view.shows_unvouched and self.material.unvouched is not None,
+            )
 
-    def set_expected_error(self, error: NDArray[np.float32] | None) -> None:
+    def set_expected_error(self, error: NDArray[np.float32] | None, unvouched: NDArray[np.bool_] | None = None) -> None:
         """Show the expected error [m] of filled pixels, float32 (H, W), NaN elsewhere; None for none.
+
+        Where nothing vouches for it, `unvouched`, bool (H, W), it is striped.
 
         Raises
         ------
@@ -247,7 +254,10 @@ class LinkedViews(QWidget):
         """
         self._check(error, "an expected error")
         self.material.expected = error
+        self.material.unvouched = unvouched if unvouched is not None and unvouched.any() else None
+        self._layers.set_unvouched(self.material.unvouched)
         self._changed("expected-error")
+        self._show_marks()
 
     def mark_error_outdated(self, outdated: bool) -> None:
         """Say whether the expected error shown is of a result before the present one."""

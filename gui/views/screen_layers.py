@@ -14,7 +14,7 @@ from .block_lines import BlockLines
 from .changes import box_of, whole
 from .image_view import ImageView
 from .sampling import Argb, Sampling
-from .stripes import DISTRUSTED, MISSING, stripes
+from .stripes import DISTRUSTED, MISSING, UNVOUCHED, stripes
 
 Mask = NDArray[np.bool_]
 
@@ -36,8 +36,9 @@ class ScreenLayers:
         self._labels: NDArray[np.int32] | None = None
         self._missing: Mask | None = None
         self._distrusted: Mask | None = None
+        self._unvouched: Mask | None = None
         self._lines: dict[Sampling, _Lines] = {}
-        self._stripes: dict[tuple[Sampling, bool], Argb | None] = {}
+        self._stripes: dict[tuple[Sampling, bool, bool], Argb | None] = {}
 
     def show(self, views: Sequence[ImageView]) -> None:
         """Draw for these views, as the frame lies in them now."""
@@ -106,6 +107,11 @@ class ScreenLayers:
         self._distrusted = mask
         self._draw_stripes()
 
+    def set_unvouched(self, mask: Mask | None) -> None:
+        """Pixels, bool (H, W), to be striped as vouched for by nothing where a view shows it; None for none."""
+        self._unvouched = mask
+        self._draw_stripes()
+
     def _draw_lines(self) -> None:
         self._lines.clear()
         for view in self._views:
@@ -133,7 +139,7 @@ class ScreenLayers:
         sampling = view.sampling
         if sampling is None:
             return
-        key = sampling, view.shows_missing
+        key = sampling, view.shows_missing, view.shows_unvouched
         if key not in self._stripes:
             self._stripes[key] = self._striped(sampling, view)
         drawn = self._stripes[key]
@@ -144,7 +150,12 @@ class ScreenLayers:
 
     def _striped(self, sampling: Sampling, view: ImageView) -> Argb | None:
         drawn = None
-        for mask, style in ((self._missing if view.shows_missing else None, MISSING), (self._distrusted, DISTRUSTED)):
+        masks = (
+            (self._missing if view.shows_missing else None, MISSING),
+            (self._unvouched if view.shows_unvouched else None, UNVOUCHED),
+            (self._distrusted, DISTRUSTED),
+        )
+        for mask, style in masks:
             if mask is not None and mask.shape == sampling.frame[::-1]:
                 part = stripes(mask, sampling, whole(sampling.shape), style, view.pixel_ratio)
                 drawn = part if drawn is None else np.where(sampling.sample(mask, whole(sampling.shape)), part, drawn)

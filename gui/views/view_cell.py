@@ -19,6 +19,7 @@ EventHandler = Callable[[ImageView, QEvent], bool]
 _PAD = 6
 _MISSING = QColor(230, 230, 230), Qt.BrushStyle.FDiagPattern
 _DISTRUSTED = QColor(255, 144, 32), Qt.BrushStyle.BDiagPattern
+_UNVOUCHED = QColor(255, 255, 255), Qt.BrushStyle.BDiagPattern
 _BAR_MARGIN = 6
 _BAR_SHARE = 0.62
 """Most of the picture's height that the colour bar takes."""
@@ -61,9 +62,13 @@ class ViewCell(QWidget):
         self._legend = legend
         self.strip.set_legend([*self._overlaid, *legend])
 
-    def set_marks(self, missing: bool, distrusted: bool) -> None:
+    def set_marks(self, missing: bool, distrusted: bool, unvouched: bool) -> None:
         """Which stripes lie over the picture, for the legend."""
-        marks = (missing, _MISSING, "missing"), (distrusted, _DISTRUSTED, "distrusted")
+        marks = (
+            (missing, _MISSING, "missing"),
+            (distrusted, _DISTRUSTED, "distrusted"),
+            (unvouched, _UNVOUCHED, "nothing vouches"),
+        )
         self._overlaid = [(QBrush(colour, pattern), text) for on, (colour, pattern), text in marks if on]
         self.set_legend(self._legend)
 

@@ -3,56 +3,53 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Iterable, Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
-from scipy.optimize import minimize
 
-from ..confidence import DEFAULT_MODEL, FLOOR, MODELS, WITHIN, ErrorModel, error_features, filled_pixels
+from .. import confidence
+from ..confidence import DEFAULT_MODEL, MODELS, ErrorModel, error_features, filled_pixels, usual_edges
+from ..confidence.difficulty import own_test
 from ..ebs import extract_blocks
-from ..errors import IlfError
+from ..errors import IlfError, InputError
+from ..frame import RGBDFrame
+from ..io.atomic import write_bytes
+from ..judgement import share_within, sparsification_error
+from .error_fit import Sample, fit
 from .frames import find_frames, load_bench_frame
 from .methods import METHODS
-from .patterns import make_task
+from .patterns import Task, make_task
+from .results import CALIBRATED
 
 PATTERNS_USED = ("random", "areas")
 DISTANCE_BINS = (0.0, 2.0, 5.0, 15.0, 50.0, np.inf)
 """Limits [px] between the distances to known depth that are reported one by one."""
 
-_SAMPLES = 6000
+_SAMPLES = 2000
 """Pixels taken of every frame and pattern."""
 
 _LEAST_IN_BIN = 50
-_SMOOTHINGS = (0.5, 0.2, 0.05)
-"""Widths over which the kink of the pinball loss is rounded, one after the other."""
+_LEAST_IN_SCENE = 200
+"""Missing pixels that a generated scene must have to count."""
 
+_SCENES, _SCENE_WEIGHT = 40, 0.25
+"""So many generated scenes are taken, and each counts so much beside a frame under one pattern."""
 
-@dataclass(frozen=True, eq=False)
-class Sample:
-    """Hidden pixels of one frame under one pattern, as a method has filled them.
+_FITTED = '''"""The laws of the expected error, written by `python -m ilf.bench.calibration --fit ... --write`."""
 
-    Attributes
-    ----------
-    frame, pattern : str
-    features : ndarray of float, shape (N, 6)
-        See `ilf.confidence.error_features`.
-    shares : ndarray of float64, shape (N,)
-        |error| / completed depth.
-    distances : ndarray of float32, shape (N,)
-        To the nearest known depth [px].
-    """
+from .model import Curve, ErrorModel
 
-    frame: str
-    pattern: str
-    features: NDArray[np.floating]
-    shares: NDArray[np.float64]
-    distances: NDArray[np.float32]
+# fmt: off
+MODELS = {
+%s}
+"""Low-pass filter, as in `Parameters.filter`, -> how its errors grow."""
+'''
 
 
 @dataclass(frozen=True)
@@ -65,6 +62,12 @@ class Calibration:
     frames : int
     mean, spread, lowest, highest : float
         Of the frames' shares (0-1); the spread is their standard deviation.
+    calibrated : float
+        Share of the frames (0-1) whose share lies in `CALIBRATED`.
+    twice : float
+        Mean over frames of the share within twice the expected error.
+    sparsification : float
+        Mean over frames of `ilf.judgement.sparsification_error`.
     by_distance : tuple of float
         Mean over frames in each of `DISTANCE_BINS`, NaN where there is none.
     """
@@ -75,6 +78,9 @@ class Calibration:
     spread: float
     lowest: float
     highest: float
+    calibrated: float
+    twice: float
+    sparsification: float
     by_distance: tuple[float, ...]
 
 
@@ -86,8 +92,43 @@ def take_sample(folder: Path, pattern: str, method: str, seed: int = 0) -> Sampl
     InputError, FormatError
         If the frame cannot be read, or nothing of it can be hidden.
     """
-    source = load_bench_frame(folder)
-    task = make_task(source, pattern, seed)
+    return _sample_of(make_task(load_bench_frame(folder), pattern, seed), pattern, method, seed)
+
+
+def take_scenes(folder: Path, count: int, method: str) -> list[Sample]:
+    """Complete what simulated sensors have not seen of generated scenes, and take pixels of that.
+
+    Holes that are made for a test lie anywhere; those that sensors leave lie at jumps, and on things that are black,
+    shiny or bright as a whole. Of generated scenes their true depth is known.
+
+    Parameters
+    ----------
+    folder : Path
+        Of pictures that `assets/samples/make_scenes.py` has made.
+    count : int
+        So many of them are taken, evenly.
+
+    Raises
+    ------
+    InputError
+        If there are none.
+    """
+    paths = sorted(folder.glob("*.npz"))
+    if not paths:
+        raise InputError(f"There is no picture (*.npz) in {folder}.")
+    samples = []
+    for path in paths[:: max(len(paths) // count, 1)][:count]:
+        with np.load(path) as arrays:
+            frame = RGBDFrame(arrays["rgb"], arrays["measured"], name=f"scene {path.stem}")
+            missing = ~frame.known & np.isfinite(arrays["exact"])
+            task = Task(frame, arrays["exact"], missing)
+        if frame.known.any() and np.count_nonzero(missing) >= _LEAST_IN_SCENE:
+            # what is hidden from such a scene says nothing of its holes
+            samples.append(replace(_sample_of(task, "truth", method, 0), own_test=None, weight=_SCENE_WEIGHT))
+    return samples
+
+
+def _sample_of(task: Task, pattern: str, method: str, seed: int) -> Sample:
     chosen = METHODS[method]
     labels = extract_blocks(task.frame) if chosen.needs_blocks else np.zeros(task.frame.shape, np.int32)
     depth = np.asarray(chosen.run(task.frame, labels))
@@ -98,56 +139,36 @@ def take_sample(folder: Path, pattern: str, method: str, seed: int = 0) -> Sampl
         scored = np.sort(np.random.default_rng(seed).choice(scored, _SAMPLES, replace=False))
     completed, truth = depth[filled][scored].astype(np.float64), task.truth[filled][scored].astype(np.float64)
     return Sample(
-        source.frame.name,
+        task.frame.name,
         pattern,
-        error_features(task.frame, depth)[scored],
+        error_features(task.frame, depth, usual_edges(task.frame))[scored],
+        completed,
         np.abs(completed - truth) / completed,
         distance[filled][scored],
+        own_test(task.frame),
     )
 
 
-def fit(samples: Sequence[Sample]) -> ErrorModel:
-    """The model whose 68 % quantile of log |error| has the least pinball loss; every sample counts the same."""
-    features = np.concatenate([sample.features for sample in samples]).astype(np.float64)
-    logarithms = np.log(np.maximum(np.concatenate([sample.shares for sample in samples]), FLOOR))
-    weights = np.concatenate([np.full(len(sample.shares), 1 / len(sample.shares)) for sample in samples])
-    weights /= weights.sum()
-    design = np.column_stack([np.ones(len(features)), features])
-
-    def loss(constants: NDArray[np.float64], width: float) -> tuple[float, NDArray[np.float64]]:
-        misses = logarithms - design @ constants
-        rounded = np.hypot(misses, width)
-        value = weights @ ((WITHIN - 0.5) * misses + rounded / 2)
-        return float(value), -(weights * (WITHIN - 0.5 + misses / rounded / 2)) @ design
-
-    constants = np.zeros(design.shape[1])
-    constants[0] = np.quantile(logarithms, WITHIN)
-    bounds = [(None, None), (None, None), *[(0, None)] * (design.shape[1] - 2)]
-    for width in _SMOOTHINGS:
-        found = minimize(
-            loss, constants, (width,), "L-BFGS-B", jac=True, bounds=bounds,
-            options={"maxiter": 2000, "maxfun": 5000, "ftol": 1e-12, "gtol": 1e-8},
-        )  # fmt: skip
-        constants = found.x
-    return ErrorModel(*(round(float(value), 3) for value in constants))
-
-
-def calibrate(model: ErrorModel, samples: Sequence[Sample]) -> list[Calibration]:
-    """What share of the samples' errors lies within the model's, for every pattern among them."""
+def calibrate(samples: Sequence[Sample], models: Sequence[ErrorModel]) -> list[Calibration]:
+    """What share of the samples' errors lies within those of each one's model, for every pattern among them."""
     found = []
     for pattern in dict.fromkeys(sample.pattern for sample in samples):
         shares: list[float] = []
+        twice: list[float] = []
+        sparsifications: list[float] = []
         bins: list[list[float]] = [[] for _ in DISTANCE_BINS[1:]]
-        for sample in samples:
+        for sample, model in zip(samples, models, strict=True):
             if sample.pattern != pattern:
                 continue
-            within = sample.shares <= model.shares(sample.features)
-            shares.append(float(within.mean()))
+            expected = sample.expected(model)
+            shares.append(share_within(sample.shares, expected))
+            twice.append(share_within(sample.shares, expected, 2))
+            sparsifications.append(sparsification_error(sample.shares * sample.depths, expected * sample.depths))
             place = np.digitize(sample.distances, DISTANCE_BINS, right=True) - 1
             for number, values in enumerate(bins):
-                inside = within[place == number]
-                if inside.size >= _LEAST_IN_BIN:
-                    values.append(float(inside.mean()))
+                inside = place == number
+                if np.count_nonzero(inside) >= _LEAST_IN_BIN:
+                    values.append(share_within(sample.shares[inside], expected[inside]))
         found.append(
             Calibration(
                 pattern,
@@ -156,10 +177,23 @@ def calibrate(model: ErrorModel, samples: Sequence[Sample]) -> list[Calibration]
                 float(np.std(shares)),
                 min(shares),
                 max(shares),
+                float(np.mean([CALIBRATED[0] <= share <= CALIBRATED[1] for share in shares])),
+                float(np.mean(twice)),
+                float(np.mean(sparsifications)),
                 tuple(float(np.mean(values)) if values else float("nan") for values in bins),
             )
         )
     return found
+
+
+def fit_to_others(samples: Sequence[Sample]) -> list[ErrorModel]:
+    """For every sample, a model that is fitted to those of other data sets: of names that begin otherwise."""
+    sets = [_data_set(sample.frame) for sample in samples]
+    fitted = {
+        name: fit([sample for sample, of_it in zip(samples, sets, strict=True) if of_it != name])
+        for name in dict.fromkeys(sets)
+    }
+    return [fitted[name] for name in sets]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -173,27 +207,57 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--check", nargs="+", default=[], metavar="FOLDER", help="frames to check on")
     parser.add_argument("--method", choices=tuple(METHODS), default="best", help="what completes (default: best)")
     parser.add_argument(
-        "--model", choices=tuple(MODELS), default=DEFAULT_MODEL, help=f"without --fit (default: {DEFAULT_MODEL})"
+        "--model", choices=tuple(MODELS), default=DEFAULT_MODEL, help=f"which is meant (default: {DEFAULT_MODEL})"
     )
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="what the hidden pixels follow from")
+    parser.add_argument(
+        "--seed", type=int, nargs="+", default=[0], metavar="N", help="what the hidden pixels follow from (default: 0)"
+    )
+    parser.add_argument(
+        "--scenes", type=Path, metavar="FOLDER", help=f"fit to the holes of {_SCENES} generated scenes in it as well"
+    )
+    parser.add_argument(
+        "--others", action="store_true", help="also check every data set of --fit by what is fitted to the others"
+    )
+    parser.add_argument("--write", action="store_true", help="write what is fitted into ilf/confidence/fitted.py")
     given = parser.parse_args(arguments)
     try:
         fitted, checked = (
             [
-                take_sample(folder, pattern, given.method, given.seed)
-                for folder in find_frames(folders)
+                take_sample(folder, pattern, given.method, seed)
+                for folder in (find_frames(folders) if folders else [])
                 for pattern in PATTERNS_USED
+                for seed in given.seed
             ]
             for folders in (given.fit, given.check)
         )
+        if given.scenes is not None:
+            fitted += take_scenes(given.scenes, _SCENES, given.method)
     except IlfError as error:
         print("calibration: error:", error, file=sys.stderr)
         return 1
     model = fit(fitted) if fitted else MODELS[given.model]
-    print(f"ErrorModel({', '.join(map(str, astuple(model)))})")
+    print(model)
     for name, samples in (("fitted", fitted), ("checked", checked)):
-        print("\n".join(_lines(name, calibrate(model, samples))))
+        print("\n".join(_lines(name, calibrate(samples, [model] * len(samples)))))
+    if given.others:
+        print("\n".join(_lines("fitted to others", calibrate(fitted, fit_to_others(fitted)))))
+    if given.write:
+        write_models({**MODELS, given.model: model})
     return 0
+
+
+def _data_set(frame: str) -> str:
+    return re.split(r"[\W\d_]", frame, maxsplit=1)[0]
+
+
+def write_models(models: dict[str, ErrorModel]) -> None:
+    """Into the file that the models come from."""
+    lines = []
+    for name, model in models.items():
+        lines.append(f'    "{name}": ErrorModel(level={model.level}, usual={model.usual}, own={model.own}, curves=(\n')
+        lines += [f"        Curve({curve.knots}, {curve.values}),\n" for curve in model.curves]
+        lines.append("    )),\n")
+    write_bytes(Path(confidence.__file__).with_name("fitted.py"), (_FITTED % "".join(lines)).encode())
 
 
 def _lines(name: str, calibrations: Iterable[Calibration]) -> list[str]:
@@ -201,7 +265,8 @@ def _lines(name: str, calibrations: Iterable[Calibration]) -> list[str]:
     bins = [f"{low}-{high} px" for low, high in pairwise(limits)]
     return [
         f"{name}, {line.pattern}: {line.mean:.1%} within, {line.frames} frames, spread {line.spread:.1%}, "
-        f"{line.lowest:.1%} to {line.highest:.1%}; "
+        f"{line.lowest:.1%} to {line.highest:.1%}, {line.calibrated:.0%} of them calibrated; "
+        f"{line.twice:.1%} within twice; sparsification error {line.sparsification:.3f}; "
         + ", ".join(
             f"{text} {share:.1%}" for text, share in zip(bins, line.by_distance, strict=True) if np.isfinite(share)
         )

@@ -20,6 +20,9 @@ DEPTH_FILES = {"png": "depth.png", "tiff": "depth.tiff", "npy": "depth.npy"}
 ERROR_FILES = {"png": "expected_error.png", "tiff": "expected_error.tiff", "npy": "expected_error.npy"}
 """Depth format -> file name of the expected error, in the same units."""
 
+UNVOUCHED_FILE = "unvouched.png"
+"""Mask, beside the expected errors, of the filled pixels that nothing vouches for."""
+
 CLOUD_FILES = {
     "ply": "cloud.ply",
     "ply-ascii": "cloud.ply",
@@ -47,7 +50,8 @@ class ExportOptions:
     depth_units : float
         Units per metre of the 16-bit PNG: 1000 for millimetres.
     expected_error : bool
-        Beside every depth file, one of the same format and units with the expected error of the filled pixels.
+        Beside every depth file, one of the same format and units with the expected error of the filled pixels; and a
+        mask of those that nothing vouches for.
     labels, curves : bool
         The label map as PNG; the record of every iteration as CSV.
     cloud : str or None
@@ -93,6 +97,7 @@ class ExportOptions:
         names = [DEPTH_FILES[depth_format] for depth_format in self.depth_formats]
         if self.expected_error:
             names += [ERROR_FILES[depth_format] for depth_format in self.depth_formats]
+            names += [UNVOUCHED_FILE] if self.depth_formats else []
         if self.labels:
             names.append(LABELS_FILE)
         if self.curves:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cloud import point_cloud
-from ..confidence import expected_error
+from ..confidence import expected_error, unvouched
 from ..errors import ExportError, IlfError, InputError
 from ..frame import FrameInputs, RGBDFrame
 from ..io import META_NAME, coarser_units, write_cloud, write_depth, write_expected_error, write_labels, write_mask
@@ -34,6 +34,7 @@ from .options import (
     GUIDE_FILE,
     LABELS_FILE,
     RECORD_FILE,
+    UNVOUCHED_FILE,
     ExportOptions,
 )
 from .record import PROGRAM, make_record, to_json
@@ -207,6 +208,10 @@ def _write_results(folder: Path, run: Run, completion: Completion, options: Expo
             name = ERROR_FILES[depth_format]
             found = write_expected_error(folder / name, error, options.depth_units)
             notes += [f"{name}: {note}" for note in found]
+        doubtful = unvouched(run.frame, completion)
+        write_mask(folder / UNVOUCHED_FILE, doubtful)
+        if count := np.count_nonzero(doubtful & ~completion.guessed):
+            notes.append(f"Nothing measured vouches for {count} pixels of the depth: see {UNVOUCHED_FILE}.")
     if options.labels:
         write_labels(folder / LABELS_FILE, run.blocks)
     if options.curves:

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
 from gui.main_window import MainWindow
+from gui.state.results import Doubt
 from ilf.confidence import expected_error
 from ilf.ebs.edit import brush_stroke, erase
 
@@ -39,6 +40,11 @@ def test_it_comes_after_a_run_and_goes_with_the_results(opened: MainWindow, qtbo
     shown, unit = text.rpartition("\u00b1 ")[2].split()
     metres = float(shown) * {"mm": 0.001, "m": 1.0}[unit]
     assert metres == pytest.approx(float(expected[row, column]), rel=0.06)
+    assert "nothing vouches" not in text
+    everything = np.ones(session.frame.shape, bool)
+    opened.workspace.store_doubt(session, completion, Doubt(expected, everything))
+    opened.readout.point_at((column, row))
+    assert "nothing vouches for it" in opened.status.readout.text()
     known_row, known_column = (int(places[0]) for places in np.nonzero(session.frame.known))
     opened.readout.point_at((known_column, known_row))
     assert "\u00b1" not in opened.status.readout.text()

@@ -8,6 +8,7 @@ import numpy as np
 from pytestqt.qtbot import QtBot
 
 from gui.main_window import MainWindow
+from gui.state.results import Doubt
 from ilf.frame import RGBDFrame
 from ilf.io.frame_source import FrameSource
 
@@ -107,7 +108,7 @@ def test_high_expected_error_is_a_place_once_it_is_known(window, qtbot, tmp_path
     assert press(window, qtbot, "next_suspect") == "Nothing looks suspicious."
     session = window.workspace.session
     error = np.where(session.frame.known, np.float32(np.nan), np.float32(0.3))
-    window.workspace.store_error(session, session.completion(), error)
+    window.workspace.store_doubt(session, session.completion(), Doubt(error, np.zeros(error.shape, bool)))
     settled(window, qtbot)
     assert "Expected error 300 mm" in press(window, qtbot, "next_suspect")
 

@@ -1,6 +1,7 @@
 """The cloud widget: mouse, keys, colours, and what it leaves behind when it goes."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -207,6 +208,12 @@ def test_colours_mean_what_is_chosen(qapp, subject):
     assert expected.scale.logarithmic
     assert expected.colours[1].tolist() == expected.scale.table[128, :3].tolist(), "10 of 1 to 100 mm"
     assert expected.colours[0].tolist() == none
+    doubtful = np.zeros((2, 3), bool)
+    doubtful[0, 1] = True
+    marked = colours_of(replace(subject, unvouched=doubtful), ColourBy.EXPECTED, points, pixels)
+    assert marked.colours[1].tolist() == shade(subject.shades.warning)
+    np.testing.assert_array_equal(np.delete(marked.colours, 1, 0), np.delete(expected.colours, 1, 0))
+    assert marked.legend[-1][1] == "nothing vouches"
     error = colours(ColourBy.ERROR)
     table = signed_table()
     assert (error.colours == table[to_indices(np.float32([5.1]), -10, 10)[0], :3]).all(), "5.1 mm too far"

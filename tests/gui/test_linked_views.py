@@ -262,6 +262,22 @@ def test_the_expected_error_is_logarithmic_in_millimetres_and_tells_measured_fro
     assert bar._levels is None
 
 
+def test_what_nothing_vouches_for_is_striped_in_the_view_of_the_expected_error_alone(views):
+    error = np.full((HEIGHT, WIDTH), 0.01, np.float32)
+    doubtful = np.zeros((HEIGHT, WIDTH), bool)
+    doubtful[10:40, 10:40] = True
+    views.set_expected_error(error, doubtful)
+    cells = views.cells
+    marked = {name for name, cell in cells.items() if "nothing vouches" in [text for _, text in cell._overlaid]}
+    assert marked == {"expected-error", "judgement"}, "without a truth, that view has it too"
+    stripes, depth = view_of(views, "expected-error").stripes, view_of(views, "depth-in").stripes
+    assert stripes.pixels.any()
+    assert not depth.pixels.any()
+    views.set_expected_error(error, np.zeros_like(doubtful))
+    assert not stripes.pixels.any()
+    assert not cells["expected-error"]._overlaid
+
+
 def test_levels_of_the_expected_error_are_round_and_never_equal():
     assert robust_error_levels(np.full((4, 4), np.nan, np.float32)) == (1.0, 10.0)
     assert robust_error_levels(np.float32([3.0, 3.0])) == pytest.approx((2.0, 20.0))

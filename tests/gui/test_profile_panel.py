@@ -13,6 +13,7 @@ from pytestqt.qtbot import QtBot
 from gui.inspect.profile_data import ProfileData, profile_data
 from gui.inspect.profile_panel import ProfilePanel
 from gui.state.past import Past
+from gui.state.results import Doubt
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from ilf.confidence import expected_error
@@ -33,7 +34,8 @@ def data(workspace: Workspace, results: list[BlockResult]) -> ProfileData:
     workspace.store_results(session, results)
     completion = session.completion()
     assert completion is not None
-    workspace.store_error(session, completion, expected_error(session.frame, completion))
+    error = expected_error(session.frame, completion)
+    workspace.store_doubt(session, completion, Doubt(error, np.zeros(error.shape, bool)))
     kept = KeptRun(1, "first try", session.run(session.common), {1: results[0]}, 1.0, (200, 60, 160))
     workspace.keep_run(session, kept)
     workspace.compare([kept])

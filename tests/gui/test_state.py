@@ -7,7 +7,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from gui.state.changing_blocks import Kept
-from gui.state.results import Held
+from gui.state.results import Doubt, Held
 from gui.state.session import LARGEST_LABEL, Session
 from gui.state.tally import BlockCounts
 from gui.state.workspace import Workspace
@@ -190,7 +190,9 @@ def test_of_other_frames_only_the_list_is_told(
     workspace.store_results(other, results)
     workspace.end_run(other)
     assert told == ["sessions_changed"] * 2
-    workspace.store_error(other, other.completion(), np.ones(other.frame.shape, np.float32))
+    workspace.store_doubt(
+        other, other.completion(), Doubt(np.ones(other.frame.shape, np.float32), np.zeros(other.frame.shape, bool))
+    )
     assert told == ["sessions_changed"] * 2
     assert other.expected_error() is not None
 
@@ -198,14 +200,15 @@ def test_of_other_frames_only_the_list_is_told(
 def test_an_expected_error_is_that_of_the_present_completion(
     workspace: Workspace, session: Session, results: list[BlockResult], told: list[str]
 ) -> None:
-    error = np.ones(session.frame.shape, np.float32)
+    doubt = Doubt(np.ones(session.frame.shape, np.float32), np.zeros(session.frame.shape, bool))
     session.add_results(results[:1])
     early = session.completion()
     session.add_results(results[1:])
-    workspace.store_error(session, early, error)
-    assert (session.expected_error(), told) == (None, [])
-    workspace.store_error(session, session.completion(), error)
-    assert session.expected_error() is error
+    workspace.store_doubt(session, early, doubt)
+    assert (session.expected_error(), session.unvouched(), told) == (None, None, [])
+    workspace.store_doubt(session, session.completion(), doubt)
+    assert session.expected_error() is doubt.error
+    assert session.unvouched() is doubt.unvouched
     assert told == ["error_changed"]
     edit(workspace, 2)
     assert session.expected_error() is None

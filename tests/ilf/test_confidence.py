@@ -8,9 +8,25 @@ import pytest
 
 import ilf
 from ilf.bench import METHODS
-from ilf.bench.calibration import Sample, calibrate, fit, main
+from ilf.bench.calibration import calibrate, main
+from ilf.bench.error_fit import Sample, fit
 from ilf.completion import complete
-from ilf.confidence import FLOOR, MODELS, ErrorModel, depth_error, error_features, expected_error
+from ilf.confidence import (
+    FEATURES,
+    FLOOR,
+    MODELS,
+    WITHIN,
+    WITHIN_TWICE,
+    Curve,
+    ErrorModel,
+    depth_error,
+    error_features,
+    expected_error,
+    unvouched,
+)
+from ilf.confidence.difficulty import own_test
+from ilf.confidence.model import wideness
+from ilf.confidence.walks import walk
 from ilf.errors import InputError, ParameterError
 from ilf.parameters import Parameters
 
@@ -102,37 +118,127 @@ def test_what_does_not_fit_is_refused():
         depth_error(frame, PLANE, "wavelet")
 
 
+def test_walks_end_at_the_depth_that_they_come_upon_and_edges_turn_them_back():
+    depth = np.full((64, 96), np.nan, np.float32)
+    depth[:, :16], depth[:, -16:] = 1.0, 3.0
+    open_, wall = np.zeros((2, *depth.shape), np.float32)
+    wall[:, 64:72] = 1.0
+    free, parted = walk(depth, open_), walk(depth, wall)
+    middle = 32, 48
+    assert free.depth[middle] == pytest.approx(np.log(3) / 2, abs=0.01)
+    assert free.spread[middle] == pytest.approx(np.log(3) / 2, abs=0.01)
+    assert free.aside[middle] < 2
+    assert parted.depth[middle] == pytest.approx(0, abs=0.02)
+    assert parted.spread[middle] < 0.15
+    assert parted.aside[middle] > 30
+    assert parted.steps[middle] > 1.5 * free.steps[middle]
+    closed = np.zeros_like(open_)
+    closed[24:40, 40:56] = 1.0
+    assert walk(depth, closed).steps[middle] > 20 * free.steps[middle]
+
+
+def test_nothing_vouches_for_guesses_for_what_edges_close_in_and_for_what_lies_outside_all_measured_depth():
+    frame = ilf.RGBDFrame(COLOUR, np.where(HOLE, np.nan, PLANE))
+    labels = np.where(np.hypot(ROWS - 48, COLUMNS - 64) < 16, 2, 1).astype(np.int32)
+    completion = complete(frame, np.ones(PLANE.shape, np.int32), Parameters(max_iterations=3))
+    assert not unvouched(frame, completion).any()
+    some = HOLE & (COLUMNS > 64)
+    np.testing.assert_array_equal(unvouched(frame, replace(completion, guessed=some)), some)
+    for factor in (0.5, 2.0):
+        depth = np.where(some, np.float32(factor) * completion.depth, completion.depth)
+        np.testing.assert_array_equal(unvouched(frame, replace(completion, depth=depth)), some)
+    ring = np.abs(np.hypot(ROWS - 48, COLUMNS - 64) - 16) < 4
+    parted = replace(completion, results={1: replace(completion.results[1], drawn=ring.ravel())})
+    closed_in = unvouched(frame, parted)
+    assert closed_in[labels == 2].mean() > 0.5
+    assert not closed_in[np.hypot(ROWS - 48, COLUMNS - 64) > 24].any()
+    with pytest.raises(InputError, match="does not belong"):
+        unvouched(frame, replace(completion, depth=completion.depth[1:]))
+
+
+def test_a_frame_is_as_hard_as_its_own_hidden_depth_turns_out():
+    smooth = ilf.RGBDFrame(COLOUR, PLANE)
+    rough = ilf.RGBDFrame(COLOUR, PLANE + np.float32(0.3) * (np.sin(ROWS / 7) * np.sin(COLUMNS / 9)))
+    easy, hard = (own_test(frame) for frame in (smooth, rough))
+    assert easy[0].shape == (len(easy[1]), len(FEATURES))
+    assert 0.2 < len(easy[1]) / (48 * 64) < 0.35
+    assert np.median(easy[1]) < np.median(hard[1])
+    again = own_test(ilf.RGBDFrame(COLOUR, PLANE))
+    np.testing.assert_array_equal(easy[1], again[1])
+    assert own_test(ilf.RGBDFrame(COLOUR, np.where(ROWS < 80, np.nan, PLANE))) is None
+
+
+def law(**curves):
+    """A model of straight curves: feature -> slope."""
+    ends = np.array([-9.0, 9.0])
+    slopes = [curves.get(name.replace(" ", "_"), 0.0) for name in FEATURES]
+    return ErrorModel(-1.5, tuple(Curve(tuple(ends), tuple(slope * ends)) for slope in slopes))
+
+
+def sample_of(model, rng, name="a", own_test=None):
+    """Pixels of a rough plane with holes, whose errors are as a model says."""
+    rough = (PLANE + rng.normal(0, 0.01, PLANE.shape)).astype(np.float32)
+    hidden = rng.uniform(size=PLANE.shape) < 0.7
+    frame = ilf.RGBDFrame(COLOUR, np.where(hidden | HOLE, np.nan, rough))
+    filled = (rough + rng.normal(0, 0.03, PLANE.shape)).astype(np.float32)
+    features = error_features(frame, filled, np.zeros(PLANE.shape, np.float32))
+    shares = model.shares(features) * np.abs(rng.normal(size=len(features)))
+    ones = np.ones(len(features))
+    return Sample(name, "random", features, ones, shares, ones.astype(np.float32), own_test)
+
+
 def test_the_fit_finds_the_law_that_made_the_errors_and_calibrates_it():
     rng = np.random.default_rng(0)
-    law = ErrorModel(-1.5, 0.1, 0.2, 0.3, 0.6, 0.7, 0.15)
-    samples = []
-    for name in ("a", "b", "c"):
-        rough = (PLANE + rng.normal(0, 0.01, PLANE.shape)).astype(np.float32)
-        hidden = rng.uniform(size=PLANE.shape) < 0.7
-        frame = ilf.RGBDFrame(COLOUR, np.where(hidden | HOLE, np.nan, rough))
-        features = error_features(frame, (rough + rng.normal(0, 0.03, PLANE.shape)).astype(np.float32))
-        shares = law.shares(features) * np.abs(rng.normal(size=len(features)))
-        samples.append(Sample(name, "random", features, shares, np.ones(len(features), np.float32)))
+    made_by = law(depth=0.1, gap=0.2, bend=0.3, small_jump=0.6, large_jump=0.7, slope=0.15)
+    samples = [sample_of(made_by, rng, name) for name in ("a", "b", "c")]
     found = fit(samples)
-    (line,) = calibrate(found, samples)
-    assert line.mean == pytest.approx(0.6827, abs=0.01)
-    ratio = found.shares(samples[0].features) / law.shares(samples[0].features)
-    assert np.quantile(np.abs(np.log(ratio)), 0.95) < 0.1
-    (half,) = calibrate(ErrorModel(-9.0, 0, 0, 0, 0, 0, 0), samples)
-    assert half.mean < 0.1
+    (line,) = calibrate(samples, [found] * 3)
+    assert line.mean == pytest.approx(WITHIN, abs=0.015)
+    assert line.twice == pytest.approx(WITHIN_TWICE, abs=0.015)
+    ratio = found.shares(samples[0].features) / made_by.shares(samples[0].features)
+    assert np.quantile(np.abs(np.log(ratio)), 0.9) < 0.15
+    (none,) = calibrate(samples, [replace(law(), level=-9.0)] * 3)
+    assert none.mean < 0.1
+    assert none.calibrated == 0
 
 
-def test_calibration_command(tmp_path, capsys):
-    for name in ("one", "two"):
+def test_what_frames_have_of_their_own_is_found_in_wide_gaps():
+    rng = np.random.default_rng(0)
+    plain = law(bend=0.3)
+    samples = []
+    for name, own in (("easy", -0.4), ("usual", 0.0), ("hard", 0.4)):
+        sample = sample_of(plain, rng, name)
+        shares = sample.shares * np.exp(own * wideness(sample.features))
+        there = sample.features, np.log(np.maximum(plain.shares(sample.features) * np.exp(own), FLOOR))
+        samples.append(replace(sample, shares=shares, own_test=there))
+    found = fit(samples)
+    assert found.own == pytest.approx(1.0, abs=0.25)
+    easy, usual, hard = (sample.expected(found)[wideness(sample.features) == 1].mean() for sample in samples)
+    assert easy < 0.75 * usual < 0.75 * 0.75 * hard
+    narrow = wideness(samples[0].features) == 0
+    np.testing.assert_array_equal(samples[0].expected(found)[narrow], found.shares(samples[0].features)[narrow])
+
+
+def test_calibration_command(tmp_path, capsys, monkeypatch):
+    fitted = tmp_path / "fitted.py"
+    monkeypatch.setattr("ilf.bench.calibration.confidence.__file__", str(tmp_path / "__init__.py"))
+    for name in ("one", "other"):
         write_small_frame(tmp_path / name)
         (tmp_path / name / "meta.json").write_text(json.dumps({"name": name, "depth_units_per_m": 1000}))
-    arguments = ["--method", "linear", "--fit", str(tmp_path / "one"), "--check", str(tmp_path / "two")]
+    one, other = str(tmp_path / "one"), str(tmp_path / "other")
+    arguments = ["--method", "linear", "--model", "ideal", "--fit", one, other, "--check", other, "--others", "--write"]
     assert "linear" in METHODS
     assert main(arguments) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("ErrorModel(")
     assert [line.split(":")[0] for line in lines[1:]] == [
         "fitted, random", "fitted, areas", "checked, random", "checked, areas",
+        "fitted to others, random", "fitted to others, areas",
     ]  # fmt: skip
+    written = {}
+    exec(fitted.read_text().replace("from .model", "from ilf.confidence.model"), written)
+    assert set(written["MODELS"]) == set(MODELS)
+    assert str(written["MODELS"]["ideal"]) == lines[0]
+    assert written["MODELS"]["edge-aware"] == MODELS["edge-aware"]
     assert main(["--method", "linear", "--check", str(tmp_path / "none")]) == 1
     assert "is not a folder" in capsys.readouterr().err

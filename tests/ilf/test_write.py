@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.confidence import expected_error
+from ilf.confidence import expected_error, unvouched
 from ilf.errors import ExportError, InputError, ParameterError
 from ilf.io import load_frame, read_colour, read_depth_values, read_labels
 from ilf.outcomes import compose
@@ -142,6 +142,13 @@ def test_expected_errors_come_in_the_formats_and_units_of_the_depth(run, complet
     np.testing.assert_array_equal(stored > 0, completion.filled)
     wanted = np.maximum(expected[completion.filled], 1 / 1100)
     np.testing.assert_allclose(stored[completion.filled] / 1100, wanted, atol=0.00046)
+    np.testing.assert_array_equal(read_colour(out / "unvouched.png")[..., 0] > 0, unvouched(run.frame, completion))
+    outside = replace(completion, depth=np.where(completion.filled, 50, completion.depth).astype(np.float32))
+    count = np.count_nonzero(completion.filled)
+    assert write(out, run, outside, BARE).notes == (
+        f"Nothing measured vouches for {count} pixels of the depth: see unvouched.png.",
+    )
+    np.testing.assert_array_equal(read_colour(out / "unvouched.png")[..., 0] > 0, completion.filled)
     no_files = ExportOptions((), labels=False, curves=False, cloud=None)
     assert filenames(run, no_files) == ("run.json",)
 

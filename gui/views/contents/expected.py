@@ -1,4 +1,7 @@
-"""The expected error of what was filled, in logarithmic colours; what was measured is marked."""
+"""The expected error of what was filled, in logarithmic colours; what was measured is marked.
+
+What nothing vouches for has stripes, which lie over the picture.
+"""
 
 from __future__ import annotations
 
@@ -31,6 +34,7 @@ class ExpectedErrorPainter(Painter):
     def __init__(self, content: str, cell: ViewCell, material: Material) -> None:
         super().__init__(content, cell, material)
         self._measured = cell.view.add_layer(-0.5)
+        cell.view.shows_unvouched = True
         self._drawn: tuple[Depth, Depth, Levels] | None = None
         self._marks = mark_table(QColor())
         self._table = error_table()
@@ -73,3 +77,4 @@ class ExpectedErrorPainter(Painter):
 
     def leave(self) -> None:
         self.cell.view.remove(self._measured)
+        self.cell.view.shows_unvouched = False

@@ -101,6 +101,7 @@ class Material:
         self.result: Layer | None = None
         self.moment = ""
         self.expected: Depth | None = None
+        self.unvouched: Mask | None = None
         self.error_is_outdated = False
         self.looks_at_a = False
 

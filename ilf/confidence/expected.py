@@ -1,0 +1,201 @@
+"""How far filled depth may be off, pixel by pixel, and where nothing measured vouches for it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..completion import known_needed
+from ..edges.frame_edges import find_edges
+from ..errors import ParameterError
+from ..filter.edge_aware.reach import beyond_reach
+from ..frame import RGBDFrame
+from ..outcomes import Completion
+from .difficulty import frame_difficulty
+from .features import error_features, filled_pixels, usual_edges
+from .fitted import MODELS
+from .walks import walk
+
+Array = NDArray[np.float32]
+
+DEFAULT_MODEL = "edge-aware"
+"""Model of depth that another method has filled in."""
+
+_NUMBERS = {name: np.uint8(number) for number, name in enumerate(MODELS)}
+
+_CLOSED_IN, _SOME_STEPS = 12.0, 20.0
+"""Depth is closed in where walks take so many times the steps that they would take if there were no edges, and more
+than so many steps at all."""
+
+_FARTHEST, _NEAREST = 0.999, 0.001
+"""Quantiles of the known depth that count as its range."""
+
+_OUTSIDE = 0.02
+"""Share of depth by which depth must lie outside that range to be an extrapolation."""
+
+_BEYOND = 0.2
+"""Least expected error, as a share of depth, beyond the sensor's reach."""
+
+
+def depth_error(frame: RGBDFrame, depth: NDArray[np.floating], model: str = DEFAULT_MODEL) -> Array:
+    """Expected error of every filled pixel.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+        As it was before completion.
+    depth : ndarray of float, shape (H, W)
+        Completed depth [m]; what is not finite and positive is missing.
+    model : str
+        One of `MODELS`: the low-pass filter that gave the depth.
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W)
+        Expected error [m], at least 0.01 % of the depth and at most the depth itself. NaN where the frame has depth of
+        its own and where none was filled in.
+
+    Raises
+    ------
+    InputError
+        If the shapes differ.
+    ParameterError
+        For an unknown model.
+    """
+    if model not in MODELS:
+        raise ParameterError(f"There is no error model {model!r}. Known: {', '.join(MODELS)}.")
+    return _error(frame, depth, np.full(frame.shape, _NUMBERS[model]), usual_edges(frame))
+
+
+def expected_error(frame: RGBDFrame, completion: Completion) -> Array:
+    """`depth_error` of a completion, each block by the model of the filter that it was run with.
+
+    Guesses have the model of the filter that they were made with, which is that of "best".
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+        That was completed.
+    completion : Completion
+
+    Returns
+    -------
+    ndarray of float32, shape (H, W)
+        Expected error [m], NaN where nothing was filled.
+
+    Raises
+    ------
+    InputError
+        If the shapes differ.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[8:12, 10:20] = np.nan
+    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
+    >>> error = ilf.expected_error(frame, ilf.complete(frame, np.ones((20, 30), np.int32)))
+    >>> int(np.isfinite(error).sum()), bool(error[10, 15] < 0.01)
+    (40, True)
+    """
+    model = np.full(frame.shape, _NUMBERS[DEFAULT_MODEL])
+    for result in completion.results.values():
+        model[result.block.box][result.block.mask] = _NUMBERS[result.parameters.filter]
+    model[completion.guessed] = _NUMBERS[DEFAULT_MODEL]
+    error = _error(frame, completion.depth, model, _edges_of(frame, completion))
+    beyond = _beyond_reach(frame, completion)
+    error[beyond] = np.maximum(error[beyond], np.float32(_BEYOND) * completion.depth[beyond])
+    return error
+
+
+def unvouched(frame: RGBDFrame, completion: Completion) -> NDArray[np.bool_]:
+    """Filled pixels that nothing measured vouches for, so that their expected error is not to be relied on.
+
+    They are guesses; lie behind edges on all sides, so that hardly any known depth gets there; lie beyond the sensor's
+    reach; are farther, or nearer, than all that was measured; or belong to a block that a guide alone carries.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+        That was completed.
+    completion : Completion
+
+    Returns
+    -------
+    ndarray of bool, shape (H, W)
+
+    Raises
+    ------
+    InputError
+        If the shapes differ.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[8:12, 10:20] = np.nan
+    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth)
+    >>> bool(ilf.unvouched(frame, ilf.complete(frame, np.ones((20, 30), np.int32))).any())
+    False
+    """
+    filled = filled_pixels(frame, completion.depth)
+    if not filled.any():
+        return filled
+    nearest, farthest = np.nanquantile(frame.depth, (_NEAREST, _FARTHEST))
+    outside = (completion.depth > (1 + _OUTSIDE) * farthest) | (completion.depth < (1 - _OUTSIDE) * nearest)
+    edges = _edges_of(frame, completion)
+    steps, freely = (walk(frame.depth, passed).steps for passed in (edges, np.zeros_like(edges)))
+    closed_in = (steps > _CLOSED_IN * freely) & (steps > _SOME_STEPS)
+    beyond, by_guide = _beyond_reach(frame, completion), _by_guide_alone(frame, completion)
+    return filled & (completion.guessed | outside | closed_in | beyond | by_guide)
+
+
+def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint8], edges: Array) -> Array:
+    """Expected error of every filled pixel by the model whose number it has, NaN elsewhere."""
+    filled = filled_pixels(frame, depth)
+    features, depth_there, model_there = error_features(frame, depth, edges), depth[filled], model[filled]
+    values = np.empty(depth_there.shape, np.float32)
+    for name, number in _NUMBERS.items():
+        own = model_there == number
+        if own.any():
+            difficulty = frame_difficulty(frame, MODELS[name])
+            values[own] = MODELS[name].shares(features[own], difficulty) * depth_there[own]
+    error = np.full(frame.shape, np.nan, np.float32)
+    error[filled] = values
+    return error
+
+
+def _beyond_reach(frame: RGBDFrame, completion: Completion) -> NDArray[np.bool_]:
+    """Filled pixels, bool (H, W), beyond the sensor's reach in blocks that were run with that rule."""
+    beyond = np.zeros(frame.shape, bool)
+    for result in completion.results.values():
+        if result.parameters.filter == "edge-aware" and result.parameters.out_of_range and result.history:
+            found = beyond_reach(frame, result.block)
+            if found is not None:
+                beyond |= found.pixels
+    return beyond & completion.filled
+
+
+def _by_guide_alone(frame: RGBDFrame, completion: Completion) -> NDArray[np.bool_]:
+    """Pixels, bool (H, W), of blocks that have been completed with less known depth than their parameters ask for."""
+    alone = np.zeros(frame.shape, bool)
+    for result in completion.results.values():
+        outcome = result.outcome
+        if result.history and outcome.known < known_needed(outcome.pixels, result.parameters):
+            alone[result.block.box][result.block.mask] = True
+    return alone
+
+
+def _edges_of(frame: RGBDFrame, completion: Completion) -> Array:
+    """The edges that the blocks' filter saw, the drawn borders of its blocks among them."""
+    results = completion.results.values()
+    asked_for = next((result.edges for result in results if result.edges is not None), None)
+    edges = usual_edges(frame) if asked_for is None else find_edges(frame, asked_for).strength
+    if all(result.drawn is None for result in results):
+        return edges
+    edges = edges.copy()
+    for result in results:
+        if result.drawn is not None:
+            pixels = edges[result.block.box]
+            pixels[result.block.mask] = np.maximum(pixels[result.block.mask], result.drawn)
+    return edges

@@ -1,0 +1,181 @@
+"""What the expected error follows from, at every filled pixel: how its depth lies among the known depth around."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..edges.frame_edges import find_edges
+from ..errors import InputError
+from ..filter.pyramid import sums_of_four
+from ..filter.stepper import edge_parameters
+from ..frame import RGBDFrame
+from ..parameters import BlockParameters, Parameters
+from .walks import walk
+
+Array = NDArray[np.float32]
+
+FLOOR = 1e-4
+"""Smallest expected error, as a share of depth: also what keeps the logarithms of jumps and bends finite."""
+
+FEATURES = {
+    "depth": "the depth itself [m]",
+    "gap": "width of the gap: the largest distance to known depth nearby [px of a frame 640 px wide]",
+    "bend": "departure of the known depth from a plane over that distance, as a share of depth",
+    "small jump": "difference to the nearest known depth, as a share of depth: up to 5 %, fading with distance",
+    "large jump": "the same, above 5 %",
+    "slope": "range of the filled depth over 3 x 3 pixels, as a share of depth",
+    "spread": "how much the depths differ at which walks from here end, as a share of depth",
+    "departure": "difference to the mean of those depths, as a share of depth",
+    "steps": "how long those walks are, in steps",
+    "aside": "how far off the middle of where they end is [px of such a frame]",
+    "edge": "edge strength here",
+    "edge near": "largest edge strength within 3 px",
+    "edges around": "mean edge strength within 15 px",
+}
+"""Columns of `error_features` -> what they are, those before "edge" as logarithms."""
+
+_LARGE_JUMP = 0.05
+"""Jump to the nearest known depth, as a share of depth, above which it counts in full at any distance."""
+
+_FADING = 0.3
+"""How a smaller jump counts for less with distance: by distance^-0.3. Far from known depth a small jump says little."""
+
+_WIDTH = 640
+"""Gaps and distances count as in a frame whose longer side has so many pixels: what matters is the angle."""
+
+_RIM = 9
+"""Window [px] in which the widest part of a gap is looked for: at its rim depth is known on one side only."""
+
+_LEVELS = 6
+"""How often the grid is halved to see bends over 1, 2, 4, ... 64 px."""
+
+_WINDOW = 9
+"""Window, in pixels of the halved grid, over which bends are averaged."""
+
+_UNSEEN_BEND = 0.02
+"""Bend, as a share of depth, where no three known pixels in a row show any."""
+
+_NEAR, _AROUND = 7, 31
+"""Windows [px] in which edges are looked for."""
+
+_LEAST_SHARE, _LEAST_STEPS, _LEAST_ASIDE = 1e-3, 0.1, 1.0
+"""Less of what the walks tell counts as so much."""
+
+
+def filled_pixels(frame: RGBDFrame, depth: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Pixels, bool (H, W), without depth in the frame and with depth now; raises InputError if the shapes differ."""
+    if depth.shape != frame.shape:
+        raise InputError(f"Depth of shape {depth.shape} does not belong to a frame of shape {frame.shape}.")
+    return ~frame.known & np.isfinite(depth) & (depth > 0)
+
+
+def usual_edges(frame: RGBDFrame) -> Array:
+    """The edges, (H, W) in [0, 1], that the default preset's filter sees in a frame."""
+    return find_edges(frame, edge_parameters(Parameters()) or BlockParameters()).strength
+
+
+def error_features(frame: RGBDFrame, depth: NDArray[np.floating], edges: Array) -> Array:
+    """What the expected error follows from, for every filled pixel.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+        With known depth somewhere.
+    depth : ndarray of float, shape (H, W)
+        Completed depth [m].
+    edges : ndarray of float32, shape (H, W)
+        Edge strength.
+
+    Returns
+    -------
+    ndarray of float32, shape (N, 13)
+        Row by row as `filled_pixels` has them; the columns are `FEATURES`.
+    """
+    filled = filled_pixels(frame, depth)
+    if not filled.any():
+        return np.empty((0, len(FEATURES)), np.float32)
+    distance, nearest = _nearest_known(frame)
+    dense = np.where(filled, depth, nearest).astype(np.float32)
+    gap = cv2.dilate(distance, np.ones((_RIM, _RIM), np.uint8))[filled]
+    square = np.ones((3, 3), np.uint8)
+    slope = (cv2.dilate(dense, square) - cv2.erode(dense, square))[filled]
+    z, distance_there = dense[filled], distance[filled]
+    logarithm, usual_width = np.log(z), np.float32(_WIDTH / max(frame.shape))
+    jump = np.log(np.abs(z - nearest[filled]) / z + FLOOR) - np.log(_LARGE_JUMP)
+    walks = walk(frame.depth, edges)
+    return np.column_stack(
+        [
+            logarithm,
+            np.log(gap * usual_width),
+            np.log(_bend(frame.depth, distance, filled) / z + FLOOR),
+            np.minimum(jump, 0) * distance_there**-_FADING,
+            np.maximum(jump, 0),
+            np.log(slope / z + FLOOR),
+            np.log(walks.spread[filled] + _LEAST_SHARE),
+            np.log(np.abs(logarithm - walks.depth[filled]) + _LEAST_SHARE),
+            np.log(walks.steps[filled] + _LEAST_STEPS),
+            np.log(walks.aside[filled] * usual_width + _LEAST_ASIDE),
+            edges[filled],
+            cv2.dilate(edges, np.ones((_NEAR, _NEAR), np.uint8))[filled],
+            cv2.blur(edges, (_AROUND, _AROUND))[filled],
+        ]
+    ).astype(np.float32)
+
+
+def _nearest_known(frame: RGBDFrame) -> tuple[Array, Array]:
+    """Distance [px] to the nearest known pixel, 0 there, and its depth [m]."""
+    known = frame.known
+    distance, places = cv2.distanceTransformWithLabels(
+        (~known).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    of_place = np.zeros(int(places.max()) + 1, np.float32)
+    of_place[places[known]] = frame.depth[known]
+    return np.asarray(distance, np.float32), of_place[places]
+
+
+def _bend(depth: Array, distance: Array, wanted: NDArray[np.bool_]) -> Array:
+    """Mean departure [m] of the known depth from straight lines, around the wanted pixels and over their distance.
+
+    On level n of a pyramid of block means, half the second difference of neighbours is what a straight line over
+    2^n px misses; a pixel takes it, averaged around, from the two levels next to its distance.
+    """
+    known = np.isfinite(depth)
+    count, total = known.astype(np.float32), np.where(known, depth, np.float32(0))
+    level_of_pixel = np.clip(np.log2(distance[wanted]), 0, _LEVELS)
+    usual = _UNSEEN_BEND * float(np.median(depth[known])) / 2
+    bend = np.zeros(level_of_pixel.shape, np.float32)
+    for level in range(int(np.ceil(level_of_pixel.max())) + 1):
+        bends, seen = _second_differences(count, total)
+        # a level that shows nothing is taken to bend twice as far as the finer one
+        usual = float(bends.sum() / seen.sum()) if seen.any() else 2 * usual
+        local = _local_mean(bends, seen, usual)
+        size = (local.shape[1] << level, local.shape[0] << level)
+        full = cv2.resize(local, size, interpolation=cv2.INTER_LINEAR)[: depth.shape[0], : depth.shape[1]]
+        bend += full[wanted] * np.maximum(1 - np.abs(level_of_pixel - level), 0)
+        count, total = sums_of_four(count), sums_of_four(total)
+    return bend
+
+
+def _second_differences(count: Array, total: Array) -> tuple[Array, Array]:
+    """Sum over both directions of half the second differences of means, and how many there are; where any is known."""
+    known = count > 0
+    mean = np.where(known, total / np.maximum(count, 1), np.float32(0))
+    bends, seen = np.zeros_like(mean), np.zeros_like(mean)
+    # the transposes give views: what is added along y lands in the same arrays
+    for values, there, out, number in ((mean, known, bends, seen), (mean.T, known.T, bends.T, seen.T)):
+        whole = there[:, 2:] & there[:, 1:-1] & there[:, :-2]
+        out[:, 1:-1] += np.where(whole, np.abs(values[:, 2:] - 2 * values[:, 1:-1] + values[:, :-2]) / 2, 0)
+        number[:, 1:-1] += whole
+    return bends, seen
+
+
+def _local_mean(sums: Array, counts: Array, usual: float) -> Array:
+    """Mean around every place, in which `usual` counts once."""
+    window = (_WINDOW, _WINDOW)
+    area = _WINDOW * _WINDOW
+    around, number = (
+        cv2.blur(values, window, borderType=cv2.BORDER_CONSTANT) * np.float32(area) for values in (sums, counts)
+    )
+    return (around + np.float32(usual)) / (number + 1)

@@ -1,0 +1,118 @@
+"""What random walks from every pixel come upon: walks that hardly get across edges, and end at known depth.
+
+Where known depth surrounds a pixel and agrees, walks are short and end at one depth. In a wide hole they are long;
+beside a far surface and a near one they end at either; behind edges on all sides they hardly end at all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.linalg import splu
+
+Array = NDArray[np.float32]
+
+_CELLS = 6000
+"""The grid of the walks has no more cells than that, of 2, 4, 8, ... px."""
+
+_EDGE_SCALE = 0.13
+"""Edge strength at which a step is e times less likely."""
+
+_LEAST = 1e-4
+"""Likelihood of a step across the strongest edge, and of giving up at any step: they have 1 / so many at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Walks:
+    """Where the walks from every pixel end, (H, W) each.
+
+    Attributes
+    ----------
+    depth, spread : ndarray of float32
+        Mean and standard deviation of the logarithm of the depth [m] that they end at.
+    steps : ndarray of float32
+        How long they are, in steps of a cell.
+    aside : ndarray of float32
+        How far [px] the mean of the places where they end is from where they begin: small in the middle of known
+        depth, large where it lies on one side only.
+    """
+
+    depth: Array
+    spread: Array
+    steps: Array
+    aside: Array
+
+
+def walk(depth: Array, edges: Array) -> Walks:
+    """Walks over a frame with some known depth [m], NaN = missing, past edges of a strength in [0, 1]."""
+    cell = 2
+    while -(-depth.shape[0] // cell) * -(-depth.shape[1] // cell) > _CELLS:
+        cell *= 2
+    known = np.isfinite(depth)
+    logarithm = np.log(depth, where=known, out=np.zeros_like(depth))
+    middle = np.float32(np.median(logarithm[known]))
+    logarithm = np.where(known, logarithm - middle, np.float32(0))
+    counts = _sums(known.astype(np.float32), cell)
+    mean, square = (_sums(values, cell) / np.maximum(counts, 1) for values in (logarithm, logarithm * logarithm))
+    rows, columns = np.indices(counts.shape)
+    # known depth that fills a cell ends a walk there sooner than the walk would leave it
+    ends = (counts / cell).astype(np.float64).ravel()
+    passing = np.maximum(np.exp(-edges / np.float32(_EDGE_SCALE)), np.float32(_LEAST))
+    along_x, along_y = _links(passing, cell), _links(passing.T, cell).T
+    gathered = np.column_stack([ends * values.ravel() for values in (mean, square, rows, columns)])
+    found = _solve(along_x, along_y, ends + _LEAST, np.column_stack([ends, np.ones(ends.size), gathered]))
+    arriving, steps = found[:, 0], found[:, 1]
+    mean_end, square_end, row_end, column_end = (found[:, 2:] / np.maximum(arriving, 1e-12)[:, None]).T
+    spread = np.sqrt(np.maximum(square_end - mean_end**2, 0))
+    aside = cell * np.hypot(row_end - rows.ravel(), column_end - columns.ravel())
+    return Walks(
+        *(
+            _on_pixels(values.reshape(counts.shape), cell, depth.shape)
+            for values in (mean_end + middle, spread, steps, aside)
+        )
+    )
+
+
+def _padded(values: Array, cell: int, mode: str) -> Array:
+    return np.pad(values, [(0, -size % cell) for size in values.shape], mode=mode)  # type: ignore[call-overload]
+
+
+def _sums(values: Array, cell: int) -> Array:
+    """Sums over cells, float32 (rows of cells, columns of cells)."""
+    whole = _padded(values, cell, "constant")
+    return whole.reshape(whole.shape[0] // cell, cell, -1, cell).sum((1, 3))
+
+
+def _links(passing: Array, cell: int) -> Array:
+    """How easily walks get from a cell's middle to the next along x: by many ways, each as hard as its pixels."""
+    hard = np.cumsum(1 / _padded(passing, cell, "edge"), axis=1, dtype=np.float64)
+    middles = hard[:, cell // 2 :: cell]
+    easy = cell / (middles[:, 1:] - middles[:, :-1])
+    return easy.reshape(easy.shape[0] // cell, cell, easy.shape[1]).mean(axis=1).astype(np.float32)
+
+
+def _solve(
+    along_x: Array, along_y: Array, ends: NDArray[np.float64], gathered: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """What walks gather on the way, for every cell and every column of what they gather at each step."""
+    shape = along_y.shape[0] + 1, along_x.shape[1] + 1
+    numbers = np.arange(ends.size).reshape(shape)
+    here = np.concatenate([numbers[:, :-1].ravel(), numbers[:-1].ravel()])
+    there = np.concatenate([numbers[:, 1:].ravel(), numbers[1:].ravel()])
+    links = np.concatenate([along_x.ravel(), along_y.ravel()]).astype(np.float64)
+    diagonal = ends + np.bincount(here, links, ends.size) + np.bincount(there, links, ends.size)
+    places = np.concatenate([numbers.ravel(), here, there]), np.concatenate([numbers.ravel(), there, here])
+    matrix = coo_array((np.concatenate([diagonal, -links, -links]), places), shape=(ends.size, ends.size)).tocsc()
+    options = {"SymmetricMode": True}
+    return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options).solve(gathered)
+
+
+def _on_pixels(values: NDArray[np.float64], cell: int, shape: tuple[int, ...]) -> Array:
+    """Values of cells at the pixels, bilinearly."""
+    size = values.shape[1] * cell, values.shape[0] * cell
+    full = cv2.resize(values.astype(np.float32), size, interpolation=cv2.INTER_LINEAR)
+    return np.asarray(full[: shape[0], : shape[1]], np.float32)
