@@ -21,7 +21,9 @@ _MOSTLY = 0.5
 @dataclass(frozen=True, eq=False)
 class Guide:
     """Depth, inverse depth or anything else that rises or falls with depth, for the pixels of a frame; from a network
-    that guesses depth, another sensor or another completion. Immutable: its arrays are read-only copies.
+    that guesses depth or another sensor. One that was made with the measured depth in sight, as another completion is,
+    agrees with it wherever it is known, and is followed more than it deserves. Immutable: its arrays are read-only
+    copies.
 
     Parameters
     ----------

@@ -16,8 +16,8 @@ from ilf.io import GUIDE_SUFFIXES, load_guide
 
 _FOLDER_KEY = "guide/folder"
 _NOTHING_CHOSEN = (
-    "Choose depth or inverse depth of this frame, in any unit: from a network that guesses depth, another sensor or "
-    "another completion. Zero and NaN say nothing."
+    "Choose depth or inverse depth of this frame, in any unit: from a network that guesses depth from colour, or "
+    "another sensor. Zero and NaN say nothing."
 )
 
 
