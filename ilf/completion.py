@@ -154,8 +154,8 @@ def complete(
     guide : array_like or Guide, optional
         Depth or inverse depth of the frame, metric or relative, shape (H, W) or of the same aspect: from a network
         that looks at colour, or another sensor. The frame's own, if it has one, if left out. NaN, infinite and zero
-        mean that nothing is said there. The edge-aware filter follows it as far as the known depth bears it out; the pass
-        band has no use for it.
+        mean that nothing is said there. The edge-aware filter follows it as far as the known depth bears it out; the
+        pass band has no use for it.
 
     Returns
     -------
