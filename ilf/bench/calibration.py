@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import re
 import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -92,7 +91,8 @@ def take_sample(folder: Path, pattern: str, method: str, seed: int = 0) -> Sampl
     InputError, FormatError
         If the frame cannot be read, or nothing of it can be hidden.
     """
-    return _sample_of(make_task(load_bench_frame(folder), pattern, seed), pattern, method, seed)
+    frame = load_bench_frame(folder)
+    return _sample_of(make_task(frame, pattern, seed), frame.sensor, pattern, method, seed)
 
 
 def take_scenes(folder: Path, count: int, method: str) -> list[Sample]:
@@ -124,11 +124,13 @@ def take_scenes(folder: Path, count: int, method: str) -> list[Sample]:
             task = Task(frame, arrays["exact"], missing)
         if frame.known.any() and np.count_nonzero(missing) >= _LEAST_IN_SCENE:
             # what is hidden from such a scene says nothing of its holes
-            samples.append(replace(_sample_of(task, "truth", method, 0), own_test=None, weight=_SCENE_WEIGHT))
+            samples.append(
+                replace(_sample_of(task, "generated", "truth", method, 0), own_test=None, weight=_SCENE_WEIGHT)
+            )
     return samples
 
 
-def _sample_of(task: Task, pattern: str, method: str, seed: int) -> Sample:
+def _sample_of(task: Task, sensor: str, pattern: str, method: str, seed: int) -> Sample:
     chosen = METHODS[method]
     labels = extract_blocks(task.frame) if chosen.needs_blocks else np.zeros(task.frame.shape, np.int32)
     depth = np.asarray(chosen.run(task.frame, labels))
@@ -139,7 +141,7 @@ def _sample_of(task: Task, pattern: str, method: str, seed: int) -> Sample:
         scored = np.sort(np.random.default_rng(seed).choice(scored, _SAMPLES, replace=False))
     completed, truth = depth[filled][scored].astype(np.float64), task.truth[filled][scored].astype(np.float64)
     return Sample(
-        task.frame.name,
+        sensor,
         pattern,
         error_features(task.frame, depth, usual_edges(task.frame))[scored],
         completed,
@@ -187,13 +189,14 @@ def calibrate(samples: Sequence[Sample], models: Sequence[ErrorModel]) -> list[C
 
 
 def fit_to_others(samples: Sequence[Sample]) -> list[ErrorModel]:
-    """For every sample, a model that is fitted to those of other data sets: of names that begin otherwise."""
-    sets = [_data_set(sample.frame) for sample in samples]
+    """For every sample, a model that is fitted to those of other sensors; raises InputError if there is but one."""
+    if len({sample.sensor for sample in samples}) < 2:
+        raise InputError("All frames are of one sensor, so that there are no others to fit to.")
     fitted = {
-        name: fit([sample for sample, of_it in zip(samples, sets, strict=True) if of_it != name])
-        for name in dict.fromkeys(sets)
+        sensor: fit([sample for sample in samples if sample.sensor != sensor])
+        for sensor in dict.fromkeys(sample.sensor for sample in samples)
     }
-    return [fitted[name] for name in sets]
+    return [fitted[sample.sensor] for sample in samples]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -216,9 +219,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--scenes", type=Path, metavar="FOLDER", help=f"fit to the holes of {_SCENES} generated scenes in it as well"
     )
     parser.add_argument(
-        "--others", action="store_true", help="also check every data set of --fit by what is fitted to the others"
+        "--others",
+        action="store_true",
+        help="also check every sensor's frames of --fit by what is fitted to the others",
     )
-    parser.add_argument("--write", action="store_true", help="write what is fitted into ilf/confidence/fitted.py")
+    parser.add_argument(
+        "--write", action="store_true", help="write what is fitted into the installed ilf/confidence/fitted.py"
+    )
     given = parser.parse_args(arguments)
     try:
         fitted, checked = (
@@ -232,6 +239,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         if given.scenes is not None:
             fitted += take_scenes(given.scenes, _SCENES, given.method)
+        others = fit_to_others(fitted) if given.others else []
     except IlfError as error:
         print("calibration: error:", error, file=sys.stderr)
         return 1
@@ -240,14 +248,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name, samples in (("fitted", fitted), ("checked", checked)):
         print("\n".join(_lines(name, calibrate(samples, [model] * len(samples)))))
     if given.others:
-        print("\n".join(_lines("fitted to others", calibrate(fitted, fit_to_others(fitted)))))
+        print("\n".join(_lines("fitted to others", calibrate(fitted, others))))
     if given.write:
         write_models({**MODELS, given.model: model})
     return 0
-
-
-def _data_set(frame: str) -> str:
-    return re.split(r"[\W\d_]", frame, maxsplit=1)[0]
 
 
 def write_models(models: dict[str, ErrorModel]) -> None:

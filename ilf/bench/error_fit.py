@@ -44,7 +44,8 @@ class Sample:
 
     Attributes
     ----------
-    frame, pattern : str
+    sensor, pattern : str
+        What measured the frame (`BenchFrame.sensor`), and how depth was hidden.
     features : ndarray of float, shape (N, 13)
         See `ilf.confidence.error_features`.
     depths : ndarray of float64, shape (N,)
@@ -59,7 +60,7 @@ class Sample:
         How much it counts when a model is fitted.
     """
 
-    frame: str
+    sensor: str
     pattern: str
     features: NDArray[np.floating]
     depths: Values

@@ -7,13 +7,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..completion import complete
+from ..errors import InputError
 from ..frame import RGBDFrame
+from ..parameters import preset
 from ..per_frame import once_per_frame
 from .features import FLOOR, error_features, filled_pixels, usual_edges
 from .model import WITHIN, ErrorModel
 
 _HALVED = 2
-"""One pixel of so many in a row, and in a column, makes the small copy."""
+"""One pixel of so many in a row, and in a column, makes the small copy; of more in a frame so large that the copy's
+longer side would be above `_LONGEST`."""
+
+_LONGEST = 960
+"""[px], so that the test takes no longer in larger frames."""
 
 _RADIUS, _APART = 0.06, 0.22
 """Radius of the discs that are hidden, and how far apart their middles are, in widths of the frame."""
@@ -40,14 +46,18 @@ def own_test(frame: RGBDFrame) -> tuple[NDArray[np.float32], NDArray[np.float64]
 
     None if too little depth is known. What the frame's own blocks are has no part in it.
     """
-    start = _HALVED // 2
-    depth = np.ascontiguousarray(frame.depth[start::_HALVED, start::_HALVED])
+    stride = max(_HALVED, -(-max(frame.shape) // _LONGEST))
+    depth = np.ascontiguousarray(frame.depth[stride // 2 :: stride, stride // 2 :: stride])
     hidden = _discs(depth.shape) & np.isfinite(depth)
     if min(np.count_nonzero(hidden), np.count_nonzero(np.isfinite(depth) & ~hidden)) < _FEWEST:
         return None
     rgb = np.asarray(cv2.resize(frame.rgb, depth.shape[::-1], interpolation=cv2.INTER_AREA), np.uint8)
-    small = RGBDFrame(rgb, np.where(hidden, np.float32(np.nan), depth))
-    completed = complete(small, np.ones(small.shape, np.int32), threads=1).depth
+    try:
+        small = RGBDFrame(rgb, np.where(hidden, np.float32(np.nan), depth))
+    except InputError:  # what is left of a frame at the limits of depth may lie beyond them
+        return None
+    # however sparse the depth is, one block of all pixels is completed
+    completed = complete(small, np.ones(small.shape, np.int32), preset(min_known_share=0), threads=1).depth
     filled = filled_pixels(small, completed)
     there = hidden[filled]
     found = completed[filled][there].astype(np.float64)

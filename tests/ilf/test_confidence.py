@@ -24,7 +24,7 @@ from ilf.confidence import (
     expected_error,
     unvouched,
 )
-from ilf.confidence.difficulty import own_test
+from ilf.confidence.difficulty import _discs, own_test
 from ilf.confidence.model import wideness
 from ilf.confidence.walks import walk
 from ilf.errors import InputError, ParameterError
@@ -168,6 +168,20 @@ def test_a_frame_is_as_hard_as_its_own_hidden_depth_turns_out():
     assert own_test(ilf.RGBDFrame(COLOUR, np.where(ROWS < 80, np.nan, PLANE))) is None
 
 
+def test_frames_with_sparse_depth_of_great_size_and_at_the_limits_of_depth_can_be_tested_too(monkeypatch):
+    monkeypatch.setattr("ilf.confidence.difficulty._FEWEST", 10)
+    sparse = np.random.default_rng(0).uniform(size=PLANE.shape) < 0.02
+    features, _ = own_test(ilf.RGBDFrame(COLOUR, np.where(sparse, PLANE, np.nan)))
+    assert 10 <= len(features) < 30
+    discs = np.kron(_discs((48, 64)), np.ones((2, 2), bool))
+    near = ilf.RGBDFrame(COLOUR, np.where(discs | (COLUMNS < 60), 0.11, 0.099))
+    assert own_test(near) is None, "less its discs, its median is too near for a frame"
+    assert np.isfinite(depth_error(ilf.RGBDFrame(COLOUR, np.where(HOLE, np.nan, near.depth)), near.depth)[HOLE]).all()
+    monkeypatch.setattr("ilf.confidence.difficulty._LONGEST", 32)
+    features, _ = own_test(ilf.RGBDFrame(COLOUR, PLANE))
+    assert 0.2 < len(features) / (24 * 32) < 0.35
+
+
 def law(**curves):
     """A model of straight curves: feature -> slope."""
     ends = np.array([-9.0, 9.0])
@@ -242,3 +256,8 @@ def test_calibration_command(tmp_path, capsys, monkeypatch):
     assert written["MODELS"]["edge-aware"] == MODELS["edge-aware"]
     assert main(["--method", "linear", "--check", str(tmp_path / "none")]) == 1
     assert "is not a folder" in capsys.readouterr().err
+    for name in ("one", "other"):
+        meta = {"name": name, "depth_units_per_m": 1000, "sensor": "the same"}
+        (tmp_path / name / "meta.json").write_text(json.dumps(meta))
+    assert main([*arguments[:7], "--others"]) == 1
+    assert "of one sensor" in capsys.readouterr().err
