@@ -11,8 +11,9 @@ from ..errors import ParameterError
 from ..filter.edge_aware.reach import beyond_reach
 from ..frame import RGBDFrame
 from ..outcomes import Completion
+from ..per_frame import once_per_frame
 from .difficulty import frame_difficulty
-from .features import error_features, filled_pixels, usual_edges
+from .features import error_features, filled_pixels, usual_edges, walks_past
 from .fitted import MODELS
 from .walks import walk
 
@@ -98,6 +99,8 @@ def expected_error(frame: RGBDFrame, completion: Completion) -> Array:
     >>> int(np.isfinite(error).sum()), bool(error[10, 15] < 0.01)
     (40, True)
     """
+    if not filled_pixels(frame, completion.depth).any():  # no need to look for edges
+        return np.full(frame.shape, np.nan, np.float32)
     model = np.full(frame.shape, _NUMBERS[DEFAULT_MODEL])
     for result in completion.results.values():
         model[result.block.box][result.block.mask] = _NUMBERS[result.parameters.filter]
@@ -143,11 +146,16 @@ def unvouched(frame: RGBDFrame, completion: Completion) -> NDArray[np.bool_]:
         return filled
     nearest, farthest = np.nanquantile(frame.depth, (_NEAREST, _FARTHEST))
     outside = (completion.depth > (1 + _OUTSIDE) * farthest) | (completion.depth < (1 - _OUTSIDE) * nearest)
-    edges = _edges_of(frame, completion)
-    steps, freely = (walk(frame.depth, passed).steps for passed in (edges, np.zeros_like(edges)))
+    steps, freely = walks_past(frame, _edges_of(frame, completion)).steps, _free_steps(frame)
     closed_in = (steps > _CLOSED_IN * freely) & (steps > _SOME_STEPS)
     beyond, by_guide = _beyond_reach(frame, completion), _by_guide_alone(frame, completion)
     return filled & (completion.guessed | outside | closed_in | beyond | by_guide)
+
+
+@once_per_frame
+def _free_steps(frame: RGBDFrame) -> Array:
+    """How long walks are that no edge turns back."""
+    return walk(frame.depth, np.zeros(frame.shape, np.float32)).steps
 
 
 def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint8], edges: Array) -> Array:

@@ -12,7 +12,8 @@ from ..filter.pyramid import sums_of_four
 from ..filter.stepper import edge_parameters
 from ..frame import RGBDFrame
 from ..parameters import BlockParameters, Parameters
-from .walks import walk
+from ..per_frame import once_per_frame
+from .walks import Walks, walk
 
 Array = NDArray[np.float32]
 
@@ -76,6 +77,16 @@ def usual_edges(frame: RGBDFrame) -> Array:
     return find_edges(frame, edge_parameters(Parameters()) or BlockParameters()).strength
 
 
+def walks_past(frame: RGBDFrame, edges: Array) -> Walks:
+    """Walks over a frame past edges (H, W), those past its `usual_edges` worked out once."""
+    return _usual_walks(frame) if edges is usual_edges(frame) else walk(frame.depth, edges)
+
+
+@once_per_frame
+def _usual_walks(frame: RGBDFrame) -> Walks:
+    return walk(frame.depth, usual_edges(frame))
+
+
 def error_features(frame: RGBDFrame, depth: NDArray[np.floating], edges: Array) -> Array:
     """What the expected error follows from, for every filled pixel.
 
@@ -104,7 +115,7 @@ def error_features(frame: RGBDFrame, depth: NDArray[np.floating], edges: Array) 
     z, distance_there = dense[filled], distance[filled]
     logarithm, usual_width = np.log(z), np.float32(_WIDTH / max(frame.shape))
     jump = np.log(np.abs(z - nearest[filled]) / z + FLOOR) - np.log(_LARGE_JUMP)
-    walks = walk(frame.depth, edges)
+    walks = walks_past(frame, edges)
     return np.column_stack(
         [
             logarithm,

@@ -221,6 +221,19 @@ def test_a_record_from_before_there_was_a_choice_of_filters_is_of_the_papers(tmp
     assert set(read_record(path).parameters.values()) == {ilf.preset("paper", **QUICK)}
 
 
+def test_a_record_from_before_a_blocks_own_word_counted_is_run_without(tmp_path):
+    path = written(small_run(tmp_path, parameters=ilf.preset("best", smoothness=3.0)), tmp_path / "out")
+    data = json.loads(path.read_text())
+    for name in ("own_word", "out_of_range"):
+        del data["parameters"][name]
+    del data["extraction"]["detector"]
+    path.write_text(json.dumps(data))
+    record = read_record(path)
+    former = ilf.preset("best", smoothness=3.0, own_word=False, out_of_range=False)
+    assert set(record.parameters.values()) == {former}
+    assert record.extraction.detector == "hed"
+
+
 def test_a_record_may_hold_values_without_effect(tmp_path):
     path = changed(written(small_run(tmp_path), tmp_path / "out"), "parameters", "padding", 3.0)
     assert {own.padding for own in read_record(path).parameters.values()} == {3.0}
