@@ -14,6 +14,9 @@ from .errors import InputError
 _ASPECT = 0.01
 """Aspects that differ by less than this share are the same: sides are rounded to whole pixels."""
 
+_LARGEST = 1e30
+"""Values from there on stand for nothing in files that cannot say NaN."""
+
 _MOSTLY = 0.5
 """Of what a resized pixel is made of, so much has to be known."""
 
@@ -54,7 +57,7 @@ class Guide:
         values = _real(self.values, "A guide")
         with np.errstate(over="ignore"):
             values = values.astype(np.float32)
-        values[~np.isfinite(values) | (values == 0)] = np.nan
+        values[~(np.abs(values) < _LARGEST) | (values == 0)] = np.nan
         said = values[np.isfinite(values)]
         if said.size == 0 or said.min() == said.max():
             raise InputError("The guide says nothing: all its values are zero, not finite, or the same.")
@@ -65,6 +68,10 @@ class Guide:
             if confidence.shape != values.shape:
                 raise InputError(
                     f"The guide's confidence is {_size(confidence.shape)} but the guide {_size(values.shape)}."
+                )
+            if confidence.max() > 1:
+                raise InputError(
+                    "The guide's confidence is above 1 somewhere: is it a second depth? Leave it out then."
                 )
             confidence = confidence.clip(0, 1)
             confidence.setflags(write=False)

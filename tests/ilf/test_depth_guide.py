@@ -16,7 +16,7 @@ from ilf.filter.edge_aware.guiding.curve import fit_curve
 from ilf.guide import Guide
 from ilf.io import load_guide
 from ilf.io.guide_files import write_guide
-from ilf.judgement.hiding import frame_without
+from ilf.judgement.hiding import frame_without, hidden_pixels
 from ilf.run import ExportOptions
 
 SHAPE = (90, 120)
@@ -112,6 +112,27 @@ def test_hidden_depth_has_no_part_in_the_fit() -> None:
     assert fitted is not None
     assert fitted.belief > 0.9
     assert np.median(np.abs(fitted.depth / truth() - 1)) < 0.01
+    gone = hidden_pixels(frame, "areas")
+    changed = ilf.RGBDFrame(frame.rgb, np.where(gone, 1.5 * frame.depth, frame.depth), guide=frame.guide)
+    other = fit_guide(frame_without(changed, "areas"))
+    assert other is not None
+    np.testing.assert_array_equal(other.depth, fitted.depth)
+    np.testing.assert_array_equal(other.trial.change, fitted.trial.change)
+
+
+def test_values_that_stand_for_nothing_and_far_outliers_do_no_harm() -> None:
+    odd = 1 / truth()
+    odd[:5], odd[5, :5] = -3.4e38, 1e29
+    assert np.isnan(Guide(odd).values[:5]).all()
+    found = fit_guide(frame_with_hole(guide=odd))
+    assert found is not None
+    assert found.belief > 0.9
+    assert np.median(np.abs(found.depth[6:] / truth()[6:] - 1)) < 0.01
+
+
+def test_second_depth_is_no_confidence() -> None:
+    with pytest.raises(InputError, match="above 1 somewhere"):
+        Guide(truth(), truth())
 
 
 def test_guide_is_resized_only_to_its_own_aspect() -> None:

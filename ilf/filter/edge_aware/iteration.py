@@ -399,7 +399,7 @@ class _View:
         if not wide.any():
             return trend
         away = cv2.distanceTransform((~wide).astype(np.uint8), cv2.DIST_L2, 5)
-        share = guide.shares(self._block)[self._window] * np.clip(2 - away / np.float32(_AROUND), 0, 1)
+        share = guide.shares(self._block, self._window) * np.clip(2 - away / np.float32(_AROUND), 0, 1)
         return np.where(share > 0, trend + share * (guide.depth[self._window] - trend), trend)
 
     def grid(self, trend: Array, found: FrameEdges, parameters: Parameters) -> _Grid:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from ....blocks import Block
+from ....blocks import Block, Box
 from ....frame import RGBDFrame
 from ....per_frame import once_per_frame
 from .belief import Trial, try_guide
@@ -56,13 +56,13 @@ class FittedGuide:
 
     def carries(self, block: Block) -> bool:
         """Whether it may stand for known depth that a block lacks."""
-        return float(self.shares(block)[block.box][block.mask].min()) >= _CARRIES
+        return float(self.shares(block, block.box)[block.mask].min()) >= _CARRIES
 
-    def shares(self, block: Block) -> Array:
-        """How far to follow it in a block, 0-1, everywhere in the frame."""
+    def shares(self, block: Block, box: Box) -> Array:
+        """How far to follow it for a block, 0-1, at the pixels of a box."""
         mask = np.zeros(self.depth.shape, bool)
         mask[block.box] = block.mask
-        return np.float32(self.trial.belief(mask)) * self.confidence
+        return np.float32(self.trial.belief(mask)) * self.confidence[box]
 
 
 @once_per_frame

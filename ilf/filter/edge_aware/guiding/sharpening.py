@@ -33,6 +33,9 @@ _WINDOW, _WIDTH, _STEPS = 9, 3.0, 4
 
 _TINY = np.float32(1e-6)
 
+_FARTHEST = np.float32(1e6)
+"""Values that are so many times the range off it are taken to be no farther."""
+
 
 def sharpened(values: Array) -> Array:
     """A guide's values without noise from pixel to pixel, and with steps where steps were blurred.
@@ -44,7 +47,8 @@ def sharpened(values: Array) -> Array:
     """
     low, high = np.percentile(values[::4, ::4], (2, 98))
     scale = np.float32(max(float(high - low), 1e-12))
-    unit = (values - np.float32(low)) / scale
+    with np.errstate(over="ignore"):
+        unit = np.clip((values - np.float32(low)) / scale, -_FARTHEST, _FARTHEST)
     noise = noise_of(unit, np.ones(unit.shape, bool))
     if noise > _QUIET:
         unit = np.asarray(cv2.bilateralFilter(unit, _WINDOW, _STEPS * noise, _WIDTH), np.float32)
