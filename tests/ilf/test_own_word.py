@@ -7,7 +7,6 @@ import pytest
 
 import ilf
 from ilf.blocks import find_blocks
-from ilf.confidence import beyond_reach_of
 from ilf.filter.edge_aware.own_word import around_wide_gaps, own_distance
 from ilf.filter.edge_aware.reach import beyond_reach, reach_of
 
@@ -80,11 +79,11 @@ def test_what_rises_to_the_reach_goes_on_beyond_it() -> None:
 def test_nothing_measured_vouches_beyond_the_reach() -> None:
     frame = _frame(RISING, FAR)
     result = ilf.complete(frame, LABELS)
-    np.testing.assert_array_equal(beyond_reach_of(frame, result), FAR)
+    assert ilf.unvouched(frame, result)[FAR].all()
     error = ilf.expected_error(frame, result)
     assert (error[FAR] >= 0.199 * result.depth[FAR]).all()
     unmarked = ilf.complete(frame, LABELS, ilf.preset("best", out_of_range=False))
-    assert not beyond_reach_of(frame, unmarked).any()
+    assert not ilf.unvouched(frame, unmarked)[FAR].all()
 
 
 def test_holes_beyond_the_reach_are_told_by_their_rims() -> None:
@@ -93,8 +92,8 @@ def test_holes_beyond_the_reach_are_told_by_their_rims() -> None:
     assert found is not None
     np.testing.assert_array_equal(found.pixels, FAR)
     assert found.limit == pytest.approx(np.median(RISING[70:74]), abs=1e-5)
-    assert found.before.any()
-    assert not (found.before & DOOR).any()
+    assert found.in_front.any()
+    assert not (found.in_front & DOOR).any()
     assert reach_of(frame) == pytest.approx(np.quantile(frame.depth[frame.known], 0.99))
 
 

@@ -419,7 +419,7 @@ class _View:
         fade = np.minimum(distance / np.float32(parameters.trust_distance), 1)
         edges = fade * np.maximum(found.strength[self._window], np.float32(parameters.boundary_strength) * boundary)
         if self.beyond is not None:
-            edges[self.beyond.before[self._window]] = _APART
+            edges[self.beyond.in_front[self._window]] = _APART
         return _Grid(
             cell=1,
             counts=counts,

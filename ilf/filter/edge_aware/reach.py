@@ -46,14 +46,14 @@ class Beyond:
     ----------
     pixels : ndarray of bool, shape (H, W)
         The block's missing pixels there.
-    before : ndarray of bool, shape (H, W)
+    in_front : ndarray of bool, shape (H, W)
         Known pixels beside them, of whatever block, of something in front.
     limit : float
         Depth [m] at which the nearest of the holes begins.
     """
 
     pixels: Mask
-    before: Mask
+    in_front: Mask
     limit: float
 
 
@@ -75,7 +75,7 @@ def beyond_reach(frame: RGBDFrame, block: Block) -> Beyond | None:
     distance = cv2.distanceTransform((~known).astype(np.uint8), cv2.DIST_L2, 5).astype(np.float32, copy=False)
     missing = inside[rows, columns] & ~known & around_wide_gaps(distance)
     count, holes, boxes, _ = cv2.connectedComponentsWithStats(missing.astype(np.uint8), connectivity=4)
-    pixels, before, limits = np.zeros(frame.shape, bool), np.zeros(frame.shape, bool), []
+    pixels, in_front, limits = np.zeros(frame.shape, bool), np.zeros(frame.shape, bool), []
     for number in range(1, count):
         x, y, width, height = boxes[number, :4]
         part = np.s_[max(y - _BACK[1], 0) : y + height + _BACK[1], max(x - _BACK[1], 0) : x + width + _BACK[1]]
@@ -89,6 +89,6 @@ def beyond_reach(frame: RGBDFrame, block: Block) -> Beyond | None:
         if limit < max(_AT_REACH * reach_of(frame), _RISING * float(np.median(back))):
             continue
         pixels[rows, columns][part] |= hole
-        before[rows, columns][part] |= (off <= _BACK[0]) & (there < _NEARER * limit)
+        in_front[rows, columns][part] |= (off <= _BACK[0]) & (there < _NEARER * limit)
         limits.append(limit)
-    return Beyond(pixels, before, min(limits)) if limits else None
+    return Beyond(pixels, in_front, min(limits)) if limits else None
