@@ -131,7 +131,7 @@ def test_values_that_stand_for_nothing_and_far_outliers_do_no_harm() -> None:
 
 
 def test_second_depth_is_no_confidence() -> None:
-    with pytest.raises(InputError, match="above 1 somewhere"):
+    with pytest.raises(InputError, match="not 0 to 1"):
         Guide(truth(), truth())
 
 
