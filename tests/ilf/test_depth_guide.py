@@ -80,6 +80,7 @@ def test_block_without_known_depth_is_completed_by_a_guide_alone() -> None:
     guided = ilf.complete(frame_with_hole(), blocks, guide=truth())
     assert guided.outcomes[2].status == "completed"
     assert error(guided) < 0.02
+    np.testing.assert_array_equal(ilf.unvouched(frame_with_hole(), guided), blocks == 2)
 
 
 def test_rest_is_guessed_by_the_guide_too() -> None:
