@@ -26,8 +26,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point of `ilf-gui`."""
     parser = _parser()
     options = parser.parse_args(arguments)
-    if options.truth and len(_inputs(options)[2]) != 1:
-        parser.error("--truth is of one frame: name just this one.")
+    for name in ("truth", "guide"):
+        if getattr(options, name) and len(_inputs(options)[2]) != 1:
+            parser.error(f"--{name} is of one frame: name just this one.")
     offscreen = options.screenshot is not None and not os.environ.get("QT_QPA_PLATFORM")
     problem = display_problem()
     if problem and offscreen:
@@ -78,6 +79,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         window.documents,
         window.picture,
         window.close,
+        lambda: not window.errors.busy,
         options.run,
         options.screenshot,
     )
@@ -106,6 +108,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--intrinsics", help="camera preset, fx,fy,cx,cy or a JSON file, for a colour and depth file")
     parser.add_argument("--truth", metavar="FILE", help="true depth of the (one) frame, to judge results by")
     parser.add_argument("--truth-units", type=float, help="file units per metre of the truth (1000: millimetres)")
+    parser.add_argument("--guide", metavar="FILE", help="depth or inverse depth of the (one) frame, to be followed")
     parser.add_argument("--run", action="store_true", help="complete the depth of the (last) frame at once")
     parser.add_argument("--screenshot", metavar="FILE.png", help="save a picture of the window when done, and exit")
     parser.add_argument("--view", choices=("images", "cloud"), default="images", help="what the centre shows")
@@ -146,7 +149,7 @@ def _no_partner(path: Path) -> str:
 
 def _inputs(options: argparse.Namespace) -> tuple[list[Path], list[Path], list[FrameSource], list[Path]]:
     """Project files, run records, frames, and a colour or depth file that has no partner."""
-    how = options.depth_units, options.intrinsics, options.truth, options.truth_units
+    how = options.depth_units, options.intrinsics, options.truth, options.truth_units, options.guide
     projects, folders, records, files = sorted_out(options.frames)
     sources = [FrameSource(str(path), None, *how) for path in folders]
     sources += [FrameSource(str(rgb), str(depth), *how) for rgb, depth in zip(files[::2], files[1::2], strict=False)]
@@ -180,6 +183,7 @@ def _without_display(options: argparse.Namespace, problem: str) -> int:
     reading += ["--intrinsics", options.intrinsics] if options.intrinsics else []
     reading += ["--truth", options.truth] if options.truth else []
     reading += ["--truth-units", str(options.truth_units)] if options.truth_units else []
+    reading += ["--guide", options.guide] if options.guide else []
     status = 0
     for job in jobs:
         arguments = ["complete", *job, *([] if job[0] == "--replay" else reading)]

@@ -37,6 +37,7 @@ class Unattended(QObject):
         documents: Documents,
         take_picture: Callable[[], QPixmap],
         close: Callable[[], object],
+        is_settled: Callable[[], bool],
         run: bool,
         picture: str | None,
     ) -> None:
@@ -46,6 +47,7 @@ class Unattended(QObject):
         self._runs = runs
         self._take = take_picture
         self._close = close
+        self._is_settled = is_settled
         self._run = run
         self._picture = picture
         self.status = 0
@@ -113,6 +115,10 @@ class Unattended(QObject):
             QTimer.singleShot(_SETTLE_MS, self, self._take_picture)
 
     def _take_picture(self) -> None:
+        # the expected error, if it is shown, comes after the run
+        if not self.status and not self._is_settled():
+            self.finish()
+            return
         if not self.status and not self._take().save(self._picture or "", "PNG"):
             self.note_failure(f"{self._picture} could not be written. Choose another folder, or make space.")
         # the last window that closes quits, too: once more, after the program's own loop, would end the next one

@@ -69,11 +69,11 @@ class Guide:
                 raise InputError(
                     f"The guide's confidence is {_size(confidence.shape)} but the guide {_size(values.shape)}."
                 )
-            if confidence.max() > 1:
+            if not 0 <= confidence.min() <= confidence.max() <= 1:
                 raise InputError(
-                    "The guide's confidence is above 1 somewhere: is it a second depth? Leave it out then."
+                    f"The guide's confidence is {confidence.min():.3g} to {confidence.max():.3g}, not 0 to 1. Of an "
+                    "array of shape (2, H, W), the second half is its confidence."
                 )
-            confidence = confidence.clip(0, 1)
             confidence.setflags(write=False)
             object.__setattr__(self, "confidence", confidence)
 

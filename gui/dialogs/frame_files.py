@@ -5,7 +5,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from ilf.io import GUIDE_SUFFIXES
 from ilf.io.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
+
+GUIDE_FILES = f"Guides ({' '.join(f'*{suffix}' for suffix in GUIDE_SUFFIXES)});;All files (*)"
+"""What a file dialog offers for a guide."""
 
 _COLOUR_WORDS = ("rgb", "colour", "color", "image")
 _DEPTH_WORDS = ("depth",)

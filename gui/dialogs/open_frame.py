@@ -22,13 +22,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from gui.dialogs.frame_files import colour_beside, depth_beside
+from gui.dialogs.frame_files import GUIDE_FILES, colour_beside, depth_beside
 from gui.dialogs.preview import Preview
 from gui.widgets.messages import Message, last_folder
 from ilf.camera import INTRINSICS
 from ilf.errors import IlfError, InputError
 from ilf.frame import RGBDFrame, doubtful_scale
-from ilf.io import frame_folder, load_frame, read_colour, read_depth_values
+from ilf.io import frame_folder, read_colour, read_depth_values
 from ilf.io.frame_source import FrameSource
 from ilf.io.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
 
@@ -61,6 +61,7 @@ class OpenFrameDialog(QDialog):
 
         self.colour_path = QLineEdit(placeholderText="Colour image, or a folder with meta.json")
         self.depth_path = QLineEdit(placeholderText="Raw depth: 16-bit or float, one channel")
+        self.guide_path = QLineEdit(placeholderText="Depth or inverse depth from elsewhere, to be followed (optional)")
         self.units = QComboBox(editable=True)
         self.units.addItems([_AUTOMATIC_UNITS, *_UNITS])
         self.units.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
@@ -73,7 +74,7 @@ class OpenFrameDialog(QDialog):
         self.camera_text = QLineEdit()
         self.camera_text.setAccessibleName("Numbers or file of the intrinsics")
         self.camera_browse = QPushButton("File…", autoDefault=False)
-        self.message = Message(lines=4)
+        self.message = Message(lines=5)
         self.colour_preview, self.depth_preview = Preview("Colour"), Preview("Depth")
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Open | QDialogButtonBox.StandardButton.Cancel)
         self.open_button = buttons.button(QDialogButtonBox.StandardButton.Open)
@@ -95,6 +96,7 @@ class OpenFrameDialog(QDialog):
 
         self.colour_path.textChanged.connect(self._schedule)
         self.depth_path.textChanged.connect(self._schedule)
+        self.guide_path.textChanged.connect(self._schedule)
         self.units.editTextChanged.connect(self._schedule)
         self.camera_text.textChanged.connect(self._schedule)
         self.camera.currentTextChanged.connect(self._change_camera)
@@ -123,7 +125,9 @@ class OpenFrameDialog(QDialog):
         colour, depth = self._paths()
         if not colour or not (depth or _is_folder(colour)):
             raise InputError(_NOTHING_CHOSEN)
-        return FrameSource(colour, None if _is_folder(colour) else depth, self._units(), self._intrinsics())
+        guide = self.guide_path.text().strip() or None
+        pair = (colour, None if _is_folder(colour) else depth)
+        return FrameSource(*pair, self._units(), self._intrinsics(), guide=guide)
 
     def read(self) -> None:
         """Read what is chosen now, and say what it is."""
@@ -135,7 +139,7 @@ class OpenFrameDialog(QDialog):
             return
         try:
             source = self.request()
-            frame = load_frame(source.rgb, source.depth, depth_units=source.depth_units, intrinsics=source.intrinsics)
+            frame = source.load()
         except IlfError as error:
             self._refuse(str(error), "error")
         else:
@@ -160,21 +164,22 @@ class OpenFrameDialog(QDialog):
         colour_file = QPushButton("File…", autoDefault=False)
         folder = QPushButton("Folder…", autoDefault=False)
         depth_file = QPushButton("File…", autoDefault=False)
+        guide_file = QPushButton("File…", autoDefault=False)
         colour_file.clicked.connect(lambda: self._browse(False))
         depth_file.clicked.connect(lambda: self._browse(True))
+        guide_file.clicked.connect(self._browse_guide)
         folder.clicked.connect(self._browse_folder)
         self.camera_browse.clicked.connect(self._browse_camera)
         grid = QGridLayout()
         grid.setHorizontalSpacing(8)
         grid.setVerticalSpacing(8)
         grid.setColumnStretch(1, 1)
-        for row, (text, field) in enumerate(
-            (
-                ("&Colour or folder", self.colour_path),
-                ("&Depth", self.depth_path),
-                ("Depth &units per metre", self.units),
-                ("Camera &intrinsics", self.camera),
-            )
+        for row, text, field in (
+            (0, "&Colour or folder", self.colour_path),
+            (1, "&Depth", self.depth_path),
+            (2, "Depth &units per metre", self.units),
+            (3, "Camera &intrinsics", self.camera),
+            (5, "&Guide", self.guide_path),
         ):
             label = QLabel(text)
             label.setBuddy(field)
@@ -185,6 +190,7 @@ class OpenFrameDialog(QDialog):
         grid.addWidget(depth_file, 1, 2)
         grid.addWidget(self.camera_text, 4, 1)
         grid.addWidget(self.camera_browse, 4, 2, 1, 2)
+        grid.addWidget(guide_file, 5, 2)
         return grid
 
     def _schedule(self) -> None:
@@ -220,6 +226,11 @@ class OpenFrameDialog(QDialog):
         )
         if path:
             self.camera_text.setText(path)
+
+    def _browse_guide(self) -> None:
+        path, _ = QFileDialog.getOpenFileName(self, "Choose guide", last_folder(_FOLDER_KEY), GUIDE_FILES)
+        if path:
+            self.guide_path.setText(path)
 
     def _choose(self, path: Path, is_depth: bool) -> None:
         """Take one chosen path, and propose its partner where the other field does not hold one already."""
@@ -275,12 +286,13 @@ class OpenFrameDialog(QDialog):
         """Say why it cannot be opened, and still show what can be shown."""
         self.open_button.setEnabled(False)
         colour, depth = self._paths()
-        for path in {str(Path(colour).parent), str(Path(depth).parent)} - {"."}:
+        files = colour, depth, self.guide_path.text().strip()
+        for path in {str(Path(file).parent) for file in files} - {"."}:
             text = text.replace(f"{path}/", "")
         self.message.say(text, tone)
         if _is_folder(colour):
-            files = _attempt(lambda: frame_folder(colour))
-            colour, depth = (str(files.rgb), str(files.depth)) if files else ("", "")
+            found = _attempt(lambda: frame_folder(colour))
+            colour, depth = (str(found.rgb), str(found.depth)) if found else ("", "")
         self.colour_preview.show_rgb(_attempt(lambda: read_colour(colour)) if colour else None)
         self.depth_preview.show_depth(_attempt(lambda: read_depth_values(depth)) if depth else None)
 
@@ -294,6 +306,9 @@ def _reading(frame: RGBDFrame) -> str:
         f"Median {np.median(known):.2f} m, range {known.min():.2f}–{known.max():.2f} m, {width} x {height}, "
         f"{100 * frame.missing_share:.0f} % missing, at {units:g} units per metre."
     )
+    if frame.guide is not None:
+        said = np.isfinite(frame.guide.values[~frame.known])
+        first += f"\nThe guide says something of {100 * said.mean() if said.size else 100:.0f} % of what is missing."
     if frame.intrinsics is None:
         return f"{first}\nWithout intrinsics there will be no point cloud."
     camera = frame.intrinsics

@@ -7,12 +7,13 @@ from typing import NamedTuple
 
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLabel, QPushButton, QWidget
 
+from gui.dialogs.frame_files import GUIDE_FILES
 from gui.dialogs.reading_dialog import ReadingDialog
 from gui.widgets.messages import last_folder
 from gui.work.latest_question import LatestQuestion
 from ilf.filter.edge_aware.guiding import FittedGuide, fit_guide
 from ilf.frame import RGBDFrame
-from ilf.io import GUIDE_SUFFIXES, load_guide
+from ilf.io import load_guide
 
 _FOLDER_KEY = "guide/folder"
 _NOTHING_CHOSEN = (
@@ -83,10 +84,7 @@ class GuideDialog(ReadingDialog[GuideSource, Guided]):
         self.message.say(described(found.fitted), "good" if found.fitted.belief else "warning")
 
     def _browse(self) -> None:
-        patterns = " ".join(f"*{suffix}" for suffix in GUIDE_SUFFIXES)
-        path, _ = QFileDialog.getOpenFileName(
-            self, "Choose guide", last_folder(_FOLDER_KEY), f"Guides ({patterns});;All files (*)"
-        )
+        path, _ = QFileDialog.getOpenFileName(self, "Choose guide", last_folder(_FOLDER_KEY), GUIDE_FILES)
         self.choose(path)
 
 

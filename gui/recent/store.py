@@ -60,7 +60,7 @@ def key_of(origin: Origin) -> str:
 
 def is_missing(origin: Origin) -> bool:
     """Whether one of its files is not there any more."""
-    paths = (origin.rgb, origin.depth, origin.truth) if isinstance(origin, FrameSource) else (origin,)
+    paths = (origin.rgb, origin.depth, origin.truth, origin.guide) if isinstance(origin, FrameSource) else (origin,)
     return any(path is not None and not Path(path).exists() for path in paths)
 
 
@@ -89,6 +89,7 @@ def _entry(origin: Origin) -> dict[str, Any] | None:
         "camera": camera,
         "truth": _absolute(origin.truth),
         "truth_units": origin.truth_units,
+        "guide": _absolute(origin.guide),
     }
 
 
@@ -116,4 +117,5 @@ def _origin(entry: dict[str, Any]) -> Origin:
         tuple(camera) if isinstance(camera, list) else camera,
         entry["truth"],
         entry["truth_units"],
+        entry.get("guide"),
     )

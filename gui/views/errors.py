@@ -72,7 +72,7 @@ class ErrorPresenter(QObject):
         if error is not self._shown and not outdated:
             self._shown = error
             self._views.set_expected_error(error, session.unvouched())
-        self._views.mark_error_outdated(outdated and self._shown is not None)
+        self._views.mark_error_outdated(outdated)
         if (
             completion is not None
             and error is None

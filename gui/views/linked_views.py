@@ -260,7 +260,7 @@ class LinkedViews(QWidget):
         self._show_marks()
 
     def mark_error_outdated(self, outdated: bool) -> None:
-        """Say whether the expected error shown is of a result before the present one."""
+        """Say whether the expected error shown, if any, is of a result before the present one."""
         if outdated != self.material.error_is_outdated:
             self.material.error_is_outdated = outdated
             self._changed("expected-error")

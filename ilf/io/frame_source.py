@@ -19,7 +19,8 @@ class FrameSource:
     """What to open: a folder with meta.json, or a colour file with its depth file.
 
     `depth_units` are file units per metre; `intrinsics` anything that `ilf.load_frame` takes. `truth` is the file with
-    the true depth, None for that of the folder if it has one, and `truth_units` are its file units per metre.
+    the true depth, None for that of the folder if it has one, and `truth_units` are its file units per metre. `guide`
+    is the file with the guide, None for that of the folder if it has one.
     """
 
     rgb: str
@@ -28,10 +29,11 @@ class FrameSource:
     intrinsics: IntrinsicsSpec | None = None
     truth: str | None = None
     truth_units: float | None = None
+    guide: str | None = None
 
     @classmethod
     def of(cls, inputs: FrameInputs) -> Self:
-        """What a frame with these inputs is opened from again."""
+        """What a frame with these inputs is opened from again, but for its guide."""
         truth = inputs.truth
         return cls(
             inputs.rgb.path,
@@ -55,9 +57,9 @@ class FrameSource:
 
     def absolute(self) -> FrameSource:
         """The same with absolute paths; itself if it has them."""
-        if all(path is None or os.path.isabs(path) for path in (self.rgb, self.depth, self.truth)):
+        paths = {name: getattr(self, name) for name in ("rgb", "depth", "truth", "guide")}
+        if all(path is None or os.path.isabs(path) for path in paths.values()):
             return self
-        paths = {name: getattr(self, name) for name in ("rgb", "depth", "truth")}
         return replace(self, **{name: os.path.abspath(path) for name, path in paths.items() if path is not None})
 
     def load(self) -> RGBDFrame:
@@ -71,6 +73,7 @@ class FrameSource:
             intrinsics=self.intrinsics,
             truth=self.truth,
             truth_units=self.truth_units,
+            guide=self.guide,
         )
 
     def beside(self) -> str:
@@ -84,5 +87,5 @@ class FrameSource:
         taken += ["depth units"] * (self.depth_units is None and files.depth_units is not None)
         taken += ["intrinsics"] * (self.intrinsics is None and files.intrinsics is not None)
         taken += ["truth"] * (self.truth is None and files.truth is not None)
-        taken += ["guide"] * (files.guide is not None)
+        taken += ["guide"] * (self.guide is None and files.guide is not None)
         return f"As {META_NAME} beside the files says: {', '.join(taken)}."

@@ -97,7 +97,7 @@ def _found(opened: OpenedProject, files: tuple[InputFile, ...]) -> Iterator[tupl
 
 def _places(source: FrameSource) -> dict[str, str]:
     """Of a frame that nobody has worked on, whose files' content is not known."""
-    paths = [path for path in (source.rgb, source.depth, source.truth) if path is not None]
+    paths = [path for path in (source.rgb, source.depth, source.truth, source.guide) if path is not None]
     return {path: "present" if Path(path).exists() else "missing" for path in paths}
 
 

@@ -94,7 +94,7 @@ def _wanted(frame: ProjectFrame, parts: Parts, names: Collection[str]) -> list[I
         except UNREADABLE:
             pass  # what it is opened from is tried then
     source = frame.source
-    paths = [] if source is None else [source.rgb, source.depth, source.truth]
+    paths = [] if source is None else [source.rgb, source.depth, source.truth, source.guide]
     return [InputFile(path, "") for path in paths if path is not None]
 
 
@@ -160,6 +160,7 @@ def relocated(source: FrameSource, found: Mapping[str, Path]) -> FrameSource:
         rgb=_relocated(source.rgb, found),
         depth=None if source.depth is None else _relocated(source.depth, found),
         truth=None if source.truth is None else _relocated(source.truth, found),
+        guide=None if source.guide is None else _relocated(source.guide, found),
     )
 
 

@@ -212,6 +212,7 @@ def _frame(row: Section, moved: Places | None) -> ProjectFrame:
                 rgb=_present(source.rgb, moved),
                 depth=None if source.depth is None else _present(source.depth, moved),
                 truth=None if source.truth is None else _present(source.truth, moved),
+                guide=None if source.guide is None else _present(source.guide, moved),
             )
     identity = row.get("id", str)
     if not re.fullmatch(r"[A-Za-z0-9_-]{1,64}", identity):
@@ -253,6 +254,7 @@ def _source(source: FrameSource) -> dict[str, Any]:
         "intrinsics": _camera(source.intrinsics),
         "truth": source.truth,
         "truth_units": source.truth_units,
+        "guide": source.guide,
     }
 
 
@@ -270,6 +272,7 @@ def _source_from(data: Section) -> FrameSource:
         camera,
         data.get("truth", str, type(None)),
         data.get("truth_units", float, type(None)),
+        data.get("guide", str, type(None)) if "guide" in data.values else None,
     )
 
 

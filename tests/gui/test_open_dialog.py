@@ -69,6 +69,20 @@ def test_request_opens_the_very_frame(dialog, folder):
     assert frame.intrinsics.cx == 319.5
 
 
+def test_a_guide_is_read_with_the_frame_or_refused(dialog, folder):
+    np.save(folder / "wide.npy", np.arange(8.0).reshape(2, 4))
+    np.save(folder / "half.npy", np.pad(np.arange(1.0, 11), (0, 2))[:, None].repeat(16, 1))
+    dialog.set_files(str(folder / "rgb.png"))
+    dialog.guide_path.setText(str(folder / "wide.npy"))
+    dialog.read()
+    assert not dialog.open_button.isEnabled()
+    assert "another aspect" in dialog.message.text()
+    dialog.guide_path.setText(str(folder / "half.npy"))
+    dialog.read()
+    assert "The guide says something of 100 % of what is missing." in dialog.message.text()
+    assert dialog.request().load().guide.path == str(folder / "half.npy")
+
+
 def test_absurd_scale_is_refused_with_the_way_out_and_mends(dialog, folder, qtbot):
     dialog.set_files(str(folder / "rgb.png"))
     dialog.units.setCurrentText("1 (metres)")

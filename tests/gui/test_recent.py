@@ -16,8 +16,8 @@ pytestmark = pytest.mark.usefixtures("qapp")
 def test_the_last_comes_first_once_and_how_it_was_read_is_kept(tmp_path: Path) -> None:
     frames = RecentOrigins("frames", remembers=True)
     folder, record = FrameSource(str(tmp_path)), tmp_path / "out" / "run.json"
-    colour, depth, truth = (str(tmp_path / name) for name in ("a.png", "b.png", "t.npy"))
-    pair = FrameSource(colour, depth, 5000.0, (525.0, 525.0, 319.5, 239.5), truth, 1.0)
+    colour, depth, truth, guide = (str(tmp_path / name) for name in ("a.png", "b.png", "t.npy", "g.npy"))
+    pair = FrameSource(colour, depth, 5000.0, (525.0, 525.0, 319.5, 239.5), truth, 1.0, guide)
     for origin in (folder, pair, record, folder):
         frames.note(origin)
     later = RecentOrigins("frames", remembers=True)

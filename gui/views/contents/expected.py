@@ -22,6 +22,7 @@ from .painter import NO_RESULT, Painter, levels_of, mark_table, number_at
 
 _MM = np.float32(1000)
 _LEAST_MM = 0.01
+_ESTIMATING = "Estimating\N{HORIZONTAL ELLIPSIS}"
 
 
 class ExpectedErrorPainter(Painter):
@@ -48,7 +49,7 @@ class ExpectedErrorPainter(Painter):
         if depth is None or error is None:
             self._drawn = None
             self._measured.clear()
-            self.show_nothing(NO_RESULT)
+            self.show_nothing(_ESTIMATING if self.material.error_is_outdated else NO_RESULT)
             return
         few = sample(error) * _MM
         low, high = levels_of(self.material, "expected", lambda: robust_error_levels(few), lambda: error * _MM)
