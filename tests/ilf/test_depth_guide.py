@@ -13,6 +13,7 @@ from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.filter.edge_aware.guiding import fit_guide
 from ilf.filter.edge_aware.guiding.curve import fit_curve
+from ilf.filter.edge_aware.guiding.sharpening import sharpened
 from ilf.guide import Guide
 from ilf.io import load_guide
 from ilf.io.guide_files import write_guide
@@ -79,6 +80,7 @@ def test_block_without_known_depth_is_completed_by_a_guide_alone() -> None:
     guided = ilf.complete(frame_with_hole(), blocks, guide=truth())
     assert guided.outcomes[2].status == "completed"
     assert error(guided) < 0.02
+    np.testing.assert_array_equal(ilf.unvouched(frame_with_hole(), guided), blocks == 2)
 
 
 def test_rest_is_guessed_by_the_guide_too() -> None:
@@ -128,6 +130,9 @@ def test_values_that_stand_for_nothing_and_far_outliers_do_no_harm() -> None:
     assert found is not None
     assert found.belief > 0.9
     assert np.median(np.abs(found.depth[6:] / truth()[6:] - 1)) < 0.01
+    level = np.full((40, 50), 2, np.float32)
+    level[0, 0], level[1, 1] = 9e29, -9e29
+    assert np.isfinite(sharpened(level)).all()
 
 
 def test_second_depth_is_no_confidence() -> None:
