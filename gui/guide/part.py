@@ -75,6 +75,7 @@ class GuidePart(Part):
         has_guide = workspace.has_session and workspace.session.frame.guide is not None
         if has_guide and workspace.session not in self._told:
             self._told.add(workspace.session)
-            self.desk.notes.tell(f"{workspace.session.name} has a guide, which runs follow: File > Remove guide.")
+            name = workspace.session.name
+            self.desk.notes.tell(f"{name} has a guide, which runs follow. To go without: File > Remove guide.")
         self.desk.actions.allow(no_frame, "load_guide")
         self.desk.actions.allow(no_frame or ("" if has_guide else "This frame has no guide."), "remove_guide")

@@ -19,7 +19,7 @@ EventHandler = Callable[[ImageView, QEvent], bool]
 _PAD = 6
 _MISSING = QColor(230, 230, 230), Qt.BrushStyle.FDiagPattern
 _DISTRUSTED = QColor(255, 144, 32), Qt.BrushStyle.BDiagPattern
-_UNVOUCHED = QColor(255, 255, 255), Qt.BrushStyle.BDiagPattern
+_UNVOUCHED = QColor(128, 128, 128), Qt.BrushStyle.BDiagPattern
 _BAR_MARGIN = 6
 _BAR_SHARE = 0.62
 """Most of the picture's height that the colour bar takes."""
