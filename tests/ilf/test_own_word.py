@@ -7,6 +7,7 @@ import pytest
 
 import ilf
 from ilf.blocks import find_blocks
+from ilf.filter.edge_aware.guiding import FittedGuide
 from ilf.filter.edge_aware.own_word import around_wide_gaps, own_distance
 from ilf.filter.edge_aware.reach import beyond_reach, reach_of
 
@@ -84,6 +85,14 @@ def test_nothing_measured_vouches_beyond_the_reach() -> None:
     assert (error[FAR] >= 0.199 * result.depth[FAR]).all()
     unmarked = ilf.complete(frame, LABELS, ilf.preset("best", out_of_range=False))
     assert not ilf.unvouched(frame, unmarked)[FAR].all()
+
+
+def test_a_guide_that_is_borne_out_tells_what_is_beyond_the_reach(monkeypatch: pytest.MonkeyPatch) -> None:
+    guided = _frame(RISING, FAR).with_guide(1 / RISING)
+    block = find_blocks(LABELS)[2]
+    assert beyond_reach(guided, block) is not None, "in planes, the guide of these is not missed"
+    monkeypatch.setattr(FittedGuide, "carries", lambda self, block: True)
+    assert beyond_reach(guided, block) is None
 
 
 def test_holes_beyond_the_reach_are_told_by_their_rims() -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ...blocks import Block
 from ...frame import RGBDFrame
 from ...per_frame import once_per_frame
+from .guiding import fit_guide
 from .own_word import around_wide_gaps
 
 Mask = NDArray[np.bool_]
@@ -64,10 +65,14 @@ def reach_of(frame: RGBDFrame) -> float:
 
 
 def beyond_reach(frame: RGBDFrame, block: Block) -> Beyond | None:
-    """Wide holes of a block whose rims rise to the sensor's reach; None if there is none.
+    """Wide holes of a block whose rims rise to the sensor's reach; None if there is none, or if a guide that known
+    depth bears out tells what lies there.
 
     Nothing that was measured vouches for what is filled in there.
     """
+    guide = fit_guide(frame)
+    if guide is not None and guide.carries(block):
+        return None
     rows, columns = (slice(max(side.start - _BACK[1], 0), side.stop + _BACK[1]) for side in block.box)
     depth, known = frame.depth[rows, columns], frame.known[rows, columns]
     inside = np.zeros(frame.shape, bool)
