@@ -14,14 +14,9 @@ if TYPE_CHECKING:
 
 
 def _lesson(arguments: argparse.Namespace) -> DepthEdgeLesson:
-    folder = PictureFolder(arguments.data)
-    if arguments.conducting_from is not None:
-        from .conducting_lesson import ConductingLesson
-
-        return ConductingLesson(folder, arguments.conducting_from)
     from .lesson import DepthEdgeLesson
 
-    return DepthEdgeLesson(folder)
+    return DepthEdgeLesson(PictureFolder(arguments.data))
 
 
 def main() -> None:
@@ -29,11 +24,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m ilf.edges.training.depth_edges", description=__doc__)
     parser.add_argument(
         "--data", type=Path, required=True, help="folder of generated pictures, <number>.npz; it may be growing"
-    )
-    parser.add_argument(
-        "--conducting-from",
-        type=Path,
-        help="checkpoint to go on from with conductances and rises, by what depth does that spreads through them",
     )
     train(parser, 480, _lesson)
 
