@@ -107,6 +107,7 @@ def test_high_expected_error_is_a_place_once_it_is_known(window, qtbot, tmp_path
     run_all(window)
     assert press(window, qtbot, "next_suspect") == "Nothing looks suspicious."
     session = window.workspace.session
+    qtbot.waitUntil(lambda: session.expected_error() is not None, timeout=WAIT_MS)  # or it comes after what follows
     error = np.where(session.frame.known, np.float32(np.nan), np.float32(0.3))
     window.workspace.store_doubt(session, session.completion(), Doubt(error, np.zeros(error.shape, bool)))
     settled(window, qtbot)
