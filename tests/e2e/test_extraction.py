@@ -224,8 +224,7 @@ def test_the_first_frame_is_extracted_once_for_blocks_and_view(
     monkeypatch.delattr("gui.extraction.preview.find")
     window.views.set_layout("extraction")
     open_frame(window, qtbot, FrameSource(str(frame_folder)))
-    _settle(window, qtbot)
-    assert _picture(window) is not None
+    qtbot.waitUntil(lambda: _picture(window) is not None, timeout=WAIT_MS)
 
 
 def test_values_whose_picture_is_not_to_be_seen_lead_to_it(opened: MainWindow, qtbot: QtBot) -> None:
