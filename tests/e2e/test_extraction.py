@@ -218,15 +218,6 @@ def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(
     np.testing.assert_array_equal(_picture(opened), expected)
 
 
-def test_the_first_frame_is_extracted_once_for_blocks_and_view(
-    window: MainWindow, qtbot: QtBot, frame_folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.delattr("gui.extraction.preview.find")
-    window.views.set_layout("extraction")
-    open_frame(window, qtbot, FrameSource(str(frame_folder)))
-    qtbot.waitUntil(lambda: _picture(window) is not None, timeout=WAIT_MS)
-
-
 def test_values_whose_picture_is_not_to_be_seen_lead_to_it(opened: MainWindow, qtbot: QtBot) -> None:
     label = opened.extraction_panel.findChild(QLabel, "summary")
     assert _summary(opened) == ""
