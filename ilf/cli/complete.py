@@ -151,7 +151,7 @@ def _new_job(arguments: argparse.Namespace) -> _Job:
         raise InputError(f"There are no blocks, so there is nothing to complete. {way_out}")
     doubt = doubtful_scale(frame.depth, 1.0 if frame.inputs is None else frame.inputs.depth_units)
     notes = [doubt] if doubt else []
-    options, missing = fitting(options, frame, arguments)
+    options, missing = fitting(options, frame, arguments, ": give --intrinsics for one")
     return _Job(run, options, (*notes, *missing))
 
 

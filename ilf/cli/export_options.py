@@ -88,10 +88,10 @@ def space_flags(arguments: argparse.Namespace) -> list[str]:
 
 
 def fitting(
-    options: ExportOptions, frame: RGBDFrame, arguments: argparse.Namespace
+    options: ExportOptions, frame: RGBDFrame, arguments: argparse.Namespace, way_out: str = ""
 ) -> tuple[ExportOptions, tuple[str, ...]]:
-    """The options without a cloud that nobody asked for and that cannot be, and a note about it."""
+    """The options without a cloud that nobody asked for and that cannot be, and a note about it, with what to do."""
     if frame.intrinsics is not None or options.cloud is None or space_flags(arguments):
         return options, ()
-    note = "No point cloud is written, because the camera's intrinsics are not known: give --intrinsics for one."
+    note = f"No point cloud is written, because the camera's intrinsics are not known{way_out}."
     return replace(options, cloud=None), (note,)

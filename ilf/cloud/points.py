@@ -100,7 +100,8 @@ def point_cloud(
     normals : ndarray, optional
         float32 (H, W, 3), as `surface_normals` finds them.
     scalars : mapping, optional
-        Name -> ndarray (H, W) of what else is known of every pixel; see `PointCloud`.
+        Name -> ndarray (H, W) of what else is known of every pixel; see `PointCloud`. Where lengths are NaN, as the
+        expected error is where depth was measured, they become 0.
 
     Returns
     -------
@@ -131,11 +132,14 @@ def point_cloud(
         if image.shape != z_image.shape:
             raise InputError(f"The scalar {name} must have shape {z_image.shape}, not {image.shape}.")
     points, pixels = back_project(z_image, intrinsics, only)
+    of_points = {name: image.reshape(-1)[pixels] for name, image in images.items()}
+    for name in of_points.keys() & set(LENGTHS):
+        np.nan_to_num(of_points[name], copy=False, nan=0.0)
     return PointCloud(
         points,
         colour.reshape(-1, 3)[pixels],
         None if normals is None else normals.reshape(-1, 3)[pixels],
-        {name: image.reshape(-1)[pixels] for name, image in images.items()},
+        of_points,
     )
 
 

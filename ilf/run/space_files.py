@@ -72,10 +72,10 @@ def write_space(
 def _scalars(
     run: Run, completion: Completion, error: NDArray[np.float32] | None, doubtful: NDArray[np.bool_] | None
 ) -> dict[str, NDArray[Any]]:
-    """What is known of every pixel beside where it is; the expected error of measured depth is 0."""
+    """What is known of every pixel beside where it is."""
     scalars: dict[str, NDArray[Any]] = {}
     if error is not None:
-        scalars["expected_error"] = np.nan_to_num(error, nan=0.0)
+        scalars["expected_error"] = error
     scalars["filled"] = completion.filled
     scalars["block"] = run.blocks
     if doubtful is not None:

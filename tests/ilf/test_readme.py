@@ -146,7 +146,7 @@ def test_the_replay_gives_the_same_depth_bit_for_bit(shell):
 def test_the_python_block_runs_as_it_stands_and_so_do_the_calls_in_the_text(capsys):
     names: dict[str, object] = {}
     exec(compile("\n".join(indented(section("The library"))), "README.md", "exec"), names)
-    assert all(Path(name).is_file() for name in ("completed.png", "completed.pcd", "completed.glb"))
+    assert all(Path(name).is_file() for name in ("completed.png", "completed.ply", "completed.glb"))
     assert "pixels filled" in capsys.readouterr().out
     frame, result = names["frame"], names["result"]
     assert names["strength"].shape == names["blocks"].shape == names["error"].shape == frame.shape

@@ -149,6 +149,15 @@ def test_what_is_known_of_pixels_goes_with_their_points():
     assert mesh.faces.tolist() == [[1, 2, 0]]
 
 
+def test_the_expected_error_of_measured_depth_is_0():
+    error = np.array([[0.1, np.nan], [0.3, np.nan]], np.float32)
+    cloud = point_cloud(np.ones((2, 2)), grey((2, 2)), CAMERA, scalars={"expected_error": error})
+    np.testing.assert_array_equal(cloud.scalars["expected_error"], np.float32([0.1, 0, 0.3, 0]))
+    assert np.isnan(error[0, 1])
+    with pytest.raises(InputError, match="other of a cloud must be finite"):
+        point_cloud(np.ones((2, 2)), grey((2, 2)), CAMERA, scalars={"other": error})
+
+
 def test_clouds_hold_nothing_that_is_not_finite_or_does_not_fit():
     points, colours = np.ones((2, 3), np.float32), np.zeros((2, 3), np.uint8)
     bad = points.copy()
