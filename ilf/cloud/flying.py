@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..camera import CameraIntrinsics
 from .links import Links, surface_links
+from .points import known_pixels
 
 _FEW = 24
 """Linked pixels, fewer of which are no surface."""
@@ -43,8 +44,7 @@ def flying_points(depth: ArrayLike, intrinsics: CameraIntrinsics) -> NDArray[np.
     [[0, 6], [1, 6], [2, 6], [3, 6], [4, 6]]
     """
     image = np.asarray(depth, np.float32)
-    with np.errstate(invalid="ignore"):
-        known = np.isfinite(image) & (image > 0)
+    known = known_pixels(image)
     image = np.where(known, image, np.float32(np.nan))
     links = surface_links(image, intrinsics)
     around = cv2.boxFilter(

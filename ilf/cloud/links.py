@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..camera import CameraIntrinsics
+from .points import known_pixels
 
 _STEEPEST = 5.7
 """Tangent of 80 degrees: how steeply a surface may lie to the image for the step to the next pixel to be no jump."""
@@ -64,9 +65,8 @@ def surface_links(depth: ArrayLike, intrinsics: CameraIntrinsics) -> Links:
     ([[True, False, False]], (0, 4))
     """
     image = np.asarray(depth, np.float32)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        inverse = np.where(image > 0, 1 / image, np.float32(np.nan))
-    inverse[inverse == 0] = np.nan
+    inverse = np.full(image.shape, np.nan, np.float32)
+    np.divide(1, image, out=inverse, where=known_pixels(image))
     return Links(_along_rows(inverse, intrinsics.fx), _along_rows(inverse.T, intrinsics.fy).T)
 
 

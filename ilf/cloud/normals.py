@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..camera import CameraIntrinsics
 from .links import Links, surface_links
+from .points import known_pixels
 
 _RADIUS, _ROUNDS = 4, 2
 """Slopes are averaged so often with those of linked pixels so far away, against the noise of sensors."""
@@ -55,9 +56,8 @@ def surface_normals(depth: ArrayLike, intrinsics: CameraIntrinsics) -> Array:
 
 
 def _normals(depth: Array, links: Links, intrinsics: CameraIntrinsics, first_row: int) -> Array:
-    with np.errstate(divide="ignore", invalid="ignore"):
-        known = np.isfinite(depth) & (depth > 0)
-        inverse = np.where(known, 1 / depth, np.float32(0))
+    known = known_pixels(depth)
+    inverse = np.divide(1, depth, out=np.zeros(depth.shape, np.float32), where=known)
     across, along = _slopes(inverse, links), _slopes(inverse.T, Links(links.down.T, links.right.T)).T
     rows, columns = np.arange(depth.shape[0], dtype=np.float32)[:, None], np.arange(depth.shape[1], dtype=np.float32)
     sight_x = (columns - np.float32(intrinsics.cx)) / np.float32(intrinsics.fx)

@@ -16,9 +16,11 @@ from ..errors import InputError, ParameterError
 AXES = ("camera", "y-up")
 """camera: x right, y down, z forward. y-up: x right, y up, z towards the viewer."""
 
-
 LENGTHS = ("expected_error",)
 """Scalars that are lengths [m], and written in the unit of the points."""
+
+NEAREST, FARTHEST = 1e-6, 1e6
+"""Depth [m] outside which a pixel gives no point, so that whatever follows from its depth is finite."""
 
 _AT_ONCE = 1 << 18  # points, so that intermediate arrays in double precision stay small
 
@@ -90,7 +92,7 @@ def point_cloud(
     ----------
     depth : array_like
         Depth along the optical axis [m], (H, W). What is not finite and positive is missing and
-        gives no point.
+        gives no point; nor does what is beyond `NEAREST` and `FARTHEST`.
     rgb : array_like
         uint8 (H, W, 3).
     intrinsics : CameraIntrinsics
@@ -152,7 +154,7 @@ def back_project(
     ----------
     depth : array_like
         Depth along the optical axis [m], (H, W). What is not finite and positive is missing and
-        gives no point.
+        gives no point; nor does what is beyond `NEAREST` and `FARTHEST`.
     intrinsics : CameraIntrinsics
         Of this image.
     only : ndarray, optional
@@ -178,9 +180,7 @@ def back_project(
     """
     camera = required(intrinsics)
     image = np.asarray(depth)
-    with np.errstate(invalid="ignore"):
-        known = np.isfinite(image)
-        known &= image > 0
+    known = known_pixels(image)
     if only is not None:
         known &= only
     pixels = np.flatnonzero(known).astype(np.int32)
@@ -190,6 +190,14 @@ def back_project(
         rows, columns = np.divmod(some, np.int32(image.shape[1]))
         points[start : start + _AT_ONCE] = camera.points(columns, rows, image.reshape(-1)[some])
     return points, pixels
+
+
+def known_pixels(depth: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Pixels with a depth that gives a point, bool (H, W)."""
+    with np.errstate(invalid="ignore"):
+        known = depth > NEAREST
+        known &= depth < FARTHEST
+    return np.asarray(known)
 
 
 def required(intrinsics: CameraIntrinsics | None) -> CameraIntrinsics:

@@ -76,7 +76,7 @@ def test_whatever_the_depth_the_mesh_is_sound(seed, missing, noise):
     rng = np.random.default_rng(seed)
     shape = tuple(rng.integers(1, 12, 2))
     depth = (2 + noise * rng.random(shape)).astype(np.float32)
-    depth[rng.random(shape) < missing] = rng.choice([np.nan, np.inf, 0.0, -1.0])
+    depth[rng.random(shape) < missing] = rng.choice([np.nan, np.inf, 0.0, -1.0, 1e-40, 3e38])
     mesh = surface_mesh(depth, grey(shape), CAMERA)
     points, faces = mesh.vertices.points.astype(float), mesh.faces
     assert np.array_equal(np.unique(faces), np.arange(len(points)))  # no vertex without a triangle
@@ -89,6 +89,7 @@ def test_whatever_the_depth_the_mesh_is_sound(seed, missing, noise):
     np.testing.assert_allclose(np.linalg.norm(normals, axis=2), 1, atol=1e-5)
     cloud = point_cloud(depth, grey(shape), CAMERA, normals=normals)
     assert (np.einsum("ij,ij->i", cloud.normals, cloud.points) < 0).all()
+    assert not flying_points(depth, CAMERA)[~np.isfinite(depth)].any()
 
 
 def test_normals_do_not_depend_on_how_rows_are_shared_out(monkeypatch):
