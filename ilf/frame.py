@@ -12,6 +12,7 @@ from .camera import CameraIntrinsics
 from .errors import InputError
 from .guide import Guide, as_guide
 from .masks import checked_mask, fixed
+from .open3d_images import arrays_of, camera_of_open3d, image_of, pinhole_of
 
 MEDIAN_DEPTH_RANGE = (0.1, 50.0)
 """Median depth [m] outside which a frame's depth scale is taken for a mistake."""
@@ -162,6 +163,55 @@ class RGBDFrame:
         if guide is self.guide:
             return self
         return replace(self, depth=self.measured, guide=None if guide is None else as_guide(guide))
+
+    def to_open3d(self) -> Any:
+        """Colour and depth [m] as an `open3d.geometry.RGBDImage`, in which missing depth is 0.
+
+        Raises
+        ------
+        ExportError
+            If Open3D is not installed (extra `cloud`).
+        """
+        return image_of(self.rgb, self.depth)
+
+    def open3d_camera(self) -> Any:
+        """The intrinsics as an `open3d.camera.PinholeCameraIntrinsic`.
+
+        Raises
+        ------
+        InputError
+            If they are not known.
+        ExportError
+            If Open3D is not installed (extra `cloud`).
+        """
+        if self.intrinsics is None:
+            raise InputError("The camera's intrinsics are not known: make the frame with intrinsics=.")
+        return pinhole_of(self.intrinsics, self.shape)
+
+    @classmethod
+    def from_open3d(
+        cls, image: Any, intrinsics: Any = None, *, depth_units: float | None = None, name: str = "frame"
+    ) -> Self:
+        """A frame of an RGBDImage of `open3d.geometry` or `open3d.t.geometry`.
+
+        Parameters
+        ----------
+        image : RGBDImage
+            With colour uint8, and depth.
+        intrinsics : PinholeCameraIntrinsic, CameraIntrinsics or array_like, optional
+            Or a 3 x 3 camera matrix.
+        depth_units : float, optional
+            Of the image's depth per metre; must be given for whole numbers, others are metres by default.
+        name : str
+            What to call the frame.
+
+        Raises
+        ------
+        InputError
+            If the image has no colour, its depth no units, or what `RGBDFrame` raises for.
+        """
+        rgb, depth = arrays_of(image, depth_units)
+        return cls(rgb, depth, camera_of_open3d(intrinsics), name)
 
     @property
     def shape(self) -> tuple[int, int]:

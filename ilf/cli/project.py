@@ -19,8 +19,9 @@ from ..project import FrameState, Project, ProjectFrame
 from ..project.facts import frame_facts
 from ..project.file import SUFFIX, OpenedProject, open_project, save_project
 from ..project.stored import differences, stored_completion, stored_run
-from ..run import ExportOptions, Run, write
+from ..run import Run, write
 from ..run.options import as_file_name
+from .export_options import add_export_options, export_options, fitting
 from .parsing import Commands, UsageError, add_look_in, add_progress
 from .progress import RunProgress
 from .project_facts import counted, facts_as_json, print_facts
@@ -63,6 +64,7 @@ def add_command(commands: Commands) -> None:
         "--out", required=True, metavar="DIR", help="folder for a folder per frame; files in them are overwritten"
     )
     _add_choice(exporting)
+    add_export_options(exporting.add_argument_group("files"))
 
     again = _action(actions, "replay", run_replay, "run frames again, and see whether what is stored comes out")
     _add_choice(again)
@@ -115,14 +117,12 @@ def run_info(arguments: argparse.Namespace) -> None:
 def run_export(arguments: argparse.Namespace) -> None:
     """Write the stored results of frames."""
     folders: set[str] = set()
+    asked_for = export_options(arguments)
     with _opened(arguments) as opened:
         for frame, state in _with_results(opened, arguments.frame):
             folder = Path(arguments.out) / _folder_name(frame, folders)
-            run, options, notes = stored_run(state), ExportOptions(), list[str]()
-            if state.frame.intrinsics is None:
-                options = replace(options, cloud=None)
-                notes.append("No point cloud is written, because the camera's intrinsics are not known.")
-            written = write(folder, run, stored_completion(state), options)
+            options, notes = fitting(asked_for, state.frame, arguments)
+            written = write(folder, stored_run(state), stored_completion(state), options)
             warn(f"{frame.name}: {note}" for note in (*notes, *written.notes))
             print(f"{frame.name}: {counted(len(state.results), 'block')}, written to {folder}")
 

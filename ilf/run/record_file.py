@@ -153,6 +153,10 @@ def _parsed_options(options: Section) -> ExportOptions:
         axes=options.get("axes", str),
         cloud_unit=options.get("cloud_unit", str),
         run_record=options.get("run_record", bool),
+        # records of before there were meshes do not name these
+        mesh=options.get("mesh", str, type(None)) if "mesh" in options.values else None,
+        normals="normals" in options.values and options.get("normals", bool),
+        drop_flying="drop_flying" in options.values and options.get("drop_flying", bool),
     )
 
 

@@ -26,6 +26,7 @@ WRITTEN = {
     "sample room": {"room": {"rgb.jpg", "depth.png", "gt.png", "meta.json"}},
     "info room": {},
     "complete room --out room-done": {"room-done": RESULTS},
+    "complete room --mesh": {"room-mesh": RESULTS | {"mesh.glb"}},
     "complete room/rgb.jpg room/depth.png": {"room-files": RESULTS},
     "complete room --guide": {"room-guided": RESULTS | {"guide_used.npy"}},
     "judge room --preset": {},
@@ -47,12 +48,14 @@ WRITTEN = {
 TOLD_OF_THE_SAMPLE = (
     "ilf: warning: Depth is missing where it rises to the sensor's reach",
     "ilf: warning: Nothing measured vouches for",
+    "ilf: warning: Left out of cloud and mesh",
 )
 """What there is to say of the bundled sample: its open door leads into the dark."""
 
 NEEDS = {
     "info room": "sample room",
     "complete room --out room-done": "sample room",
+    "complete room --mesh": "sample room",
     "complete room/rgb.jpg room/depth.png": "sample room",
     "complete room --guide": "sample room",
     "judge room --preset": "sample room",
@@ -143,7 +146,7 @@ def test_the_replay_gives_the_same_depth_bit_for_bit(shell):
 def test_the_python_block_runs_as_it_stands_and_so_do_the_calls_in_the_text(capsys):
     names: dict[str, object] = {}
     exec(compile("\n".join(indented(section("The library"))), "README.md", "exec"), names)
-    assert Path("completed.png").is_file()
+    assert all(Path(name).is_file() for name in ("completed.png", "completed.ply", "completed.glb"))
     assert "pixels filled" in capsys.readouterr().out
     frame, result = names["frame"], names["result"]
     assert names["strength"].shape == names["blocks"].shape == names["error"].shape == frame.shape

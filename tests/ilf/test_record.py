@@ -133,10 +133,12 @@ def test_records_of_before_there_were_schemas_are_read(tmp_path):
     data = json.loads(path.read_text())
     for name in ("schema", "name", "processor", "networks", "distrusted", "depth_sha256", "outputs", "dense"):
         del data[name]
-    del data["export"]["expected_error"]
+    for name in ("expected_error", "mesh", "normals", "drop_flying"):
+        del data["export"][name]
     path.write_text(json.dumps(data))
     record = read_record(path)
     assert (record.schema, record.dense, record.options.expected_error) == (0, False, False)
+    assert (record.options.mesh, record.options.normals, record.options.drop_flying) == (None, False, False)
     assert (record.depth_sha256, record.outputs, record.networks, record.processor) == (None, {}, {}, "")
     assert read_record(changed(path, "export", "dense", True)).dense
 
@@ -179,6 +181,8 @@ def test_records_of_before_there_were_schemas_are_read(tmp_path):
         ("export", "depth_formats", "png"),
         ("export", "depth_formats", [1]),
         ("export", "cloud", "obj"),
+        ("export", "mesh", "stl"),
+        ("export", "normals", 1),
         ("export", "labels", None),
         ("blocks_outcome", {}),
         ("blocks_outcome", 0, "status", "splendid"),
