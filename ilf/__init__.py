@@ -5,7 +5,7 @@ from .confidence import expected_error, unvouched
 from .dense import fill_rest
 from .ebs import extract_blocks
 from .edges import edge_strength
-from .errors import IlfError
+from .errors import DepthWarning, IlfError
 from .frame import CameraIntrinsics, RGBDFrame
 from .io import load_frame
 from .outcomes import Completion
@@ -17,6 +17,7 @@ __all__ = [
     "BlockParameters",
     "CameraIntrinsics",
     "Completion",
+    "DepthWarning",
     "IlfError",
     "Parameters",
     "RGBDFrame",

@@ -11,9 +11,11 @@ from ..declarations import Declaration, ParameterSet, Value
 from ..errors import IlfError, ParameterError
 from ..frame import RGBDFrame
 from ..io import load_frame
+from ..io.encodings import MEANINGS
 from ..io.label_files import read_mask
 from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..preset_files import OwnPreset, find_preset
+from .report import warn
 
 Commands = Any
 """What `ArgumentParser.add_subparsers` returns; its type has no public name."""
@@ -47,13 +49,28 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
         metavar="INPUT",
         help="colour file and depth file, or one folder with rgb.*, depth.* and meta.json",
     )
-    reading = parser.add_argument_group("reading the frame")
+    add_reading(parser.add_argument_group("reading the frame"))
+
+
+def add_reading(reading: argparse._ArgumentGroup) -> None:
+    """Add the arguments that say how depth files are read and what camera they are of; see `reading_of`."""
+    how = reading.add_mutually_exclusive_group()
+    how.add_argument(
+        "--depth-encoding",
+        metavar="NAME",
+        help=f"how the values of the depth file become metres: {', '.join(MEANINGS)}, bop:SCALE, or units per "
+        "metre as a number (default: what meta.json says; for two files mm if they hold integers, m if they hold "
+        "floats). What is named is not doubted",
+    )
+    how.add_argument(
+        "--depth-units", type=float, metavar="N", help="the same for most files: units per metre, 1000 for millimetres"
+    )
     reading.add_argument(
-        "--depth-units",
+        "--invalid",
         type=float,
         metavar="N",
-        help="units of the depth file per metre: 1000 for millimetres, 5000 for TUM (default: what meta.json says; "
-        "for two files 1000 if they hold integers, 1 if they hold floats)",
+        help="value of the depth file that stands for missing, beside 0: 65535 for 7-Scenes; 0 for none (default: what "
+        "meta.json says)",
     )
     reading.add_argument(
         "--intrinsics",
@@ -150,20 +167,32 @@ def preset_from(name: str | None) -> OwnPreset:
         raise UsageError(str(error)) from error
 
 
+def reading_of(arguments: argparse.Namespace) -> dict[str, Any]:
+    """What the arguments of `add_reading` say, by the names that `load_frame` and `list_frames` have for it."""
+    return {
+        "depth_units": arguments.depth_units,
+        "encoding": arguments.depth_encoding,
+        "invalid": arguments.invalid,
+        "intrinsics": arguments.intrinsics,
+    }
+
+
 def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
-    """Load the frame that the arguments name, with what they distrust, and the truth and the guide that they name."""
+    """Load the frame that the arguments name, with what they distrust, and the truth and the guide that they name; what
+    is doubtful about how it is read is told at once."""
     inputs = arguments.inputs
     if len(inputs) not in {1, 2}:
         raise UsageError(f"Give a colour and a depth file, or one folder; these are {len(inputs)} paths.")
     given = vars(arguments)
     frame = load_frame(
         *inputs,
-        depth_units=arguments.depth_units,
-        intrinsics=arguments.intrinsics,
+        **reading_of(arguments),
         truth=given.get("truth"),
         truth_units=given.get("truth_units"),
         guide=given.get("guide"),
+        warn=False,
     )
+    warn(frame.notes)
     return frame if arguments.distrust is None else frame.distrusting(read_mask(arguments.distrust, frame.shape))
 
 

@@ -16,6 +16,7 @@ from .depth_files import (
     write_depth,
     write_expected_error,
 )
+from .encodings import ENCODINGS
 from .frames import META_NAME, FrameFiles, frame_beside, frame_folder, load_frame
 from .guide_files import GUIDE_SUFFIXES, load_guide
 from .images import read_colour
@@ -28,6 +29,7 @@ __all__ = [
     "BLOCK_FORMATS",
     "CLOUD_SUFFIXES",
     "DEPTH_SUFFIXES",
+    "ENCODINGS",
     "GUIDE_SUFFIXES",
     "META_NAME",
     "UINT16_MAX",

@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..errors import FormatError, InputError
 from ..number_words import counted
 from .camera_files import IntrinsicsSpec
+from .encodings import EncodingSpec, one_encoding
 from .frame_source import FrameSource
 from .frames import META_NAME
 from .pairing import Pairs, natural, paired, told_apart
@@ -44,7 +45,12 @@ class Listing:
 
 
 def list_frames(
-    folder: str | os.PathLike[str], *, depth_units: float | None = None, intrinsics: IntrinsicsSpec | None = None
+    folder: str | os.PathLike[str],
+    *,
+    depth_units: float | None = None,
+    encoding: EncodingSpec | None = None,
+    invalid: float | None = None,
+    intrinsics: IntrinsicsSpec | None = None,
 ) -> Listing:
     """Find the frames of a folder.
 
@@ -55,8 +61,8 @@ def list_frames(
     Parameters
     ----------
     folder : path-like
-    depth_units : float, optional
-        File units per metre of all frames. None takes what is known of each.
+    depth_units, encoding, invalid : optional
+        How the depth of all frames is read, as for `ilf.load_frame`. None takes what is known of each.
     intrinsics : optional
         Of all frames; anything that `ilf.io.intrinsics_from` takes.
 
@@ -75,17 +81,19 @@ def list_frames(
     ['room']
     """
     root = Path(folder).absolute()
+    one_encoding(encoding, depth_units)
+    how = FrameSource("", None, depth_units, intrinsics, encoding=encoding, invalid=invalid)
     content = _content(root)
     if META_NAME in content.files:
-        return Listing((FrameSource(str(root), None, depth_units, intrinsics),))
+        return Listing((replace(how, rgb=str(root)),))
     _refuse_misread(root, content)
     if {"rgb.txt", "depth.txt"} <= content.files:
-        return _by_time(root, UNITS if depth_units is None else depth_units, intrinsics)
+        return _by_time(root, how)
     pairs, notes = _side_by_side(root, content)
-    found = [FrameSource(rgb, depth, depth_units, intrinsics) for rgb, depth in pairs]
+    found = [replace(how, rgb=rgb, depth=depth) for rgb, depth in pairs]
     if not found:
         folders = [_frame_in(os.path.join(root, name)) for name in sorted(content.folders, key=natural)]
-        found = [FrameSource(rgb, depth, depth_units, intrinsics) for frame in folders for rgb, depth in frame]
+        found = [replace(how, rgb=rgb, depth=depth) for frame in folders for rgb, depth in frame]
         if empty := sum(not frame for frame in folders):
             notes.append(
                 f"{counted(empty, 'folder')} left out, with no colour and depth file that belong together, or several."
@@ -145,7 +153,7 @@ def _refuse_misread(root: Path, content: _Content) -> None:
         )
 
 
-def _by_time(root: Path, units: float, intrinsics: IntrinsicsSpec | None) -> Listing:
+def _by_time(root: Path, how: FrameSource) -> Listing:
     colours, depths = read_time_list(root / "rgb.txt"), read_time_list(root / "depth.txt")
     pairs = associated(colours, depths)
     if not pairs:
@@ -153,10 +161,11 @@ def _by_time(root: Path, units: float, intrinsics: IntrinsicsSpec | None) -> Lis
             f"{root}: no file of rgb.txt lies within {MOST_APART_S:g} s of one of depth.txt. Are they of one recording?"
         )
     notes = _told_lonely(Pairs(pairs, len(colours) - len(pairs), len(depths) - len(pairs)), f" {MOST_APART_S:g} s near")
-    sources = (
-        FrameSource(os.path.join(root, rgb), os.path.join(root, depth), units, intrinsics) for rgb, depth in pairs
-    )
-    return Listing(tuple(sources), (f"Depth is read with {units:g} units per metre.", *notes))
+    if how.depth_units is None and how.encoding is None:
+        how = replace(how, depth_units=UNITS)
+    sources = (replace(how, rgb=os.path.join(root, rgb), depth=os.path.join(root, depth)) for rgb, depth in pairs)
+    said = f"{how.depth_units:g} units per metre" if how.encoding is None else f"the encoding {how.encoding}"
+    return Listing(tuple(sources), (f"Depth is read with {said}.", *notes))
 
 
 def _side_by_side(root: Path, content: _Content) -> tuple[list[tuple[str, str]], list[str]]:
