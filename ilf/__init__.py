@@ -11,6 +11,7 @@ from .io import load_frame
 from .outcomes import Completion
 from .parameters import BlockParameters, Parameters, preset
 from .run import Run, replay, write
+from .sources import Source, open_source
 from .version import __version__
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "Parameters",
     "RGBDFrame",
     "Run",
+    "Source",
     "__version__",
     "complete",
     "edge_strength",
@@ -30,6 +32,7 @@ __all__ = [
     "fill_rest",
     "iterate",
     "load_frame",
+    "open_source",
     "preset",
     "replay",
     "unvouched",

@@ -29,9 +29,10 @@ from ..project.file import SUFFIX
 from ..run import missing_or_changed, read_record
 from ..run.options import RECORD_FILE
 from ..run.staging import interrupted
-from .parsing import Commands, UsageError, add_frame, add_guide, add_truth
+from .parsing import Commands, UsageError, add_frame, add_guide, add_truth, frame_of_source, source_from
 from .record_facts import record_facts
 from .report import outcome_lines
+from .source_facts import source_facts
 
 
 def add_command(commands: Commands) -> None:
@@ -39,8 +40,9 @@ def add_command(commands: Commands) -> None:
     parser = commands.add_parser(
         "info",
         help="show what is in a frame or in a run record",
-        usage="ilf info (RGB [DEPTH] | FOLDER | run.json) [options]",
-        description="Show sizes, depth range, missing share, units and intrinsics of a frame, or a run record.",
+        usage="ilf info (RGB [DEPTH] | FOLDER | SOURCE [--frame KEY] | run.json) [options]",
+        description="Show sizes, depth range, missing share, encoding and intrinsics of a frame, the frames of a "
+        "source, or a run record.",
         allow_abbrev=False,
     )
     parser.set_defaults(command=run)
@@ -56,6 +58,10 @@ def run(arguments: argparse.Namespace) -> None:
         raise UsageError(f"{inputs[0]} is a project: `ilf project info` tells of it.")
     if len(inputs) == 1 and inputs[0].suffix.lower() == ".json":
         _print_record(inputs[0])
+    elif arguments.frame is not None:
+        _print_frame(frame_of_source(arguments).files(), arguments)
+    elif len(inputs) == 1 and inputs[0].is_dir() and _is_source(inputs[0]):
+        _print_facts(source_facts(source_from(arguments)))
     elif len(inputs) == 1 and inputs[0].is_dir():
         _print_folder(inputs[0], arguments)
     elif len(inputs) in {1, 2}:
@@ -73,6 +79,11 @@ def run(arguments: argparse.Namespace) -> None:
         _print_facts(facts)
     else:
         raise UsageError("Give a colour and a depth file, one folder, or a run.json.")
+
+
+def _is_source(folder: Path) -> bool:
+    """Whether it is neither a frame's folder nor a run's."""
+    return not ((folder / META_NAME).is_file() or (folder / RECORD_FILE).is_file() or interrupted(folder))
 
 
 def _print_folder(folder: Path, arguments: argparse.Namespace) -> None:

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, NoReturn, TypeVar
 
 from ..camera import INTRINSICS
 from ..declarations import Declaration, ParameterSet, Value
 from ..errors import IlfError, ParameterError
 from ..frame import RGBDFrame
-from ..io import load_frame
 from ..io.encodings import MEANINGS
+from ..io.frame_source import FrameSource
 from ..io.label_files import read_mask
+from ..io.time_lists import MOST_APART_S
 from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..preset_files import OwnPreset, find_preset
+from ..sources import Source, open_source
 from .report import warn
 
 Commands = Any
@@ -47,7 +50,21 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
         "inputs",
         nargs="*",
         metavar="INPUT",
-        help="colour file and depth file, or one folder with rgb.*, depth.* and meta.json",
+        help="colour file and depth file, or one folder with rgb.*, depth.* and meta.json; with --frame, a folder of "
+        "frames or a data set",
+    )
+    parser.add_argument(
+        "--frame",
+        metavar="KEY",
+        help="frame of a folder of frames or a data set, one of those that `ilf info` tells of",
+    )
+    parser.add_argument(
+        "--max-gap",
+        type=float,
+        metavar="S",
+        default=MOST_APART_S,
+        help="how many seconds apart colour and depth of a frame may be, where they are matched by time (default: "
+        "%(default)s)",
     )
     add_reading(parser.add_argument_group("reading the frame"))
 
@@ -177,21 +194,37 @@ def reading_of(arguments: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
-    """Load the frame that the arguments name, with what they distrust, and the truth and the guide that they name; what
-    is doubtful about how it is read is told at once."""
+def source_from(arguments: argparse.Namespace) -> Source:
+    """The folder of frames or data set that the arguments name; what there is to say of it is told."""
+    if len(arguments.inputs) != 1:
+        raise UsageError(f"Name one folder of frames or data set; these are {len(arguments.inputs)} paths.")
+    source = open_source(arguments.inputs[0], **reading_of(arguments), max_gap=arguments.max_gap)
+    warn(source.notes)
+    return source
+
+
+def frame_of_source(arguments: argparse.Namespace) -> FrameSource:
+    """The frame that --frame names."""
+    return replace(source_from(arguments).frame_source(arguments.frame), **_beside(arguments))
+
+
+def _frame_of_files(arguments: argparse.Namespace) -> FrameSource:
     inputs = arguments.inputs
     if len(inputs) not in {1, 2}:
         raise UsageError(f"Give a colour and a depth file, or one folder; these are {len(inputs)} paths.")
-    given = vars(arguments)
-    frame = load_frame(
-        *inputs,
-        **reading_of(arguments),
-        truth=given.get("truth"),
-        truth_units=given.get("truth_units"),
-        guide=given.get("guide"),
-        warn=False,
-    )
+    rgb, depth = inputs if len(inputs) == 2 else (inputs[0], None)
+    return FrameSource(rgb, depth, **reading_of(arguments), **_beside(arguments))
+
+
+def _beside(arguments: argparse.Namespace) -> dict[str, Any]:
+    """The truth and the guide that the arguments name, where the command has such."""
+    return {name: vars(arguments).get(name) for name in ("truth", "truth_units", "guide")}
+
+
+def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
+    """Load the frame that the arguments name, with what they distrust, and the truth and the guide that they name; what
+    is doubtful about how it is read is told at once."""
+    frame = (_frame_of_files(arguments) if arguments.frame is None else frame_of_source(arguments)).load()
     warn(frame.notes)
     return frame if arguments.distrust is None else frame.distrusting(read_mask(arguments.distrust, frame.shape))
 

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from .camera_files import IntrinsicsSpec
     from .depth_reading import DepthReading
     from .encodings import EncodingSpec
+    from .frames import FrameFiles
 
 
 @dataclass(frozen=True)
@@ -91,6 +92,22 @@ class FrameSource:
         from .frames import read_frame_depth
 
         return read_frame_depth(self.rgb, self.depth, one_encoding(self.encoding, self.depth_units), self.invalid)
+
+    def files(self) -> FrameFiles:
+        """Its files, with what is stated of them here or beside them; raises what `frame_folder` does."""
+        from .camera_files import intrinsics_from
+        from .encodings import one_encoding
+        from .frames import files_of
+
+        found = files_of(self.rgb, self.depth, beside=True)
+        spec = one_encoding(self.encoding, self.depth_units)
+        return replace(
+            found,
+            depth_units=None if spec is not None else found.depth_units,
+            encoding=found.encoding if spec is None else spec,
+            invalid=found.invalid if self.invalid is None else self.invalid,
+            intrinsics=intrinsics_from(self.intrinsics) or found.intrinsics,
+        )
 
     def beside(self) -> str:
         """What is taken from a meta.json that lies beside the two files, as a sentence; "" for nothing."""

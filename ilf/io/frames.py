@@ -145,7 +145,7 @@ def load_frame(
     ('room', (480, 640), 0.168, False)
     """
     given = one_encoding(encoding, depth_units)
-    files = _files_of(rgb, depth, beside)
+    files = files_of(rgb, depth, beside)
     if depth is None and files.stated_encoding is None and given is None:
         raise FormatError(
             f"{Path(rgb) / META_NAME} has no depth_units_per_m and no depth_encoding: add the file units per metre "
@@ -202,7 +202,7 @@ def load_frame(
 
 def read_frame_depth(rgb: str, depth: str | None, given: EncodingSpec | None, invalid: float | None) -> DepthReading:
     """The depth of a frame alone, read as `load_frame` reads it; raises what it does but for the depth's scale."""
-    files = _files_of(rgb, depth, beside=True)
+    files = files_of(rgb, depth, beside=True)
     return _read_depth(files, read_file(files.depth), given, invalid)
 
 
@@ -212,7 +212,7 @@ def _read_depth(
     return read_depth(content, given, files.stated_encoding, files.invalid if invalid is None else invalid)
 
 
-def _files_of(rgb: str | os.PathLike[str], depth: str | os.PathLike[str] | None, beside: bool) -> FrameFiles:
+def files_of(rgb: str | os.PathLike[str], depth: str | os.PathLike[str] | None, beside: bool) -> FrameFiles:
     """The files that two paths or a folder name, and what is stated beside them."""
     if depth is not None:
         return (frame_beside(rgb, depth) if beside else None) or _two_files(Path(rgb), Path(depth))
@@ -249,7 +249,10 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     root = Path(folder).absolute()
     meta_path = root / META_NAME
     if not meta_path.is_file():
-        raise InputError(f"{root} has no {META_NAME}. Give the colour and the depth file by themselves.")
+        raise InputError(
+            f"{root} has no {META_NAME}. Give the colour and the depth file by themselves, or a frame of the folder by "
+            "its key (--frame) if it holds several."
+        )
     meta = read_json(meta_path)
     if not isinstance(meta, dict):
         raise FormatError(f"{meta_path} must hold a JSON object with size, depth_units_per_m and K.")
