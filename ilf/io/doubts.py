@@ -58,8 +58,8 @@ def doubts_of(
     found = []
     if not is_named and encoding.name is None and values.dtype == np.uint16:
         found += [doubt for doubt in (_other_storage(values, metres),) if doubt]
-    # in the wrong order of bytes, or as disparity, missing has a value, too: that is dealt with by the encoding
-    if encoding.invalid is None and encoding.name is None and not any("raw" in str(doubt.encoding) for doubt in found):
+    storage = next((ENCODINGS[doubt.encoding] for doubt in found if doubt.encoding), encoding)
+    if encoding.invalid is None and not storage.is_disparity:  # which has a value for missing, and decodes it
         found += [doubt for doubt in (_mark(values, metres),) if doubt]
     if not (found or is_named) and encoding.name is None and np.isfinite(metres).any():
         scale = doubtful_scale(metres, encoding.units)
@@ -69,38 +69,38 @@ def doubts_of(
 
 def _mark(values: NDArray[Any], metres: NDArray[np.float32]) -> Doubt | None:
     """One extreme value that fills a share of the pixels, with nothing near it."""
-    known = values[np.isfinite(metres)]
-    if not known.size:
+    known = np.isfinite(metres)
+    if not known.any():
         return None
-    largest = known.max()
-    others = known[known != largest]
-    count = known.size - others.size
-    is_full = values.dtype.kind in "iu" and largest == np.iinfo(values.dtype).max
+    farthest = metres[known].max()
+    is_mark = known & (metres == farthest)
+    others, share = metres[known & ~is_mark], float(is_mark.mean())
+    mark = values[is_mark][0]
+    is_full = values.dtype.kind in "iu" and mark == np.iinfo(values.dtype).max
     least_share, gap = (0.001, 1.5) if is_full else (_LEAST_SHARE, 5.0)
-    if not others.size or count < least_share * values.size or float(largest) < gap * float(others.max()):
+    if not others.size or share < least_share or farthest < gap * others.max():
         return None
-    share = count / values.size
     return Doubt(
-        f"{largest:.9g} fills {share:.1%} of the pixels and would be {metres[values == largest][0]:.3g} m, while all "
-        f"else is at most {metres[values == others.max()][0]:.3g} m: it most likely stands for missing. Give "
-        f"{largest:.9g} as the invalid value, or 0 if it is depth.",
-        invalid=float(largest),
+        f"{mark:.9g} fills {share:.1%} of the pixels and would be {farthest:.3g} m, while all else is at most "
+        f"{others.max():.3g} m: it most likely stands for missing. Give {mark:.9g} as the invalid value, or 0 if it is "
+        "depth.",
+        invalid=float(mark),
     )
 
 
 def _other_storage(values: NDArray[np.uint16], metres: NDArray[np.float32]) -> Doubt | None:
     """Rotated bits, swapped bytes, or disparity in place of depth."""
-    known = values[np.isfinite(metres) & (values < UINT16_MAX)]  # which is no depth, whatever the storage
-    if known.size < _FEWEST_PIXELS or np.unique(known).size < _FEWEST_VALUES:
+    counts = np.bincount(values.ravel(), minlength=UINT16_MAX + 1)
+    counts[[0, UINT16_MAX]] = 0  # which are no depth, whatever the storage
+    levels, pixels = np.flatnonzero(counts).astype(np.uint16), counts[counts > 0]
+    if pixels.sum() < _FEWEST_PIXELS or levels.size < _FEWEST_VALUES:
         return None
-    if _is_swapped(known):
-        name = "nyu-raw" if _is_disparity(known.byteswap()) else "mm-swapped"
+    if _is_swapped(levels, pixels):
+        name = "nyu-raw" if _is_disparity(levels.byteswap(), pixels) else "mm-swapped"
         return _doubt("The two bytes of each value seem to be in the wrong order", name, values, metres)
-    if _is_disparity(known):
+    if _is_disparity(levels, pixels):
         return _doubt(f"Values end at {_NO_DISPARITY}, which fills a share", "kinect-raw", values, metres)
-    is_whole = known % 8 == 0
-    eighths = known[is_whole] // 8
-    if is_whole.mean() >= 0.95 and np.mean(eighths % 2) >= 0.2 and np.unique(eighths).size >= _FEWEST_VALUES:
+    if _is_rotated(levels, pixels):
         return _doubt("The lowest three bits of the values say nothing", "sun", values, metres)
     return None
 
@@ -122,13 +122,23 @@ def _doubt(sign: str, name: str, values: NDArray[np.uint16], metres: NDArray[np.
     )
 
 
-def _is_swapped(known: NDArray[np.uint16]) -> bool:
+def _is_swapped(levels: NDArray[np.uint16], pixels: NDArray[np.intp]) -> bool:
     """Whether the lower bytes are as small as the upper ones of millimetres are, and the upper ones as many."""
-    high, low = known >> 8, known & 0xFF
-    is_small = np.mean(low <= _LARGEST_HIGH_BYTE) >= 0.999
+    high, low = levels >> 8, levels & 0xFF
+    is_small = np.average(low <= _LARGEST_HIGH_BYTE, weights=pixels) >= 0.999
     return bool(is_small) and np.unique(low).size > 1 and np.unique(high).size >= 2 * _FEWEST_VALUES
 
 
-def _is_disparity(known: NDArray[np.uint16]) -> bool:
+def _is_disparity(levels: NDArray[np.uint16], pixels: NDArray[np.intp]) -> bool:
     """Whether they end at the value that a Kinect v1 gives where it sees nothing, at many pixels."""
-    return bool(known.max() == _NO_DISPARITY and np.mean(known == _NO_DISPARITY) >= _LEAST_SHARE)
+    share = pixels[levels.argmax()] / pixels.sum()
+    return bool(levels.max() == _NO_DISPARITY and share >= _LEAST_SHARE)
+
+
+def _is_rotated(levels: NDArray[np.uint16], pixels: NDArray[np.intp]) -> bool:
+    """Whether nearly all are multiples of 8, and many of no more."""
+    is_whole, is_odd = levels % 8 == 0, levels % 16 == 8
+    share = np.average(is_odd, weights=pixels * is_whole) if is_whole.any() else 0.0
+    return bool(
+        np.average(is_whole, weights=pixels) >= 0.95 and share >= 0.2 and np.count_nonzero(is_whole) >= _FEWEST_VALUES
+    )

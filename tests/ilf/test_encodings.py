@@ -205,6 +205,12 @@ def test_a_mark_for_missing_is_recognised(save):
     assert ilf.load_frame(*files, invalid=0).notes == (), "0 says that there is none"
 
 
+def test_a_mark_is_recognised_under_rotated_bits(save):
+    files = save(np.where(KNOWN, STORED["sun"], 65535).astype(np.uint16))
+    with pytest.warns(DepthWarning, match=r"65535 fills 4\.2% .* all else is at most 3\.\d+ m"):
+        ilf.load_frame(*files, encoding="sun")
+
+
 def test_doubts_need_not_warn(save):
     files = save(np.where(KNOWN, MM, 65535).astype(np.uint16))
     with warnings.catch_warnings():
