@@ -173,7 +173,7 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
     also = [
         f"--{name.replace('_', '-')}"
         for name in (
-            *("frame", "preset", "blocks", "drawn", "distrust", "guide", "truth", "truth_units"),
+            *("frame", "max_gap", "preset", "blocks", "drawn", "distrust", "guide", "truth", "truth_units"),
             *("depth_encoding", "depth_units", "invalid", "intrinsics", "depth_formats", "png_units"),
         )
         if getattr(arguments, name) is not None

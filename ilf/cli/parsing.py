@@ -62,9 +62,8 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
         "--max-gap",
         type=float,
         metavar="S",
-        default=MOST_APART_S,
-        help="how many seconds apart colour and depth of a frame may be, where they are matched by time (default: "
-        "%(default)s)",
+        help="how many seconds apart colour and depth of a frame may be, where a folder or a data set matches them by "
+        f"time (default: {MOST_APART_S:g})",
     )
     add_reading(parser.add_argument_group("reading the frame"))
 
@@ -198,7 +197,8 @@ def source_from(arguments: argparse.Namespace) -> Source:
     """The folder of frames or data set that the arguments name; what there is to say of it is told."""
     if len(arguments.inputs) != 1:
         raise UsageError(f"Name one folder of frames or data set; these are {len(arguments.inputs)} paths.")
-    source = open_source(arguments.inputs[0], **reading_of(arguments), max_gap=arguments.max_gap)
+    max_gap = MOST_APART_S if arguments.max_gap is None else arguments.max_gap
+    source = open_source(arguments.inputs[0], **reading_of(arguments), max_gap=max_gap)
     warn(source.notes)
     return source
 
@@ -212,6 +212,8 @@ def _frame_of_files(arguments: argparse.Namespace) -> FrameSource:
     inputs = arguments.inputs
     if len(inputs) not in {1, 2}:
         raise UsageError(f"Give a colour and a depth file, or one folder; these are {len(inputs)} paths.")
+    if arguments.max_gap is not None:
+        raise UsageError("--max-gap is for frames of a folder or a data set: name one by --frame.")
     rgb, depth = inputs if len(inputs) == 2 else (inputs[0], None)
     return FrameSource(rgb, depth, **reading_of(arguments), **_beside(arguments))
 

@@ -234,6 +234,11 @@ def test_command_line_tells_of_sources_and_completes_their_frames(tmp_path, save
     assert main(["complete", "in", "--frame", "000009"]) == 1
     assert "has no frame '000009'. It has 8, from rgb/000000 to rgb/000007." in capsys.readouterr().err
     assert main(["info", "in", "in", "--frame", "1"]) == 2
+    assert main(["complete", "in/rgb/000003.png", "in/depth/000003.png", "--max-gap", "1"]) == 2
+    assert main(["complete", "--replay", "out/run.json", "--frame", "1", "--max-gap", "1"]) == 2
+    assert "leave out --frame, --max-gap" in capsys.readouterr().err
+    assert main(["info", "in", "--max-gap", "-1"]) == 1
+    assert "largest gap" in capsys.readouterr().err
     Path("empty").mkdir()
     assert main(["info", "empty"]) == 1
     assert "holds no frames" in capsys.readouterr().err
