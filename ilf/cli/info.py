@@ -29,6 +29,7 @@ from ..project.file import SUFFIX
 from ..run import missing_or_changed, read_record
 from ..run.options import RECORD_FILE
 from ..run.staging import interrupted
+from ..sources import Source
 from .parsing import Commands, UsageError, add_frame, add_guide, add_truth, frame_of_source, source_from
 from .record_facts import record_facts
 from .report import outcome_lines
@@ -61,7 +62,7 @@ def run(arguments: argparse.Namespace) -> None:
     elif arguments.frame is not None:
         _print_frame(frame_of_source(arguments).files(), arguments)
     elif len(inputs) == 1 and inputs[0].is_dir() and _is_source(inputs[0]):
-        _print_facts(source_facts(source_from(arguments)))
+        _print_source(source_from(arguments), arguments)
     elif len(inputs) == 1 and inputs[0].is_dir():
         _print_folder(inputs[0], arguments)
     elif len(inputs) in {1, 2}:
@@ -84,6 +85,14 @@ def run(arguments: argparse.Namespace) -> None:
 def _is_source(folder: Path) -> bool:
     """Whether it is neither a frame's folder nor a run's."""
     return not ((folder / META_NAME).is_file() or (folder / RECORD_FILE).is_file() or interrupted(folder))
+
+
+def _print_source(source: Source, arguments: argparse.Namespace) -> None:
+    """What frames there are; of a single one, what is in it."""
+    _print_facts(source_facts(source))
+    if len(source) == 1:
+        print()
+        _print_frame(source.frame_source(source.keys[0]).files(), arguments)
 
 
 def _print_folder(folder: Path, arguments: argparse.Namespace) -> None:

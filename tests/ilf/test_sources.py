@@ -250,3 +250,11 @@ def test_command_line_tells_of_times(tmp_path, save, capsys):
     (tmp_path / "associations.txt").write_text("1.25 rgb/1.png 1 depth/1.png\n2.5 rgb/2.png 2 depth/2.png\n")
     assert main(["info", str(tmp_path)]) == 0
     assert "1.250000 to 2.500000 s, 1.250 s in all" in capsys.readouterr().out
+
+
+def test_command_line_tells_what_is_in_the_only_frame(tmp_path, save, capsys):
+    save("rgb.png", "depth.png")
+    assert main(["info", str(tmp_path)]) == 0
+    told = capsys.readouterr().out
+    assert "1 frame\n" in told
+    assert "range:        1.500 to 2.8" in told
