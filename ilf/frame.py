@@ -41,13 +41,19 @@ class TruthFile(InputFile):
 
 @dataclass(frozen=True)
 class FrameInputs:
-    """The files of a frame and how they were read: file units per metre, and fx, fy, cx, cy [px] or None."""
+    """The files of a frame and how they were read: file units per metre, and fx, fy, cx, cy [px] or None.
+
+    `encoding` names the depth encoding where no number of units says it; `depth_units` are then those of what it
+    decodes to. `invalid` is the depth file's value that stands for missing, if there is one beside zero.
+    """
 
     rgb: InputFile
     depth: InputFile
     depth_units: float
     intrinsics: tuple[float, float, float, float] | None
     truth: TruthFile | None = None
+    encoding: str | None = None
+    invalid: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +84,8 @@ class RGBDFrame:
     guide : Guide or array_like, optional
         What something else says of the frame's depth, in whatever unit and sense; the edge-aware filter follows it as
         far as the known depth bears it out. Of another size, but the same aspect, it is resized.
+    notes : tuple of str
+        What the reader has left out, and what it doubts, a sentence or two each.
 
     Attributes
     ----------
@@ -108,6 +116,7 @@ class RGBDFrame:
     distrusted: NDArray[np.bool_] | None = None
     truth: NDArray[np.float32] | None = field(default=None, repr=False)
     guide: Guide | None = field(default=None, repr=False)
+    notes: tuple[str, ...] = field(default=(), repr=False)
     measured: NDArray[np.float32] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -141,8 +150,10 @@ class RGBDFrame:
         return {
             "rgb": self.inputs.rgb.path,
             "depth": self.inputs.depth.path,
-            "depth_units": self.inputs.depth_units,
+            "depth_units": self.inputs.depth_units if self.inputs.encoding is None else None,
             "intrinsics": None if camera is None else list(camera),
+            **({} if self.inputs.encoding is None else {"encoding": self.inputs.encoding}),
+            **({} if self.inputs.invalid is None else {"invalid": self.inputs.invalid}),
             **({} if truth is None else {"truth": truth.path, "truth_units": truth.units}),
         }
 

@@ -10,7 +10,6 @@ from pathlib import Path
 
 from ..ebs import extract
 from ..errors import InputError
-from ..frame import doubtful_scale
 from ..io import frame_folder
 from ..io.label_files import read_mask
 from ..outcomes import Completion
@@ -149,18 +148,16 @@ def _new_job(arguments: argparse.Namespace) -> _Job:
         run = replace(run, drawn=read_mask(arguments.drawn, frame.shape))
     if not run.blocks.any():
         raise InputError(f"There are no blocks, so there is nothing to complete. {way_out}")
-    doubt = doubtful_scale(frame.depth, 1.0 if frame.inputs is None else frame.inputs.depth_units)
-    notes = [doubt] if doubt else []
     options, missing = fitting(options, frame, arguments, ": give --intrinsics for one")
-    return _Job(run, options, (*notes, *missing))
+    return _Job(run, options, tuple(missing))
 
 
 def _recorded_job(arguments: argparse.Namespace) -> _Job:
     also = [
         f"--{name.replace('_', '-')}"
         for name in (
-            *("preset", "blocks", "drawn", "distrust", "guide", "truth", "truth_units"),
-            *("depth_units", "intrinsics", "depth_formats", "png_units"),
+            *("frame", "max_gap", "preset", "blocks", "drawn", "distrust", "guide", "truth", "truth_units"),
+            *("depth_encoding", "depth_units", "invalid", "intrinsics", "depth_formats", "png_units"),
         )
         if getattr(arguments, name) is not None
     ]

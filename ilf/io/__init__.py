@@ -17,6 +17,7 @@ from .depth_files import (
     write_depth,
     write_expected_error,
 )
+from .encodings import ENCODINGS
 from .frames import META_NAME, FrameFiles, frame_beside, frame_folder, load_frame
 from .guide_files import GUIDE_SUFFIXES, load_guide
 from .images import read_colour
@@ -30,6 +31,7 @@ __all__ = [
     "BLOCK_FORMATS",
     "CLOUD_SUFFIXES",
     "DEPTH_SUFFIXES",
+    "ENCODINGS",
     "GUIDE_SUFFIXES",
     "MESH_SUFFIXES",
     "META_NAME",

@@ -201,8 +201,13 @@ def to_json(record: RunRecord) -> bytes:
 
 
 def inputs_to_dict(inputs: FrameInputs) -> dict[str, Any]:
-    """A frame's files, ready for JSON. Of a frame without truth nothing says so, as before there were any."""
-    return {key: value for key, value in dataclasses.asdict(inputs).items() if key != "truth" or value is not None}
+    """A frame's files, ready for JSON. Of a frame without truth, encoding or invalid value nothing says so, as before
+    there were any. An encoding takes the place of units: no version that does not know it can misread the depth."""
+    later = ("truth", "encoding", "invalid")
+    data = {key: value for key, value in dataclasses.asdict(inputs).items() if key not in later or value is not None}
+    if inputs.encoding is not None:
+        del data["depth_units"]
+    return data
 
 
 def _recorded(mask: NDArray[np.bool_] | None, file: str) -> RecordedMask | None:

@@ -363,7 +363,7 @@ def test_help_shows_range_unit_default_and_preset(capsys, monkeypatch):
         (["blocks", "in/rgb.png", "in/depth.png", "--out", "in/depth.png"], "own file"),
         (["blocks", "in/rgb.png", "in/depth.png", "--out", "b.jpg"], ".png"),
         (["blocks", "in/rgb.png", "in/depth.png", "--out", "b.png", "--stages", "in/rgb.png"], "folder"),
-        (["info", "in"], "meta.json"),
+        (["complete", "in"], "meta.json"),
         (["sample", "in/rgb.png"], "folder"),
     ],
 )
@@ -434,7 +434,7 @@ def test_info_shows_frames_and_records(files, capsys):
     assert main(["info", *files]) == 0
     text = capsys.readouterr().out
     assert "80 x 60, uint16" in text
-    assert "1000 per metre (assumed" in text
+    assert "1000 units per metre (assumed" in text
     assert "10.1%" in text
     assert "1.500 to 2.837 m" in text
     assert "intrinsics:   not known" in text

@@ -30,6 +30,8 @@ STAGES = {"1-strength.png", "2-edges.png", "3-dilated.png", "4-contracted.png", 
 WRITTEN = {
     "sample room": {"room": {"rgb.jpg", "depth.png", "gt.png", "meta.json"}},
     "info room": {},
+    "info .": {},
+    "complete . --frame": {"room-by-key": RESULTS},
     "complete room --out room-done": {"room-done": RESULTS},
     "complete room --mesh": {"room-mesh": RESULTS | {"mesh.glb"}},
     "complete room/rgb.jpg room/depth.png": {"room-files": RESULTS},
@@ -59,6 +61,8 @@ TOLD_OF_THE_SAMPLE = (
 
 NEEDS = {
     "info room": "sample room",
+    "info .": "sample room",
+    "complete . --frame": "sample room",
     "complete room --out room-done": "sample room",
     "complete room --mesh": "sample room",
     "complete room/rgb.jpg room/depth.png": "sample room",
