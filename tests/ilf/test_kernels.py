@@ -67,6 +67,29 @@ def test_tally(shape: tuple[int, int]) -> None:
         assert found == pytest.approx(expected, rel=1e-5)
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_spread(shape: tuple[int, int], dtype: type[np.floating]) -> None:
+    found = []
+    for way in _ways("spread"):
+        out = np.ones(shape, dtype)
+        way(*_weights(shape), out)
+        found.append(out)
+    for out in found[1:]:
+        assert_allclose(out, found[0], rtol=1e-6)
+
+
+@pytest.mark.parametrize("second", [False, True])
+@pytest.mark.parametrize(("down", "right"), [(0, 1), (1, 0)])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_letting_go(shape: tuple[int, int], down: int, right: int, second: bool) -> None:
+    u, scale = _arrays(shape, 2)
+    weights = _weights(shape)[2 * second + down]
+    expected, *others = (way(weights, down, right, second, u, scale, np.float32(0.3)) for way in _ways("let_go"))
+    for found in others:
+        assert_allclose(found, expected, rtol=1e-5)
+
+
 @pytest.mark.parametrize("shape", [(1, 1), (1, 6), (6, 1), (2, 3), (5, 4), (4, 7)])
 @pytest.mark.parametrize("as_written", [False, True])
 def test_grids_are_solved(shape: tuple[int, int], as_written: bool, monkeypatch: pytest.MonkeyPatch) -> None:

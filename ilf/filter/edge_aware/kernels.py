@@ -162,3 +162,91 @@ def tally(
     change = u - previous
     sizes = inner(inside, np.abs(u + trend))
     return inner(inside, change * change), sizes, inner(counts * u - 2 * totals, u)
+
+
+def _spread(slope_x: Array, slope_y: Array, bend_x: Array, bend_y: Array, out: NDArray[Any]) -> None:
+    height, width = out.shape
+    one, four = np.float32(1), np.float32(4)
+    for y in range(height):
+        row = out[y]
+        slope, bend = slope_x[y], bend_x[y]
+        right, beyond = row[1:], row[2:]
+        for x in range(width - 1):
+            right[x] += slope[x]
+        for x in range(width - 1):
+            row[x] += slope[x]
+        for x in range(width - 2):
+            beyond[x] += bend[x]
+        for x in range(width - 2):
+            right[x] += four * bend[x]
+        for x in range(width - 2):
+            row[x] += bend[x]
+        for off in range(3):
+            if off < 2 and 0 <= y - off < height - 1:
+                slope = slope_y[y - off]
+                for x in range(width):
+                    row[x] += slope[x]
+            if 0 <= y - off < height - 2:
+                bend = bend_y[y - off]
+                times = four if off == 1 else one
+                for x in range(width):
+                    row[x] += times * bend[x]
+
+
+@compiled(_spread)
+def spread(slope_x: Array, slope_y: Array, bend_x: Array, bend_y: Array, out: NDArray[Any]) -> None:
+    """Add the smoothness terms' share in the diagonal of the energy's matrix, in place.
+
+    Parameters
+    ----------
+    slope_x, slope_y, bend_x, bend_y : ndarray
+        See `Weights`.
+    out : ndarray of float32 or float64
+    """
+    for diagonal, slope, bend in ((out, slope_x, bend_x), (out.T, slope_y.T, bend_y.T)):
+        diagonal[:, 1:] += slope
+        diagonal[:, :-1] += slope
+        diagonal[:, 2:] += bend
+        diagonal[:, 1:-1] += 4 * bend
+        diagonal[:, :-2] += bend
+
+
+def _let_go(weights: Array, down: int, right: int, second: bool, u: Array, scale: Array, times: Any) -> Array:
+    one, two = np.float32(1), np.float32(2)
+    out = np.empty_like(weights)
+    for y in range(weights.shape[0]):
+        weight, left = weights[y], out[y]
+        here, there, width = u[y], u[y + down, right:], scale[y + down, right:]
+        if second:
+            beyond = u[y + 2 * down, 2 * right :]
+            for x in range(weights.shape[1]):
+                ratio = (beyond[x] - two * there[x] + here[x]) / (times * width[x])
+                left[x] = weight[x] / (one + ratio * ratio)
+        else:
+            for x in range(weights.shape[1]):
+                ratio = (there[x] - here[x]) / (times * width[x])
+                left[x] = weight[x] / (one + ratio * ratio)
+    return out
+
+
+@compiled(_let_go)
+def let_go(weights: Array, down: int, right: int, second: bool, u: Array, scale: Array, times: np.float32) -> Array:
+    """Weights of differences by Cauchy's rule: halved where a difference is as large as its scale.
+
+    Parameters
+    ----------
+    weights : ndarray
+        Of the differences between neighbours along y (`down` is 1) or x (`right` is 1), first or second ones.
+    down, right : int
+    second : bool
+    u, scale : ndarray
+    times : float32
+        Factor on the scale.
+    """
+    height, width = weights.shape
+    here, there = u[:height, :width], u[down : down + height, right : right + width]
+    difference = there - here
+    if second:
+        difference = u[2 * down :, 2 * right :] - there - difference
+    ratio = difference / (times * scale[down : down + height, right : right + width])
+    return weights / (1 + ratio * ratio)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..banded import solve_grid
 from ..sums import inner
-from .kernels import advance, pull, turn
+from .kernels import advance, let_go, pull, spread, turn
 
 Array = NDArray[np.float32]
 
@@ -52,13 +52,12 @@ class Weights:
         slope_jumps : float
             The same for first differences, in units of `scale`.
         """
-        x, y = u[:, 1:] - u[:, :-1], u[1:] - u[:-1]
-        slope_scale = np.float32(slope_jumps) * scale
+        one, times = np.float32(1), np.float32(slope_jumps)
         return Weights(
-            _let_go(self.slope_x, x, slope_scale[:, 1:]),
-            _let_go(self.slope_y, y, slope_scale[1:]),
-            _let_go(self.bend_x, x[:, 1:] - x[:, :-1], scale[:, 1:-1]),
-            _let_go(self.bend_y, y[1:] - y[:-1], scale[1:-1]),
+            let_go(self.slope_x, 0, 1, False, u, scale, times),
+            let_go(self.slope_y, 1, 0, False, u, scale, times),
+            let_go(self.bend_x, 0, 1, True, u, scale, one),
+            let_go(self.bend_y, 1, 0, True, u, scale, one),
         )
 
 
@@ -142,15 +141,7 @@ class SmoothnessEnergy:
     def _diagonal(self, dtype: type[np.floating]) -> NDArray[Any]:
         weights = self._weights
         result = self._counts.astype(dtype)
-        for out, slope, bend in (
-            (result, weights.slope_x, weights.bend_x),
-            (result.T, weights.slope_y.T, weights.bend_y.T),
-        ):
-            out[:, 1:] += slope
-            out[:, :-1] += slope
-            out[:, 2:] += bend
-            out[:, 1:-1] += 4 * bend
-            out[:, :-2] += bend
+        spread(weights.slope_x, weights.slope_y, weights.bend_x, weights.bend_y, result)
         return result
 
 
@@ -162,8 +153,3 @@ def _couplings(slope: Array, bend: Array, shape: tuple[int, ...]) -> tuple[NDArr
     near[:, 1:-1] -= 2 * bend
     far[:, :-2] += bend
     return near, far
-
-
-def _let_go(weights: Array, difference: Array, scale: Array) -> Array:
-    ratio = difference / scale
-    return weights / (1 + ratio * ratio)
