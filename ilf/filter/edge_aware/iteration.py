@@ -133,7 +133,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self._levelling = np.float32(_LEVELLING * max(1.0, self._slope, self._bending))
         self._jump = max(noise, parameters.jump_share * max(depth, _NEAREST)) if parameters.jump_share else math.inf
 
-        self._grids = [self._view.grid(trend, edges, parameters)]
+        self._grids = [self._view.grid(np.ascontiguousarray(trend), edges, parameters)]
         finest = self._grids[0]
         self._known_squares = inner(finest.totals, finest.totals)
         self._held_out_squares = inner(finest.held_out[1], finest.held_out[1]) if finest.held_out else 0.0
@@ -403,7 +403,7 @@ class _View:
         stiffness = (noise / followed) ** 2 if noise > quiet else 1.0
         if found is None:
             return np.full(self._mask.shape, depth, np.float32), stiffness
-        return np.ascontiguousarray(found.surface[self._place]), stiffness
+        return found.surface[self._place], stiffness
 
     def guided(self, trend: Array, guide: FittedGuide) -> Array:
         """What a guide says in place of a trend [m], on the window, as far as it is believed: in and around wide gaps
