@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -123,6 +124,7 @@ def edges_for(frame: RGBDFrame, parameters: Parameters, extraction: BlockParamet
     return None if wanted is None else find_edges(frame, wanted)
 
 
+@lru_cache(maxsize=64)
 def edge_parameters(parameters: Parameters, extraction: BlockParameters | None = None) -> BlockParameters | None:
     """What the edges for `edges_for` are found with, all that has no part in them as the defaults have it; None for the
     pass band. Results with the same block, parameters and edge parameters are the same."""

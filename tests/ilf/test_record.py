@@ -254,7 +254,7 @@ def test_versions_are_those_of_the_distribution_that_is_there(monkeypatch):
     monkeypatch.setattr(importlib.metadata, "version", version)
     versions = library_versions()
     assert versions.pop("python") == platform.python_version()
-    assert versions == {"numpy": "2.1", "scipy": None, "opencv": "4.9", "scikit-image": None}
+    assert versions == {"numpy": "2.1", "scipy": None, "opencv": "4.9", "scikit-image": None, "numba": None}
 
 
 @pytest.mark.parametrize(
