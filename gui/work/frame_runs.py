@@ -172,7 +172,7 @@ class FrameRuns(QObject):
         """Share of the run's blocks that are done, 0-1."""
         if self._steps is None or not self._steps.blocks:
             return 0.0
-        return len(self._done) / len(self._steps.blocks)
+        return len(self._done | self._steps.iterated) / len(self._steps.blocks)
 
     @property
     def seconds(self) -> float:
