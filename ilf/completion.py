@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .blocks import Block, checked_drawn, checked_labels, drawn_of, find_blocks
-from .correction import UNCORRECTED, Correction, clear, corrections, corrects, load_correction_network
+from .correction import UNCORRECTED, Correction, corrections, corrects, load_correction_network, made_of
 from .ebs import extract
 from .errors import InputError
 from .filter.convergence import IterationRecord
@@ -321,7 +321,8 @@ def _and_correct(
 
 
 def _to_be_corrected(result: BlockResult) -> bool:
-    return corrects(result.parameters) and result.outcome.recovered > 0
+    """Not a block whose border was drawn by hand: it is what the user has made it, and no depth gets across there."""
+    return corrects(result.parameters) and result.outcome.recovered > 0 and result.drawn is None
 
 
 def _corrected(
@@ -360,7 +361,7 @@ def _correction_steps(
         for _ in run:
             yield NO_BLOCK
     completed = compose(frame, results | run.results).depth
-    change = clear(network.change(frame.rgb, frame.depth, completed, edges.detected))
+    change = made_of(network.change(frame.rgb, frame.depth, completed, edges.detected), frame.known)
     return corrections.keep(frame, chosen, Correction(completed, change, network.sha256)), ()
 
 

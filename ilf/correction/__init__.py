@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from ..models import CORRECTION, model_path
 from ..parameters import Parameters, preset
-from .correction import Correction, clear, corrections
+from .correction import Correction, corrections, made_of
 from .network import CorrectionNetwork
 
 __all__ = [
     "UNCORRECTED",
     "Correction",
     "CorrectionNetwork",
-    "clear",
     "corrections",
     "corrects",
     "load_correction_network",
+    "made_of",
 ]
 
 UNCORRECTED = preset("best", correction=False)

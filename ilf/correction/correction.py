@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,6 +19,9 @@ LARGEST = 1.0
 
 _CLEAR = 0.008
 """Change of log depth from which on most of it is made: what a network says of smaller ones is no better than noise."""
+
+_FADED, _FAR = 2.0, 8.0
+"""Distance to known depth [px] up to which nothing is changed, and from which on changes are made in full."""
 
 _ALIKE = 0.02
 """A block's log depth that is off so far from what the network has seen takes over 37 % of the change."""
@@ -60,10 +64,20 @@ class Correction:
         return np.where(np.isnan(raw), depth * np.exp(agreement * change), depth).astype(np.float32)
 
 
-def clear(change: Array) -> Array:
-    """Changes as they are made: small ones fade, large ones end."""
-    fading = -np.expm1(-np.square(change / np.float32(_CLEAR)))
-    return np.asarray(np.clip(change * fading, -LARGEST, LARGEST), np.float32)
+def made_of(change: Array, known: NDArray[np.bool_]) -> Array:
+    """The changes that are made of those that the network asks for.
+
+    Large ones end, small ones fade, and so do all near known depth, which the filter follows better.
+
+    Parameters
+    ----------
+    change : ndarray of float32, shape (H, W)
+        Of log depth.
+    known : ndarray of bool, shape (H, W)
+    """
+    distance = cv2.distanceTransform((~known).astype(np.uint8), cv2.DIST_L2, 5)
+    share = np.clip((distance - _FADED) / (_FAR - _FADED), 0, 1) * -np.expm1(-np.square(change / np.float32(_CLEAR)))
+    return np.asarray(np.clip(share * change, -LARGEST, LARGEST), np.float32)
 
 
 corrections = Memory[RGBDFrame, Correction]()

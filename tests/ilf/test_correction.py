@@ -13,7 +13,7 @@ from ilf import completion as completing
 from ilf.assets import asset_path
 from ilf.blocks import Block, find_blocks
 from ilf.completion import CompletionRun
-from ilf.correction import CorrectionNetwork, clear, load_correction_network
+from ilf.correction import CorrectionNetwork, load_correction_network, made_of
 from ilf.correction.correction import LARGEST, Correction
 from ilf.correction.features import CHANNELS, correction_features
 from ilf.correction.network import CELL, _weighted
@@ -63,13 +63,18 @@ def test_a_pixel_takes_a_mean_of_the_cells_around_it() -> None:
         assert found[row, column] == pytest.approx(float((around.ravel() * weights[:, row, column]).sum()), rel=1e-5)
 
 
-def test_small_changes_fade_and_large_ones_end() -> None:
-    change = np.array([0, 0.001, -0.001, 0.1, 5], np.float32)
-    found = clear(change)
-    assert found[0] == 0
-    assert np.all(np.abs(found[1:3]) < 2e-5)
-    assert found[3] == pytest.approx(0.1, rel=1e-3)
-    assert found[4] == LARGEST
+def test_small_changes_and_those_near_known_depth_fade_and_large_ones_end() -> None:
+    change = np.array([[0, 0.001, -0.001, 0.1, 5]], np.float32)
+    everywhere = np.zeros((30, 5), np.float32) + change
+    known = np.zeros(everywhere.shape, bool)
+    known[0] = True
+    found = made_of(everywhere, known)
+    assert np.all(found[:, 0] == 0)
+    assert np.all(np.abs(found[:, 1:3]) < 2e-5)
+    np.testing.assert_array_equal(found[:3], 0)
+    assert found[5, 3] == pytest.approx(0.05, rel=0.02)
+    np.testing.assert_allclose(found[8:, 3], 0.1, rtol=1e-3)
+    np.testing.assert_array_equal(found[8:, 4], LARGEST)
 
 
 def test_features_know_no_scale() -> None:
@@ -168,6 +173,19 @@ def test_blocks_that_are_as_extracted_are_iterated_on_only_once(
     made.clear()
     ilf.complete(anew(frame), other)
     assert len(made) > len(np.unique(other[other > 0])), "the network sees them as extracted"
+
+
+def test_a_block_whose_border_was_drawn_is_what_the_user_has_made_it(
+    frame: ilf.RGBDFrame, blocks: np.ndarray, corrected: ilf.Completion
+) -> None:
+    largest = max(corrected.results, key=lambda label: corrected.results[label].outcome.recovered)
+    drawn = blocks == largest
+    found, plain = (
+        ilf.complete(frame, blocks, ilf.preset("best", correction=on), drawn=drawn).results[largest]
+        for on in (True, False)
+    )
+    assert found.correction is None
+    np.testing.assert_array_equal(found.depth, plain.depth)
 
 
 def test_no_hidden_depth_and_no_truth_gets_in(frame: ilf.RGBDFrame) -> None:
