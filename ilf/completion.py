@@ -79,8 +79,8 @@ class CompletionRun(Iterator[Progress]):
         self.results: dict[int, BlockResult] = {}
         self._parameters = {label: _parameters_for(parameters, label) for label in self.blocks}
         self.ended: set[int] = set()
-        self.iterated: set[int] = set()
-        """Blocks that have come to their last iteration."""
+        self.uncorrected: dict[int, BlockResult] = {}
+        """Blocks that have been iterated on and wait for the correction, as they are without it."""
         self._live: dict[int, Stepper] = {}
         tasks = {
             label: _block_steps(
@@ -95,7 +95,7 @@ class CompletionRun(Iterator[Progress]):
         else:
             self._steps = one_by_one(tasks.values())
         if any(map(corrects, self._parameters.values())):
-            self._steps = _and_correct(self._steps, frame, extraction, threads, self.iterated)
+            self._steps = _and_correct(self._steps, frame, extraction, threads, self.uncorrected)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -304,19 +304,21 @@ def _and_correct(
     frame: RGBDFrame,
     extraction: BlockParameters | None,
     threads: int | None,
-    iterated: set[int],
+    uncorrected: dict[int, BlockResult],
 ) -> Steps[Progress]:
     """The same steps, but that results which are to be corrected are, and come last."""
     waiting: list[BlockResult] = []
     for progress in steps:
-        if progress.result is not None and _to_be_corrected(progress.result):
-            waiting.append(progress.result)
-            iterated.add(progress.label)
+        result = progress.result
+        if result is not None and _to_be_corrected(result):
+            waiting.append(result)
+            uncorrected[progress.label] = replace(result, parameters=result.parameters.replace(correction=False))
         else:
             yield progress
     if waiting:
-        correction, notes = yield from _correction_steps(frame, extraction, waiting, threads)
+        correction, notes = yield from _correction_steps(frame, extraction, list(uncorrected.values()), threads)
         for result in waiting:
+            del uncorrected[result.block.label]
             yield Progress(result.block.label, result=_corrected(frame, result, correction, notes))
 
 
@@ -367,11 +369,7 @@ def _correction_steps(
 
 def _same_blocks(blocks: Mapping[int, Block], ready: list[BlockResult]) -> dict[int, BlockResult]:
     """Of the blocks those that have been completed already, as the network is to see them."""
-    plain = {
-        _place(result.block): result
-        for result in ready
-        if result.drawn is None and result.parameters.replace(correction=False).same_effect(UNCORRECTED)
-    }
+    plain = {_place(result.block): result for result in ready if result.parameters.same_effect(UNCORRECTED)}
     found = {label: plain.get(_place(block)) for label, block in blocks.items()}
     return {label: replace(result, block=blocks[label]) for label, result in found.items() if result is not None}
 
