@@ -108,6 +108,12 @@ def guide_carries(frame: RGBDFrame, block: Block, parameters: Parameters) -> boo
     return guide is not None and guide.carries(block)
 
 
+def is_guided(frame: RGBDFrame) -> bool:
+    """Whether the frame has a guide that is followed."""
+    guide = fit_guide(frame)
+    return guide is not None and guide.belief > 0
+
+
 def edges_for(frame: RGBDFrame, parameters: Parameters, extraction: BlockParameters | None = None) -> FrameEdges | None:
     """The frame's edges as a filter with such parameters needs them; None for the pass band, which knows no edges.
 

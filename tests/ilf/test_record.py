@@ -78,7 +78,7 @@ def test_the_record_vouches_for_the_networks(tmp_path):
     record = make_record(run, run.complete(), OPTIONS)
     bundled = sha256(asset_path("models/edges.onnx"))
     assert record.extraction_networks == {"edges": bundled}
-    assert record.networks == {"edges": bundled}
+    assert record.networks == {"edges": bundled, "correction": sha256(asset_path("models/correction.onnx"))}
     other = replace(run, parameters=ilf.preset("paper", **QUICK), network=None)
     record = make_record(other, other.complete(), OPTIONS)
     assert (record.extraction_networks, record.networks) == ({}, {})
