@@ -59,7 +59,7 @@ def inlier_polynomial(
         off = np.abs(values - orthonormal @ weights)
         scale = float(np.median(off)) / _NORMAL_MAD
         # what rounding leaves of an exact fit is no outlier
-        now = off <= max(deviations * scale, 1e-9)
+        now = off <= (max(deviations * scale, 1e-9) if scale else 1e-9)
         if rounds == MAX_ROUNDS or np.array_equal(now, inliers):
             break
         inliers = now
