@@ -60,7 +60,7 @@ def is_compiled() -> bool:
         return False
     import numba
 
-    return not numba.config.DISABLE_JIT
+    return not vars(numba.config)["DISABLE_JIT"]
 
 
 def _machine_code(loops: Callable[..., Any]) -> Callable[..., Any]:
