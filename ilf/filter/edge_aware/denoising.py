@@ -24,7 +24,7 @@ Array = NDArray[np.float32]
 _ROUNDS = ((5, 4), (30, 6), (200, 16), (1000, 28))
 """In every round, how many times more bending weighs than it does to fill, and the steps, at most."""
 
-_EXPLAINED = 2.5
+_EXPLAINED = 3.0
 """A surface bends by more than noise explains at so many deviations of what the noise leaves of itself there."""
 
 _SLOPE_JUMPS = 8.0

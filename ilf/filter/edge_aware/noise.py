@@ -15,7 +15,7 @@ from ...per_frame import once_per_frame
 
 Array = NDArray[np.float32]
 
-_LAG = 4
+_LAG = 6
 """Second differences over so many pixels: noise that neighbours share is in them in full."""
 
 _AVERAGED = 9
@@ -24,7 +24,7 @@ _AVERAGED = 9
 _RANGES, _LEAST = 16, 50
 """Noise is found in so many ranges of depth with about as many pixels each, of which it takes so many at least."""
 
-_SHARED = 2
+_SHARED = 3
 """Neighbours share noise up to so many pixels away."""
 
 _OUTLYING = 3.0

@@ -44,11 +44,11 @@ _LEAST_SHARE = 0.9
 """So much of the known depth must not be far off."""
 
 _LEFT, _LEFT_SHARE = 0.15, 0.0004
-"""What is left of the cells' means, beyond what noise explains, is at most so many deviations of a pixel's noise, and
-this share of depth."""
+"""What is left of the cells' means, beyond what noise explains, is at most so many deviations of a pixel's noise; of
+lower orders than the cells determine, which may lack a term, also at most this share of depth."""
 
-_CHANCE = 0.5
-"""More may be left by chance, in deviations of what noise leaves."""
+_CHANCE, _CHANCE_LOWER = 4.0, 0.5
+"""More may be left by chance, in deviations of what noise leaves: by the highest order, and by lower ones."""
 
 _TERMS = sorted(((a, b) for a in range(_ORDER + 1) for b in range(_ORDER + 1 - a)), key=sum)
 """Powers of y and x, the lower orders first."""
@@ -112,8 +112,8 @@ def polynomial_trend(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise:
 def _fitted(terms: Array, means: Array, expected: Array, gaps: Array, pixel: Array) -> Array | None:
     """Weights of the terms; None if no polynomial explains the cells' means and is certain in the gaps."""
     noise, usual = float(np.median(pixel)), float(np.median(means))
-    by_chance = _CHANCE * math.sqrt(2 / len(means)) * np.square(expected).mean()
-    most_left = min(_LEFT * noise, _LEFT_SHARE * usual) ** 2 + by_chance
+    by_chance = math.sqrt(2 / len(means)) * float(np.square(expected).mean())
+    most_left = (_LEFT * noise) ** 2 + _CHANCE * by_chance
     allowed = np.hypot(expected, _OWN * pixel)
     certain = max(_CERTAIN * noise, _CERTAIN_SHARE * usual)
     for order in _ORDERS:
@@ -130,6 +130,7 @@ def _fitted(terms: Array, means: Array, expected: Array, gaps: Array, pixel: Arr
         left = np.square(means - terms[:, :count] @ weights) - np.square(expected)
         if left.mean() > most_left:
             return None  # lower orders leave more
+        most_left = min(_LEFT * noise, _LEFT_SHARE * usual) ** 2 + _CHANCE_LOWER * by_chance
         beyond = np.square(gaps[:, :count] @ inverse)[:, share > 0].sum(axis=1)
         if beyond.max(initial=0) < certain**2:
             return np.pad(weights, (0, len(_TERMS) - count))
