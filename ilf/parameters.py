@@ -148,13 +148,15 @@ class Parameters(ParameterSet):
         "where there is one, and filter what is left.", _SMOOTH, source="not in the paper", when=_EDGE_AWARE,
     )  # fmt: skip
     noise: float = declare(
-        0.0, "Noise", "Standard deviation of the known depth. 'auto' estimates it in every block; the noisier, the "
-        "less known pixels are followed one by one.", _SMOOTH, unit="m",
-        scale="log", minimum=0.0, maximum=1.0, step=0.001, special="auto", source="not in the paper", when=_EDGE_AWARE,
+        0.0, "Noise", "Standard deviation of the known depth. 'auto' estimates it: to fill, in every block, to "
+        "denoise, in the frame and by depth. The noisier, the less known pixels are followed one by one.", _SMOOTH,
+        unit="m", scale="log", minimum=0.0, maximum=1.0, step=0.001, special="auto", source="not in the paper",
+        when=_EDGE_AWARE,
     )  # fmt: skip
     jump_share: float = declare(
         0.005, "Jump, share of depth", "Bending above which the surface lets go, so that depth jumps and flying "
-        "pixels do not pull at what is around them; 0 switches it off.", _SMOOTH, scale="log", minimum=0.0, maximum=1.0,
+        "pixels do not pull at what is around them; where noise is taken off, the noise says instead. 0 switches it "
+        "off.", _SMOOTH, scale="log", minimum=0.0, maximum=1.0,
         step=0.001, source="not in the paper", when=_EDGE_AWARE,
     )  # fmt: skip
     edges: str = declare(

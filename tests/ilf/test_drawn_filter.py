@@ -50,7 +50,8 @@ def test_no_depth_gets_across_a_drawn_border(truth: np.ndarray, changes: dict[st
         for name, drawn in (("drawn", _border(LABELS)), ("extracted", None))
     }
     assert off["drawn"].max() < 0.001
-    assert off["extracted"].mean() > 0.03
+    if "mode" not in changes:  # in which polynomials explain the blocks, and need nothing from beyond any border
+        assert off["extracted"].mean() > 0.03
 
 
 @pytest.mark.parametrize("trend", [True, False])

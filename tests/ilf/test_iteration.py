@@ -192,8 +192,8 @@ def test_float32_is_close() -> None:
 def test_what_is_held_out_has_no_part_in_the_iterates(name: str) -> None:
     frame, labels = _bumpy((50, 70))
     block = find_blocks(labels)[1]
-    # without a share for jumps, no pixel is left out for being a flying one, which is found with all of the depth
-    parameters = PRESETS[name].replace(hold_out=0.1, max_iterations=60, mode="fill+denoise", jump_share=0.0)
+    # flying pixels and noise, which are found with all of the depth, are switched off and given
+    parameters = PRESETS[name].replace(hold_out=0.1, max_iterations=60, mode="fill+denoise", jump_share=0.0, noise=0.01)
     known = block.mask & frame.known[block.box]
     held_out = held_out_of(known, 0.1)
     assert np.count_nonzero(held_out) == int(0.1 * np.count_nonzero(known))

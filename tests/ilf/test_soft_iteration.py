@@ -161,7 +161,7 @@ def test_smoothness_is_rougher_below_and_smoother_above() -> None:
         depth = ilf.complete(frame, _whole(frame), _best(mode="fill+denoise", smoothness=smoothness)).depth
         bending.append(np.abs(np.diff(depth, 2, axis=1)).mean())
         misfit.append(_rms((depth - frame.depth)[frame.known]))
-    assert bending[0] > 1.5 * bending[1] > 3 * bending[2]
+    assert bending[0] > 3 * bending[1] > 5 * bending[2]
     assert misfit[0] < misfit[1] / 5 < misfit[2] / 25
 
 
@@ -182,7 +182,8 @@ def test_records_tell_of_every_iteration(mode: str, limit: int) -> None:
         assert after.cell in (before.cell, before.cell // 2)
         assert after.round - before.round in (0, 1)
         assert (after.stage > before.stage) == ((after.cell, after.round) != (before.cell, before.round))
-        assert (after.stage > before.stage) == (before.sigma_i < parameters.s_criteria or before.i == 1)
+        if after.round == 0 or mode == "fill":  # rounds that take off noise go on until it is the noise that is steady
+            assert (after.stage > before.stage) == (before.sigma_i < parameters.s_criteria or before.i == 1)
     assert np.isfinite([record.sigma_i for record in records]).all()
     outcome = ilf.complete(frame, _whole(frame), parameters).outcomes[1]
     assert outcome.iterations == len(records)
@@ -190,8 +191,9 @@ def test_records_tell_of_every_iteration(mode: str, limit: int) -> None:
         assert steps.settled
         assert outcome.status is Status.COMPLETED
         assert records[-1].sigma_i < parameters.s_criteria
-        assert records[-1].stage == 5, "three grids and two rounds"
-        assert (records[0].cell, records[0].round, records[-1].cell, records[-1].round) == (4, 0, 1, 2)
+        rounds = 2 if mode == "fill" else 4
+        assert records[-1].stage == 3 + rounds, "three grids and the rounds"
+        assert (records[0].cell, records[0].round, records[-1].cell, records[-1].round) == (4, 0, 1, rounds)
     else:
         assert not steps.settled
         assert outcome.status is Status.ITERATION_LIMIT
@@ -222,7 +224,7 @@ def test_held_out_pixels_are_not_seen_and_measured_at_the_end() -> None:
     held = int(0.3 * squares.size)
     both = last.held_out**2 * held + last.residual**2 * (squares.size - held)
     assert both == pytest.approx(squares.sum(), rel=1e-3)
-    assert last.held_out > 1.2 * last.residual
+    assert last.held_out > last.residual
     assert np.isnan(next(ilf.iterate(frame, _whole(frame), 1, _best())).held_out)
 
 

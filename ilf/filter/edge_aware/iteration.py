@@ -28,11 +28,14 @@ from ..convergence import deviation, held_out_of
 from ..pyramid import enlarged, largest_of_four, sums_of_four
 from ..snapshot import Snapshot
 from ..sums import inner
+from .denoising import Denoising
 from .flying import flying_pixels
 from .guiding import FittedGuide, fit_guide
 from .kernels import tally
+from .noise import Noise, frame_noise
 from .own_word import WIDE, own_distance
 from .parting import Parting
+from .polynomial import polynomial_trend
 from .reach import beyond_reach
 from .record import EdgeAwareRecord
 from .smoothness import SmoothnessEnergy, Weights, make_weights
@@ -40,7 +43,7 @@ from .trend import noise_of, trend_of
 
 Array = NDArray[np.float32]
 
-_CONTEXT = 20
+_CONTEXT = {"fill": 20, "fill+denoise": 40}
 """Known depth around a block counts up to a distance of 1 / so much of the frame's longer side."""
 
 _DIRECT_CELLS = 2000
@@ -51,6 +54,9 @@ _HALVINGS = 2
 
 _STEPS, _FINEST_STEPS = 40, 20
 """Steps of conjugate gradients on every grid between the coarsest and the finest, and on the finest, at most."""
+
+_BEFORE_ROUNDS = 8
+"""The same on the finest where rounds that take off noise follow."""
 
 _ROUNDS, _ROUND_STEPS = 2, 8
 """Rounds in which jumps let go, and the steps in each, at most."""
@@ -63,6 +69,9 @@ _QUIET = 0.005
 
 _CALM = 10.0
 """Of heavier noise, known pixels are followed down to this many times less where a trend explains them all."""
+
+_LEFT = 0.1
+"""A trend explains the known depth if that deviates from it by less than so many deviations of noise beside that."""
 
 _AROUND = 10.0
 """A guide is followed so far around what is farther from known depth than `WIDE` [px], which takes in the known depth
@@ -92,9 +101,9 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
     the window keep their raw depth, as P_i. sigma_i and the L1 norm are those of the grid that the stage works on. So
     are residual and hold-out error: of a surface that is constant in every cell but for the trend, against the depth
     of the single pixels, so coarse grids have what varies inside their cells in it. The residual is over all known
-    depth in the window; held out are pixels of the block in it. Edges and flying pixels are those of the frame, found
-    with all of its depth; so is the guide, which takes the trend's place as far as it is believed: what it says of
-    shape and jumps stays in, and what is filtered is what the known depth says otherwise.
+    depth in the window; held out are pixels of the block in it. Edges, flying pixels and noise are those of the frame,
+    found with all of its depth; so is the guide, which takes the trend's place as far as it is believed: what it says
+    of shape and jumps stays in, and what is filtered is what the known depth says otherwise.
 
     Parameters
     ----------
@@ -124,10 +133,20 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         guide = fit_guide(frame)
         depth = self._view.mean_depth(guide)
         noise = parameters.noise or noise_of(self._view.depth, self._view.mask)
-        shaped = parameters.trend and (parameters.mode != "fill" or self._view.gap >= WIDE)
-        trend, stiffness = self._view.trend(depth, noise, shaped)
+        shaped = parameters.trend and self._view.gap >= WIDE
+        found = None if parameters.mode == "fill" else self._noise(frame)
+        explained = polynomial_trend(self._view.depth, self._view.mask, found) if found and parameters.trend else None
+        if explained is not None:
+            trend, stiffness, follows = explained[self._view.place], 1.0, True
+        else:
+            trend, stiffness, follows = self._view.trend(depth, noise, shaped)
         if guide is not None:
             trend = self._view.guided(trend, guide)
+        self._denoising = None
+        if found is not None:
+            self._denoising = Denoising.of(self._view.raw, trend, found, parameters, follows)
+        self._least = parameters.s_criteria
+        self._finest_steps = _FINEST_STEPS if self._denoising is None else _BEFORE_ROUNDS
         weights = parameters.smoothness * stiffness
         self._slope, self._bending = weights * parameters.slope_weight, weights * parameters.bending_weight
         self._levelling = np.float32(_LEVELLING * max(1.0, self._slope, self._bending))
@@ -156,6 +175,8 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         """Whether the last stage has come to its end."""
         self.network = edges.network
         self.notes = edges.notes if guide is None else (*edges.notes, *guide.notes)
+        if found is not None and not parameters.noise:
+            self.notes += (found.note,)
         if self._view.beyond is not None:
             self.notes += (_OUT_OF_RANGE.format(self._view.beyond.limit),)
 
@@ -186,7 +207,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
 
     @property
     def _steady(self) -> bool:
-        return self._sigma < self._parameters.s_criteria
+        return self._sigma < self._least
 
     def __next__(self) -> EdgeAwareRecord:
         if self._iterations >= self._parameters.max_iterations:
@@ -229,21 +250,50 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
 
     def _run(self) -> Iterator[_Step]:
         """All stages: the grid that an iteration worked on, P_(i-1) there and P_i, both less the trend."""
+        if self._denoising is None:
+            yield from self._fill()
+        else:
+            yield from self._denoise(self._grids[0], self._denoising)
+        self.settled = True
+
+    def _fill(self) -> Generator[_Step, None, Array]:
+        """From the coarsest grid to the finest, and there the rounds in which jumps let go."""
         coarsest, *others = reversed(self._grids)
         self._stage = 1
         u = self._energy(coarsest).minimum()
         yield coarsest, coarsest.start, u
         for coarser, grid in pairwise((coarsest, *others)):
-            limit = _STEPS if grid is not self._grids[0] else _FINEST_STEPS
+            limit = _STEPS if grid is not self._grids[0] else self._finest_steps
             u = yield from self._descend(grid, self._energy(grid), coarser.level.enlarged(u, grid.level), limit)
         finest = self._grids[0]
-        if math.isfinite(self._jump):
+        if math.isfinite(self._jump) and self._denoising is None:
             scale = np.full(u.shape, self._jump, np.float32)
             for self._round in range(1, _ROUNDS + 1):
                 weights = self._weights(finest).loosened(u, scale, _SLOPE_JUMPS)
                 energy = SmoothnessEnergy(finest.counts + self._levelling, finest.totals, weights)
                 u = yield from self._descend(finest, energy, u, _ROUND_STEPS)
-        self.settled = True
+        return u
+
+    def _denoise(self, grid: _Grid, known: Denoising) -> Iterator[_Step]:
+        """The gaps first, unless the trend says what is there, and then the rounds that take the noise off."""
+        filled = None
+        stiffer = self._parameters.smoothness > 1
+        if stiffer or (self._view.gap > 0 and not known.explained):
+            filled = yield from self._fill()
+        parameters = self._parameters
+        smooth = grid.smooth(parameters.edge_scale)
+        slope, bending = (parameters.smoothness * w for w in (parameters.slope_weight, parameters.bending_weight))
+        self._least = min(self._least, known.least)
+        # what is to be smoother than noise calls for starts smooth
+        u = filled if stiffer and filled is not None else known.start(filled)
+        weights = make_weights(*smooth, slope, bending, grid.stiff)
+        for self._round, step in enumerate(known.rounds(filled, weights), 1):
+            u = yield from self._descend(grid, step.energy(u), u, step.steps)
+        if known.explained or not self._iterations:
+            yield grid, u, known.cleared(u)
+
+    def _noise(self, frame: RGBDFrame) -> Noise:
+        return Noise(self._parameters.noise) if self._parameters.noise else frame_noise(frame)
 
     def _descend(self, grid: _Grid, energy: SmoothnessEnergy, u: Array, limit: int) -> Generator[_Step, None, Array]:
         """One stage: until steady, or so many steps."""
@@ -355,27 +405,30 @@ class _View:
         self._fills = parameters.mode == "fill"
         self._window = _window(frame, block, parameters.mode)
         around = union(block.box, self._window)
-        self._place = within(self._window, around)
+        self.place = within(self._window, around)
+        """The window in the box around block and window."""
         self.mask = np.zeros(frame.depth[around].shape, bool)
         """The block's pixels in the box around block and window."""
         self.mask[within(block.box, around)] = block.mask
-        self._mask = self.mask[self._place]
+        self._mask = self.mask[self.place]
         self._drawn: NDArray[np.bool_] | None = None
         if drawn is not None:
             at = np.zeros(self.mask.shape, bool)
             at[self.mask] = drawn
-            self._drawn = at[self._place]
+            self._drawn = at[self.place]
 
         trusted = frame.known[around]
         if parameters.jump_share:
             trusted = trusted & ~flying_pixels(frame)[around]
             if not trusted[self.mask].any():
                 trusted = frame.known[around]
-        self._held_out = held_out_of(self._mask & trusted[self._place], parameters.hold_out)
+        self._held_out = held_out_of(self._mask & trusted[self.place], parameters.hold_out)
         self.depth = np.where(trusted, frame.depth[around], np.float32(np.nan))
         """Depth [m] in that box, without flying pixels and what is held out."""
-        self.depth[self._place][self._held_out] = np.nan
-        unknown = np.isnan(self.depth[self._place])
+        self.depth[self.place][self._held_out] = np.nan
+        self.raw = np.where(self._held_out, np.float32(np.nan), frame.depth[self._window])
+        """Depth [m] in the window, without what is held out."""
+        unknown = np.isnan(self.depth[self.place])
         self._distance = cv2.distanceTransform(unknown.astype(np.uint8), cv2.DIST_L2, 5).astype(np.float32, copy=False)
         self.gap = float(self._distance[self._mask].max())
         """Largest distance [px] of the block's pixels in the window from known depth."""
@@ -383,7 +436,7 @@ class _View:
         self.beyond = beyond_reach(frame, block) if wanted else None
         """What of the block lies beyond the sensor's reach; None if nothing."""
         seen = np.zeros(self.mask.shape, bool)
-        seen[self._place] = True
+        seen[self.place] = True
         self.seen = seen[self.mask]
         """Which of the block's pixels lie in the window, in the order of `block.mask`'s True values."""
 
@@ -394,16 +447,17 @@ class _View:
             known = guide.depth[self._block.box][self._block.mask]
         return float(np.nanmean(known, dtype=np.float64))
 
-    def trend(self, depth: float, noise: float, shaped: bool) -> tuple[Array, float]:
-        """Trend [m] on the window, and how much stiffer the surface is for the noise in the known depth."""
+    def trend(self, depth: float, noise: float, shaped: bool) -> tuple[Array, float, bool]:
+        """Trend [m] on the window, how much stiffer the surface is for the noise in the known depth, and whether the
+        trend explains that depth up to its noise."""
         quiet = _QUIET * max(depth, _NEAREST)
         found = trend_of(self.depth, self.mask, noise) if shaped else None
         # where what is left of the depth is noise more than anything, it is followed the less
         followed = quiet if found is None else min(quiet, max(found.spread, quiet / _CALM))
         stiffness = (noise / followed) ** 2 if noise > quiet else 1.0
         if found is None:
-            return np.full(self._mask.shape, depth, np.float32), stiffness
-        return found.surface[self._place], stiffness
+            return np.full(self._mask.shape, depth, np.float32), stiffness, False
+        return found.surface[self.place], stiffness, found.spread < _LEFT * noise
 
     def guided(self, trend: Array, guide: FittedGuide) -> Array:
         """What a guide says in place of a trend [m], on the window, as far as it is believed: in and around wide gaps
@@ -417,7 +471,7 @@ class _View:
 
     def grid(self, trend: Array, found: FrameEdges, parameters: Parameters) -> _Grid:
         """The finest grid."""
-        counts, totals = _samples(self.depth[self._place] - trend)
+        counts, totals = _samples(self.depth[self.place] - trend)
         held_out = None
         if self._held_out.any():
             rest = self._frame.depth[self._window] - trend
@@ -493,7 +547,7 @@ def _window(frame: RGBDFrame, block: Block, mode: str) -> Box:
     wanted = block.mask & ~frame.known[block.box] if mode == "fill" else block.mask
     if not wanted.any():
         wanted = block.mask
-    margin = math.ceil(max(frame.shape) / _CONTEXT)
+    margin = math.ceil(max(frame.shape) / _CONTEXT[mode])
     found = []
     for axis, (side, size) in enumerate(zip((rows, columns), frame.shape, strict=True)):
         places = np.flatnonzero(wanted.any(axis=1 - axis)) + side.start

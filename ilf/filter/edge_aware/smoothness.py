@@ -41,6 +41,10 @@ class Weights:
     bend_x: Array
     bend_y: Array
 
+    def bent(self, times: np.float32) -> Weights:
+        """Weights with those of second differences so many times as large."""
+        return Weights(self.slope_x, self.slope_y, times * self.bend_x, times * self.bend_y)
+
     def loosened(self, u: Array, scale: Array, slope_jumps: float) -> Weights:
         """Weights by Cauchy's rule: differences of u far above the scale let go.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import cv2
 import numpy as np
@@ -98,8 +99,8 @@ def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) 
     cell = max(1, math.ceil(math.sqrt(height * width / _CELLS)))
     medians = _medians(np.where(known, depth, np.float32(np.nan)), cell)
     known &= np.abs(depth - medians) < np.maximum(_FAR_SHARE * medians, 3 * noise)
-    counts = _cells(known.astype(np.float64), cell)
-    totals = _cells(np.where(known, depth, 0.0), cell)
+    counts = cell_sums(known.astype(np.float64), cell)
+    totals = cell_sums(np.where(known, depth, 0.0), cell)
     held = counts > 0
     if np.count_nonzero(held) < 3 * len(_POWERS):
         return None
@@ -120,7 +121,7 @@ def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) 
     # off the quadric, a cell's mean may stand for its middle wherever in the cell the known pixels are
     surface = _quadric(coefficients, (height, width), cell)
     rest = np.where(known, depth - surface, 0.0)
-    rests = _cells(rest, cell)
+    rests = cell_sums(rest, cell)
     trusted = counts.copy()
     trusted[held] = np.where(lies_on_it, weights, 0.0)
     sheet = _sheet(trusted, rests, cell)
@@ -155,7 +156,7 @@ def _spread(
     return math.sqrt(max(float(np.average(squares, weights=counts[held])), 0.0))
 
 
-def _cells(values: NDArray[np.float64], cell: int) -> NDArray[np.float64]:
+def cell_sums(values: NDArray[Any], cell: int) -> NDArray[np.float64]:
     """Sums over cells of cell x cell pixels."""
     padded = np.pad(values, [(0, -size % cell) for size in values.shape])
     return padded.reshape(padded.shape[0] // cell, cell, padded.shape[1] // cell, cell).sum(axis=(1, 3))

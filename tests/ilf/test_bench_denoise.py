@@ -1,0 +1,60 @@
+"""The bench of denoising: its scenes, its peers, and its command."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ilf.bench import denoise_runner
+from ilf.bench.denoise_scenes import SCENES
+from ilf.bench.peers.denoisers import DENOISERS
+from ilf.bench.sensor_noise import StructuredLight
+from ilf.cli import main
+
+
+@pytest.mark.parametrize("name", ["cylinder, 6.5 mm", "steps and slopes, Kinect", "things, 0.4 %"])
+def test_scenes_have_the_noise_they_tell(name: str) -> None:
+    scene, again = SCENES[name](1), SCENES[name](1)
+    assert np.array_equal(scene.frame.depth, again.frame.depth, equal_nan=True)
+    part = scene.parts.get("flat", scene.parts.get("all"))
+    relative = (scene.frame.depth - scene.truth)[part] / scene.noise[part]
+    assert 0.9 < relative.std() < 1.2
+    assert not any((mask & ~scene.frame.known).any() for mask in scene.parts.values())
+
+
+@pytest.mark.parametrize("name", DENOISERS)
+def test_peers_take_noise_off_a_slope_and_keep_its_depth(name: str) -> None:
+    truth = np.broadcast_to(2 + 0.0002 * np.arange(80), (60, 80))
+    noisy = truth + 0.01 * np.random.default_rng(0).standard_normal(truth.shape)
+    error = DENOISERS[name](noisy, 0.01) - truth
+    assert error.std() < 0.007
+    assert abs(error.mean()) < 0.001
+
+
+def test_structured_light_measures_in_steps_whose_size_grows_with_depth() -> None:
+    light = StructuredLight(500.0)
+    near, far = (np.unique(light.measured(np.full((40, 50), z), np.random.default_rng(0))) for z in (1.0, 4.0))
+    assert np.diff(far).mean() == pytest.approx(16 * np.diff(near).mean(), rel=0.1)
+    assert light.deviation(np.array([4.0])) == pytest.approx(16 * light.deviation(np.array([1.0])))
+
+
+def test_the_command_compares_and_writes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(denoise_runner, "SCENES", {"cylinder, 6.5 mm": SCENES["cylinder, 6.5 mm"]})
+    assert main(["bench", "denoise", "--methods", "input,best,median", "--csv", str(tmp_path / "rows.csv")]) == 0
+    shown = capsys.readouterr().out
+    assert "cylinder, 6.5 mm: all (230400 pixels)" in shown
+    with open(tmp_path / "rows.csv", newline="") as file:
+        errors = {row["method"]: float(row["rmse"]) for row in csv.DictReader(file)}
+    assert errors["best"] < errors["median"] / 5 < errors["input"] / 5
+    assert errors["input"] == pytest.approx(0.0065, rel=0.01)
+
+
+@pytest.mark.parametrize("more", [["folder"], ["--pattern", "areas"], ["--limit", "2"]])
+def test_what_does_not_belong_to_it_is_refused(more: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "denoise", *more]) == 2
+    assert "leave out" in capsys.readouterr().err

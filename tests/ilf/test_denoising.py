@@ -1,0 +1,88 @@
+"""Taking noise off known depth: how noisy it is found to be, and what is left of noise, jumps and thin things."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import ilf
+from ilf.filter.edge_aware.noise import Noise, frame_noise
+from ilf.filter.edge_aware.polynomial import polynomial_trend
+from ilf.frame import RGBDFrame
+
+ROWS, COLUMNS = np.indices((120, 160)).astype(float)
+RNG_SEED = 3
+
+
+def _grey(depth: np.ndarray) -> RGBDFrame:
+    return RGBDFrame(np.full((*depth.shape, 3), 128, np.uint8), depth)
+
+
+def _denoised(depth: np.ndarray, **changes: object) -> np.ndarray:
+    frame = _grey(depth)
+    return ilf.complete(frame, np.ones(depth.shape, np.int32), ilf.preset(mode="fill+denoise", **changes)).depth
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+@pytest.mark.parametrize("deviation", [0.002, 0.03])
+def test_even_noise_is_found(deviation: float) -> None:
+    plane = 1.5 + 0.01 * COLUMNS
+    found = frame_noise(_grey(plane + deviation * np.random.default_rng(RNG_SEED).standard_normal(plane.shape)))
+    assert found.deviation(np.array([1.5, 3.0])) == pytest.approx([deviation] * 2, rel=0.15)
+    assert found.grain < 1.3
+
+
+def test_noise_that_grows_with_depth_is_found() -> None:
+    plane = 1.0 + 0.02 * COLUMNS
+    noisy = plane + 0.002 * plane**2 * np.random.default_rng(RNG_SEED).standard_normal(plane.shape)
+    assert frame_noise(_grey(noisy)).deviation(np.array([1.2, 4.0])) == pytest.approx([0.0029, 0.032], rel=0.2)
+
+
+def test_steps_of_depth_are_noise() -> None:
+    step = 0.02
+    terraces = step * np.round((1.0 + 0.001 * COLUMNS + 0.0005 * ROWS) / step)
+    assert frame_noise(_grey(terraces)).deviation(np.array([1.1])) >= 0.9 * step / np.sqrt(12)
+
+
+def test_noise_that_neighbours_share_has_a_grain() -> None:
+    white = np.random.default_rng(RNG_SEED).standard_normal(ROWS.shape)
+    shared = sum(np.roll(white, shift, (0, 1)) for shift in ((0, 0), (0, 1), (1, 0), (1, 1))) / 2
+    assert frame_noise(_grey(2 + 0.01 * shared)).grain == pytest.approx(4, rel=0.3)
+
+
+def test_too_little_depth_has_no_noise() -> None:
+    assert frame_noise(_grey(np.full((3, 4), 2.0))) == Noise(0.0)
+
+
+def test_a_polynomial_is_found_through_noise_and_across_a_gap_but_not_where_there_is_more() -> None:
+    surface = 2 + 0.1 * (COLUMNS / 80 - 1) ** 4 + 0.05 * (ROWS / 60 - 1) ** 2
+    noise = Noise(0.005)
+    depth = (surface + 0.005 * np.random.default_rng(RNG_SEED).standard_normal(surface.shape)).astype(np.float32)
+    depth[:, 60:90] = np.nan
+    everywhere = np.ones(depth.shape, bool)
+    found = polynomial_trend(depth, everywhere, noise)
+    assert found is not None
+    assert _rms(found - surface) < 0.0005
+    waves = (depth + 0.02 * np.sin(COLUMNS / 3)).astype(np.float32)
+    assert polynomial_trend(waves, everywhere, noise) is None
+
+
+def test_jumps_and_thin_things_stay_where_noise_goes() -> None:
+    truth = np.where(COLUMNS < 70, 1.0 + 0.001 * ROWS, 1.15)
+    truth[:, 110:112] = 0.8
+    noisy = truth + 0.005 * np.random.default_rng(RNG_SEED).standard_normal(truth.shape)
+    error = _denoised(noisy) - truth
+    assert _rms(error) < 0.0017
+    assert np.abs(error).max() < 0.03, "nothing is bridged or melted"
+
+
+def test_the_noise_found_is_said_and_given_noise_is_not() -> None:
+    frame = _grey(2 + 0.005 * np.random.default_rng(RNG_SEED).standard_normal(ROWS.shape))
+    labels = np.ones(frame.shape, np.int32)
+    (note,) = ilf.complete(frame, labels, ilf.preset(mode="fill+denoise")).notes
+    assert note.startswith("Noise found in the known depth: a standard deviation of")
+    assert ilf.complete(frame, labels, ilf.preset(mode="fill+denoise", noise=0.005)).notes == ()
+    assert ilf.complete(frame, labels, ilf.preset()).notes == ()
