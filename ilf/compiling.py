@@ -27,15 +27,16 @@ def compiled(loops: Callable[..., Any]) -> Callable[[Callable[P, T]], Callable[P
 
     Examples
     --------
+    >>> import numpy as np
     >>> def _total(values):
     ...     total = 0.0
     ...     for value in values:
     ...         total += value
     ...     return total
     >>> @compiled(_total)
-    ... def total(values: list[float]) -> float:
-    ...     return sum(values)
-    >>> total([1.0, 2.0])
+    ... def total(values):
+    ...     return float(values.sum())
+    >>> total(np.array([1.0, 2.0]))
     3.0
     """
 
