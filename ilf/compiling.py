@@ -42,12 +42,12 @@ def compiled(loops: Callable[..., Any]) -> Callable[[Callable[P, T]], Callable[P
 
     def decorate(plain: Callable[P, T]) -> Callable[P, T]:
         @cache
-        def chosen() -> Callable[P, T]:
-            return _machine_code(loops) if is_compiled() else plain
+        def made() -> Callable[P, T]:
+            return _machine_code(loops)
 
         @wraps(plain)
         def run(*args: P.args, **kwargs: P.kwargs) -> T:
-            return chosen()(*args, **kwargs)
+            return (made() if is_compiled() else plain)(*args, **kwargs)
 
         return run
 

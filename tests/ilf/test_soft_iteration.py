@@ -24,7 +24,7 @@ HOLE = (ROWS >= 30) & (ROWS < 90) & (COLUMNS >= 40) & (COLUMNS < 120)
 
 
 def _best(**changes: object) -> Parameters:
-    return ilf.preset("best", **changes)
+    return ilf.preset("best", **({"correction": False} | changes))
 
 
 def _grey(depth: np.ndarray) -> RGBDFrame:
