@@ -19,7 +19,7 @@ from gui.work.cores import spare_cores
 from gui.work.worker import Worker
 from ilf.dense import guess_steps
 from ilf.filter.convergence import IterationRecord
-from ilf.outcomes import Completion, Progress
+from ilf.outcomes import NO_BLOCK, Completion, Progress
 from ilf.run import GUESS, Run, RunSteps
 
 Step = tuple[Progress, list[Preview] | None]
@@ -252,7 +252,7 @@ class FrameRuns(QObject):
                 for progress in steps:
                     yield progress, self._due_previews(steps)
 
-        self._worker.start(job, paused)
+        self._worker.start(job, paused, lambda step: step[0] is not NO_BLOCK)
         self.state_changed.emit()
 
     def guess(self) -> None:

@@ -16,6 +16,10 @@ DRAIN_INTERVAL_MS = 33
 SHUTDOWN_LIMIT_S = 10.0
 
 
+def _always(_: Any) -> bool:
+    return True
+
+
 class _Command(Enum):
     RUN = "run"
     PAUSE = "pause"
@@ -62,15 +66,20 @@ class Worker(QObject):
         """Whether the job waits for `resume` or `step`."""
         return self.busy and self._command is _Command.PAUSE
 
-    def start(self, job: Callable[[], Generator[Any, None, Any]], paused: bool = False) -> None:
-        """Run a job; RuntimeError if one is under way. With `paused`, it takes one step and waits."""
+    def start(
+        self, job: Callable[[], Generator[Any, None, Any]], paused: bool = False, rests: Callable[[Any], bool] = _always
+    ) -> None:
+        """Run a job; RuntimeError if one is under way. With `paused`, it takes one step and waits.
+
+        It waits after what `rests` says yes to; what it yields otherwise is part of a step.
+        """
         if self.busy:
             raise RuntimeError("a job is under way")
         self._items.clear()
         self._end = None
         self._announced_pause = False
         self._command = _Command.STEP if paused else _Command.RUN
-        self._thread = threading.Thread(target=self._drive, args=(job,), name="ilf-worker", daemon=True)
+        self._thread = threading.Thread(target=self._drive, args=(job, rests), name="ilf-worker", daemon=True)
         self._thread.start()
         self._timer.start()
 
@@ -109,13 +118,15 @@ class Worker(QObject):
                 self._announced_pause = False
             self._state.notify_all()
 
-    def _drive(self, job: Callable[[], Generator[Any, None, Any]]) -> None:
+    def _drive(self, job: Callable[[], Generator[Any, None, Any]], rests: Callable[[Any], bool]) -> None:
         try:
             steps = job()
-            silent_since = -math.inf
-            while self._may_go_on():
+            silent_since, whole = -math.inf, True
+            while self._may_go_on(whole):
                 try:
-                    self._items.append(next(steps))
+                    item = next(steps)
+                    self._items.append(item)
+                    whole = rests(item)
                     now = time.monotonic()
                     if now - silent_since > DRAIN_INTERVAL_MS / 1000:
                         self._told.emit()
@@ -130,10 +141,10 @@ class Worker(QObject):
         finally:
             self._told.emit()
 
-    def _may_go_on(self) -> bool:
-        """Wait while paused; False once cancelled."""
+    def _may_go_on(self, whole: bool) -> bool:
+        """Wait while paused, if the last step is whole; False once cancelled."""
         with self._state:
-            while self._command is _Command.PAUSE:
+            while whole and self._command is _Command.PAUSE:
                 self._waiting = True
                 self._state.wait()
             self._waiting = False

@@ -17,7 +17,7 @@ from ilf import RGBDFrame
 from ilf.blocks import Block, drawn_of, find_blocks
 from ilf.filter.convergence import IterationRecord
 from ilf.filter.stepper import edge_parameters
-from ilf.outcomes import BlockOutcome, BlockResult, Progress, Status, notes_of
+from ilf.outcomes import NO_BLOCK, BlockOutcome, BlockResult, Progress, Status, notes_of
 from ilf.run import Run
 
 WAIT_MS = 4000
@@ -32,12 +32,13 @@ def record(i: int) -> IterationRecord:
 class Script:
     """What the scripted runs have been asked for, and how far they may go.
 
-    Every block takes `records` iterations, one after the other; each step waits for `allow`.
-    Results have the `notes`.
+    Every block takes `records` iterations, one after the other, and `silent` steps that tell of none; each step waits
+    for `allow`. Results have the `notes`.
     """
 
     def __init__(self) -> None:
         self.records = 2
+        self.silent = 0
         self.notes: tuple[str, ...] = ()
         self.error: Exception | None = None
         self.runs: list[ScriptedSteps] = []
@@ -74,6 +75,9 @@ class ScriptedSteps(Iterator[Progress]):
             for i in range(1, self._script.records + 1):
                 self._script.wait()
                 yield Progress(label, record=record(i))
+            for _ in range(self._script.silent):
+                self._script.wait()
+                yield NO_BLOCK
             self._script.wait()
             self._live = []
             self.results[label] = self._result(label, block)

@@ -131,6 +131,19 @@ def test_stepping_holds_after_every_step_and_pausing_and_going_on_turn_it(bench:
     assert len(bench.session.valid_results()[2].history) == 50
 
 
+def test_steps_that_tell_of_no_block_are_part_of_the_one_that_does(bench: Bench, until: Until) -> None:
+    bench.script.records, bench.script.silent = 1, 5
+    bench.script.allow()
+    bench.workspace.select([2])
+    bench.runs.step()
+    until(lambda: bench.runs.state is RunState.PAUSED and len(bench.session.results.live.get(2, [])) == 1)
+    bench.runs.step()
+    until(lambda: 2 in bench.session.valid_results())
+    assert bench.runs.state is RunState.PAUSED
+    bench.runs.cancel()
+    until(lambda: bool(bench.said))
+
+
 def test_without_a_choice_stepping_goes_over_all_blocks(bench: Bench, until: Until) -> None:
     bench.script.allow()
     bench.runs.step()

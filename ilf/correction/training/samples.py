@@ -8,38 +8,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...edges.depth_features import filled_log_depth
+from ...edges.training.depth_edges.pictures import PictureFolder
 from ...errors import InputError
 from ..features import correction_features
 
 Array = NDArray[np.float32]
 
-HELD_OUT = 40
-"""Samples of pictures of lower numbers are held out."""
 
+class SampleFolder(PictureFolder):
+    """Samples `<number>-<k>.npz` in a folder, some of each picture of a number."""
 
-class SampleFolder:
-    """Samples `<number>-<k>.npz` in a folder; those that appear later are found by `look_again`.
+    KIND, NAMES = "samples", "<number>-<k>.npz"
 
-    Attributes
-    ----------
-    learnt, held_out : list of Path
-        In order of their numbers, which are at least `HELD_OUT`, or below.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self.look_again()
-        if not self.learnt or not self.held_out:
-            raise InputError(
-                f"{folder} has no samples to learn from: it needs files <number>-<k>.npz, some of numbers below "
-                f"{HELD_OUT}, which are held out, and some above."
-            )
-
-    def look_again(self) -> None:
-        """List what the folder holds now."""
-        paths = sorted(path for path in self.folder.glob("*-*.npz") if path.stem.split("-")[0].isdigit())
-        self.held_out = [path for path in paths if int(path.stem.split("-")[0]) < HELD_OUT]
-        self.learnt = [path for path in paths if int(path.stem.split("-")[0]) >= HELD_OUT]
+    @staticmethod
+    def number_in(name: str) -> str:
+        """That of the picture; of a name without another one behind it, none."""
+        number, _, k = name.partition("-")
+        return number if k else ""
 
 
 def read_sample(path: Path) -> tuple[Array, ...]:

@@ -110,20 +110,29 @@ class PictureFolder:
         In order of their numbers, which are at least `HELD_OUT`, or below.
     """
 
+    KIND, NAMES = "pictures", "<number>.npz"
+    """What is in it, and how the files are called, for messages."""
+
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.look_again()
         if not self.learnt or not self.held_out:
             raise InputError(
-                f"{folder} has no pictures to learn from: it needs files <number>.npz, some of numbers below "
+                f"{folder} has no {self.KIND} to learn from: it needs files {self.NAMES}, some of numbers below "
                 f"{HELD_OUT}, which are held out, and some above."
             )
 
     def look_again(self) -> None:
         """List what the folder holds now."""
-        numbered = sorted((int(path.stem), path) for path in self.folder.glob("*.npz") if path.stem.isdigit())
+        named = ((self.number_in(path.stem), path) for path in self.folder.glob("*.npz"))
+        numbered = sorted((int(number), path) for number, path in named if number.isdigit())
         self.held_out = [path for number, path in numbered if number < HELD_OUT]
         self.learnt = [path for number, path in numbered if number >= HELD_OUT]
+
+    @staticmethod
+    def number_in(name: str) -> str:
+        """The number that a file's name has; what is no number is no such file."""
+        return name
 
 
 def read_picture(path: Path) -> Picture:

@@ -1,0 +1,63 @@
+"""Samples that the correction network learns from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ilf.correction.features import CHANNELS
+from ilf.correction.training.samples import SampleFolder, read_sample, varied
+from ilf.errors import InputError
+
+SHAPE = (24, 32)
+
+
+def write_sample(folder: Path, name: str) -> Path:
+    """A slope of 1 to 2 m with a hole, completed 1 % too far."""
+    exact = np.linspace(1, 2, SHAPE[1], dtype=np.float32) + np.zeros(SHAPE, np.float32)
+    depth = exact.copy()
+    depth[8:16, 10:20] = np.nan
+    lines = np.zeros((*SHAPE, 2), np.float32)
+    lines[:, 5] = 1
+    path = folder / f"{name}.npz"
+    np.savez(path, rgb=np.full((*SHAPE, 3), 128, np.uint8), depth=depth, completed=np.float32(1.01) * exact,
+             contours=np.zeros(SHAPE, np.uint8), exact=exact, lines=lines)  # fmt: skip
+    return path
+
+
+def test_samples_of_pictures_with_low_numbers_are_held_out(tmp_path: Path) -> None:
+    for name in ("000041-0", "000003-1", "000003-0", "100-0", "000041", "other-0"):
+        write_sample(tmp_path, name)
+    folder = SampleFolder(tmp_path)
+    assert [path.stem for path in folder.held_out] == ["000003-0", "000003-1"]
+    assert [path.stem for path in folder.learnt] == ["000041-0", "100-0"], "in order of numbers"
+
+
+def test_a_folder_without_samples_is_named(tmp_path: Path) -> None:
+    write_sample(tmp_path, "000041")
+    with pytest.raises(InputError, match=r"no samples to learn from: it needs files <number>-<k>\.npz"):
+        SampleFolder(tmp_path)
+
+
+def test_a_sample_has_depth_less_the_median_of_the_known_one(tmp_path: Path) -> None:
+    image, features, lines, log_depth, completed = read_sample(write_sample(tmp_path, "000041-0"))
+    assert image.shape == (*SHAPE, 3)
+    assert features.shape == (*SHAPE, len(CHANNELS))
+    assert lines.shape == (*SHAPE, 2)
+    np.testing.assert_allclose(completed - log_depth, np.log(1.01), rtol=1e-3)
+
+
+def test_what_is_no_sample_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "000001-0.npz"
+    np.savez(path, rgb=np.zeros((4, 4, 3), np.uint8))
+    with pytest.raises(InputError, match=r"000001-0\.npz is no sample"):
+        read_sample(path)
+
+
+def test_a_mirrored_sample_marks_the_same_pairs(tmp_path: Path) -> None:
+    sample = read_sample(write_sample(tmp_path, "000041-0"))
+    seen = {varied(sample, np.random.default_rng(seed))[2][0, :, 0].argmax() for seed in range(8)}
+    # pixels 5 and 6 are the pair; mirrored, 25 and 26 are
+    assert seen == {5, 25}
