@@ -33,7 +33,7 @@ def staging(target: Path) -> Iterator[Path]:
     ExportError
         For every OSError, in the block or here.
     """
-    missing = [path for path in (target, *target.parents) if not path.exists()]
+    missing = [path for path in (target, *target.parents) if not os.path.exists(path)]
     try:
         target.mkdir(parents=True, exist_ok=True)
         clear_interrupted(target)
