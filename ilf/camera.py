@@ -12,6 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from .errors import InputError
 
+_SHORTEST, _LARGEST = 1e-3, 1e6
+"""Focal length [px] below which, and intrinsics above which, points and normals would leave what float32 holds."""
+
 WAY_OUT = "Give intrinsics as fx,fy,cx,cy, as one of the presets, or as a JSON file."
 
 
@@ -50,6 +53,11 @@ class CameraIntrinsics:
             raise InputError(
                 f"Focal lengths must be positive pixels, not fx={self.fx:g}, fy={self.fy:g}. "
                 "Give intrinsics as fx,fy,cx,cy."
+            )
+        if min(self.fx, self.fy) < _SHORTEST or max(map(abs, numbers)) > _LARGEST:
+            raise InputError(
+                f"Camera intrinsics must be pixels of a camera: focal lengths from {_SHORTEST:g} on, and none above "
+                f"{_LARGEST:g}, not fx={self.fx:g}, fy={self.fy:g}, cx={self.cx:g}, cy={self.cy:g}."
             )
 
     def points(self, columns: ArrayLike, rows: ArrayLike, depth: ArrayLike) -> NDArray[np.float64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 from ..camera import CameraIntrinsics, camera_from_numbers
@@ -32,8 +33,8 @@ def read_cameras(path: Path) -> dict[int, tuple[CameraIntrinsics, float]]:
                 raise FormatError("It is no JSON object.")
             entry = Section(f"entry {key}", values)
             scale = entry.get("depth_scale", float)
-            if not scale > 0:
-                raise FormatError(f"depth_scale must be positive, not {scale:g}.")
+            if not (scale > 0 and math.isfinite(1000 / scale)):
+                raise FormatError(f"depth_scale must be positive millimetres, not {scale:g}.")
             cameras[int(key)] = camera_from_numbers(entry.items("cam_K", float), ""), scale
         except (InputError, ValueError) as error:
             raise FormatError(f"{path}, entry {key!r:.40}: {error}") from error

@@ -110,7 +110,7 @@ def _files(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
     """Files with one of these endings, by name; none if there is no such folder."""
     try:
         with os.scandir(folder) as entries:
-            names = [entry.name for entry in entries if not entry.name.startswith(".") and entry.is_file()]
+            names = [entry.name for entry in entries if not entry.name.startswith(".") and os.path.isfile(entry)]
     except OSError:
         return []
     return [folder / name for name in sorted(names) if Path(name).suffix.lower() in suffixes]

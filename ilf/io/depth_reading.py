@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import FormatError
 from .depth_files import read_depth_values
 from .doubts import Doubt, doubts_of
 from .encodings import DepthEncoding, EncodingSpec, beyond_sensors, chosen_encoding, is_name
@@ -81,7 +82,10 @@ def read_depth(
     """
     values = read_depth_values(file)
     encoding = chosen_encoding(values, file.path, given, stated, invalid)
-    metres, left_out = decoded(values, encoding)
+    try:
+        metres, left_out = decoded(values, encoding)
+    except FormatError as error:
+        raise FormatError(f"{file}: {error}") from error
     spec = stated if given is None else given
     return DepthReading(values, metres, encoding, spec is None, is_name(spec), left_out)
 

@@ -77,14 +77,18 @@ class DepthEncoding:
         """
         metres = self._decoded(values)
         if self.invalid is not None:
-            metres[values == self.invalid] = np.nan
+            with np.errstate(over="ignore"):  # in the type of the values the number may be infinite, as what is missing
+                metres[values == self.invalid] = np.nan
         return metres
 
     def _decoded(self, values: NDArray[Any]) -> NDArray[np.float32]:
         if self.name is None:
             return depth_in_metres(values, self.units)
         if values.dtype != np.uint16:
-            raise FormatError(f"The encoding {self.name} is one of whole numbers of 16 bits, not of {values.dtype}.")
+            raise FormatError(
+                f"The encoding {self.name} is one of whole numbers of 16 bits, not of {values.dtype}. Give the one "
+                "that the file has."
+            )
         if self.is_swapped:
             values = values.byteswap()
         if self.is_rotated:
@@ -159,11 +163,12 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
     name = spec.strip().lower()
     if name in ENCODINGS:
         return ENCODINGS[name]
-    if name == _BOP:
+    if needs_its_scene(name):
         return DepthEncoding(None, 1000 / _scale_beside(depth))
     try:
         if name.startswith(f"{_BOP}:"):
-            return DepthEncoding(None, 1000 / checked_units(float(name.removeprefix(f"{_BOP}:"))))
+            scale = checked_units(float(name.removeprefix(f"{_BOP}:")))
+            return DepthEncoding(None, checked_units(1000 / scale))
         return DepthEncoding(None, checked_units(float(name)))
     except ValueError as error:
         near = difflib.get_close_matches(name, MEANINGS, 1)
@@ -172,6 +177,11 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
             f"There is no depth encoding {spec!r:.60}. {hint}Give one of {', '.join(MEANINGS)}, or a number of file "
             "units per metre."
         ) from error
+
+
+def needs_its_scene(spec: EncodingSpec) -> bool:
+    """Whether it is "bop", which means something only of a depth file in its scene."""
+    return isinstance(spec, str) and spec.strip().lower() == _BOP
 
 
 def is_name(spec: EncodingSpec | None) -> bool:

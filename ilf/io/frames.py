@@ -14,7 +14,7 @@ from ..frame import CameraIntrinsics, FrameInputs, InputFile, RGBDFrame
 from .camera_files import IntrinsicsSpec, intrinsics_from
 from .depth_files import checked_units
 from .depth_reading import DepthReading, read_depth
-from .encodings import EncodingSpec, checked_invalid, one_encoding
+from .encodings import EncodingSpec, checked_invalid, encoding_of, needs_its_scene, one_encoding
 from .files import FileContent, read_file, read_json
 from .guide_files import GUIDE_SUFFIXES, load_guide
 from .images import read_colour
@@ -248,7 +248,7 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     """
     root = Path(folder).absolute()
     meta_path = root / META_NAME
-    if not meta_path.is_file():
+    if not os.path.isfile(meta_path):
         raise InputError(
             f"{root} has no {META_NAME}. Give the colour and the depth file by themselves, or a frame of the folder by "
             "its key (--frame) if it holds several."
@@ -270,7 +270,7 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
                 raise InputError(f"{key} must be text, not {value!r:.60}.")
     except (InputError, ParameterError) as error:
         raise FormatError(f"{meta_path}: {error}") from error
-    if named["run"] and not (root / named["run"]).is_file():
+    if named["run"] and not os.path.isfile(root / named["run"]):
         raise InputError(
             f"{root} holds an export that was interrupted: its {named['run']} is missing, so its files may not belong "
             "together. Export again."
@@ -331,7 +331,7 @@ def _named_image(root: Path, named: str | None) -> Path | None:
     if not named:
         return None
     for path in (root / named, root / re.split(r"[\\/]", named)[-1]):
-        if path.is_file():
+        if os.path.isfile(path):
             return path
     raise InputError(f"{root / META_NAME} names {named}, which is not there. Put it beside {META_NAME}, or correct it.")
 
@@ -351,6 +351,8 @@ def _found(root: Path, stem: str, suffixes: tuple[str, ...]) -> Path | None:
 def _meta_encoding(spec: Any) -> EncodingSpec | None:
     if not isinstance(spec, str | int | float | None):
         raise InputError(f"depth_encoding must be a name or a number, not {spec!r:.60}.")
+    if spec is not None and not needs_its_scene(spec):
+        encoding_of(spec)
     return spec
 
 

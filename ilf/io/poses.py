@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import os
 import re
 from pathlib import Path
 
@@ -51,10 +53,10 @@ def camera_pose(depth: str | Path) -> Matrix | None:
         *(path.parent.parent / folder / f"{name}.txt" for folder in _FOLDERS),
     ]
     for place in single:
-        if place.is_file():
+        if os.path.isfile(place):
             return _checked(_numbers(place))
     trajectory = path.parent.parent / _TRAJECTORY
-    return _at_time(_numbers(trajectory), path.stem) if trajectory.is_file() else None
+    return _at_time(_numbers(trajectory), path.stem) if os.path.isfile(trajectory) else None
 
 
 def _numbers(path: Path) -> Matrix:
@@ -73,11 +75,12 @@ def _at_time(rows: Matrix, time: str) -> Matrix | None:
         wanted = float(time)
     except ValueError:
         return None
+    rows = rows[np.isfinite(rows).all(axis=1)]
     if rows.shape[1:] != (8,) or not rows.size:
         return None
     row = rows[np.argmin(np.abs(rows[:, 0] - wanted))]
-    length = float(np.linalg.norm(row[4:]))
-    if abs(row[0] - wanted) > MOST_APART_S or not length > 0:
+    length = math.hypot(*row[4:])
+    if abs(row[0] - wanted) > MOST_APART_S or not 0 < length < math.inf:
         return None
     x, y, z, w = row[4:] / length
     pose = np.eye(4)
@@ -95,5 +98,5 @@ def _checked(pose: Matrix) -> Matrix | None:
     if pose.shape != (4, 4) or not np.isfinite(pose).all():
         return None
     turn = pose[:3, :3]
-    is_turn = np.allclose(turn @ turn.T, np.eye(3), atol=0.01) and np.linalg.det(turn) > 0
+    is_turn = np.abs(turn).max() < 2 and np.allclose(turn @ turn.T, np.eye(3), atol=0.01) and np.linalg.det(turn) > 0
     return pose if is_turn and np.allclose(pose[3], (0, 0, 0, 1), atol=1e-6) else None

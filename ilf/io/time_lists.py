@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import bisect
 import math
+import os
+from collections.abc import Iterable
 from pathlib import Path
 
 from ..errors import FormatError
@@ -25,7 +27,7 @@ def read_time_list(path: Path) -> list[tuple[float, str]]:
     InputError
         If it cannot be read.
     FormatError
-        If a line is something else.
+        If a line is something else, or names a file for a second time.
     """
     try:
         lines = read_file(path).data.tobytes().decode("utf-8").splitlines()
@@ -38,13 +40,14 @@ def read_time_list(path: Path) -> list[tuple[float, str]]:
             continue
         try:
             time, name = float(words[0]), words[1].strip()
-            if not math.isfinite(time):
+            if not (math.isfinite(time) and _is_file_name(name)):
                 raise ValueError
         except (ValueError, IndexError):
             raise FormatError(
                 f"{path}, line {number}: a line must be a time in seconds and a file name, not {line!r:.80}."
             ) from None
         found.append((time, name))
+    _refuse_repeats(path, (name for _, name in found))
     return found
 
 
@@ -61,16 +64,31 @@ def read_associations(path: Path) -> list[tuple[float, str, str]]:
         words = rest.split()
         try:
             first, (other, second) = words[0], (float(words[1]), words[2])
+            if not (math.isfinite(other) and _is_file_name(first) and _is_file_name(second)):
+                raise ValueError
         except (ValueError, IndexError):
             raise FormatError(
                 f"{path}: a line must be a time and a file of colour and of depth, not {time:g} {rest!r:.80}."
             ) from None
         is_depth_first = "depth" in first.lower() and "depth" not in second.lower()
         found.append((other, second, first) if is_depth_first else (time, first, second))
-    files = [name for _, rgb, depth in found for name in (rgb, depth)]
-    if not files or len(set(files)) < len(files):
-        raise FormatError(f"{path} names no files, or one of them twice. Export the list again.")
+    if not found:
+        raise FormatError(f"{path} names no files. Export the list again.")
+    _refuse_repeats(path, (name for _, rgb, depth in found for name in (rgb, depth)))
     return found
+
+
+def _is_file_name(name: str) -> bool:
+    return Path(name).name not in {"", ".."}
+
+
+def _refuse_repeats(path: Path, names: Iterable[str]) -> None:
+    """Raise FormatError if a list names a file twice, in whatever spelling."""
+    seen: set[str] = set()
+    for name in map(os.path.normpath, names):
+        if name in seen:
+            raise FormatError(f"{path} names {name!r:.80} twice. Export the list again.")
+        seen.add(name)
 
 
 def associated(

@@ -33,7 +33,7 @@ def staging(target: Path) -> Iterator[Path]:
     ExportError
         For every OSError, in the block or here.
     """
-    missing = [path for path in (target, *target.parents) if not path.exists()]
+    missing = [path for path in (target, *target.parents) if not os.path.exists(path)]
     try:
         target.mkdir(parents=True, exist_ok=True)
         clear_interrupted(target)
@@ -49,7 +49,7 @@ def staging(target: Path) -> Iterator[Path]:
         shutil.rmtree(folder, ignore_errors=True)
     except BaseException as error:
         for path in missing:
-            if path.is_dir() and not any(path.iterdir()):
+            if os.path.isdir(path) and not any(path.iterdir()):
                 path.rmdir()
         if isinstance(error, OSError):
             raise ExportError(f"Could not write into {target}: {error.strerror or error}.") from error

@@ -148,17 +148,17 @@ def check_write(folder: str | os.PathLike[str], run: Run, options: ExportOptions
     """
     target, frame = Path(folder), run.frame
     check_space(frame, options)
-    if target.exists() and not target.is_dir():
+    if os.path.exists(target) and not os.path.isdir(target):
         raise ExportError(f"{target} is a file, not a folder. Choose another folder.")
     paths = [target / name for name in filenames(run, options)]
     check_not_an_input(frame, paths)
     meta = target / META_NAME
-    if meta in paths and meta.is_file() and not _is_ours(meta):
+    if meta in paths and os.path.isfile(meta) and not _is_ours(meta):
         raise ExportError(f"{meta} describes a frame, not an export, and would be overwritten. Choose another folder.")
     for path in paths:
-        if path.is_dir():
+        if os.path.isdir(path):
             raise ExportError(f"{path} is a folder, and a file of that name is to be written. Choose another folder.")
-        if path.exists() and not overwrite:
+        if os.path.exists(path) and not overwrite:
             raise ExportError(f"{path} is there already. Choose another folder, or allow to overwrite it.")
 
 
@@ -172,7 +172,7 @@ def check_not_an_input(frame: RGBDFrame, paths: Sequence[Path]) -> None:
         inputs.append(Path(frame.guide.path))
     own = [*inputs, *(path.with_name(META_NAME) for path in inputs)]
     for path in paths:
-        if path.exists() and any(source.exists() and path.samefile(source) for source in own):
+        if os.path.exists(path) and any(source.exists() and path.samefile(source) for source in own):
             raise ExportError(f"{path} is the frame's own file and would be overwritten. Choose another folder.")
 
 

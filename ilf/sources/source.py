@@ -178,11 +178,14 @@ def open_source(
 
 
 def _by_key(root: Path, sources: Sequence[FrameSource]) -> dict[str, FrameSource]:
-    """Frames by their keys; one whose key is another's already keeps its ending."""
+    """Frames by their keys; one whose key is another's already keeps its ending, or has that of its depth file."""
     found: dict[str, FrameSource] = {}
     for source in sources:
-        key = _key(root, source)
-        found[key if key not in found else Path(os.path.relpath(source.rgb, root)).as_posix()] = source
+        files = (Path(os.path.relpath(file, root)).as_posix() for file in (source.rgb, source.depth or source.rgb))
+        key = next((name for name in (_key(root, source), *files) if name not in found), None)
+        if key is None:
+            raise InputError(f"{root} has {source.name} twice, with one and the same depth. Leave one of them out.")
+        found[key] = source
     return found
 
 

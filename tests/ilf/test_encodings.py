@@ -130,6 +130,11 @@ def test_an_invalid_value_is_missing(save, dtype):
     assert np.array_equal(again.depth, frame.depth, equal_nan=True)
 
 
+def test_an_invalid_value_beyond_the_type_of_the_values_is_none_of_them(save):
+    files = save((MM / 1000).astype(np.float32), "depth.npy")
+    assert np.array_equal(ilf.load_frame(*files, invalid=1e308).known, KNOWN)
+
+
 @pytest.mark.parametrize("mark", [np.finfo(np.float32).max, 1e6, 1000.0])
 def test_what_no_sensor_gives_is_missing_and_told(save, mark):
     files = save(np.where(KNOWN, MM / 1000, mark).astype(np.float32), "depth.npy")
@@ -266,7 +271,7 @@ def test_units_and_encoding_are_one_thing(save):
 
 
 def test_bits_of_floats_have_no_order(save):
-    with pytest.raises(FormatError, match="whole numbers of 16 bits, not of float32"):
+    with pytest.raises(FormatError, match=r"depth\.npy: .* whole numbers of 16 bits, not of float32"):
         ilf.load_frame(*save((MM / 1000).astype(np.float32), "depth.npy"), encoding="sun")
 
 
@@ -282,12 +287,15 @@ def test_meta_json_says_it_and_what_is_given_goes_first(tmp_path, save):
         {"depth_encoding": "sun", "depth_units_per_m": 1000},
         {"depth_encoding": ["sun"]},
         {"depth_encoding": "sun", "depth_invalid": "no"},
+        {"depth_encoding": True},
+        {"depth_encoding": 10**400},
+        {"depth_encoding": "sunny"},
     ):
         meta.write_text(json.dumps(wrong))
         with pytest.raises(FormatError, match=r"meta\.json"):
             ilf.load_frame(tmp_path)
-    meta.write_text(json.dumps({"depth_encoding": "sunny"}))
-    with pytest.raises(ParameterError, match="no depth encoding 'sunny'"):
+    meta.write_text(json.dumps({"depth_encoding": "bop"}))
+    with pytest.raises(InputError, match="in no BOP scene"):
         ilf.load_frame(tmp_path)
 
 

@@ -16,6 +16,7 @@ from ilf.io.listing import list_frames
 from ilf.io.pairing import natural, paired
 from ilf.io.thumbnails import read_thumbnail
 from ilf.io.time_lists import associated
+from ilf.sources import open_source
 
 
 def _touch(root: Path, *names: str) -> Path:
@@ -127,6 +128,30 @@ def test_lists_by_time_take_the_nearest_within_a_limit(tmp_path):
     (tmp_path / "depth.txt").write_text("9.0 depth/a.png\n")
     with pytest.raises(FormatError, match="of one recording"):
         list_frames(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "line", ["nan a.png", "1e400 a.png", "2 .", "2 ..", "2 /", "2 rgb/..", "2 rgb/a.png", "2 ./rgb//a.png"]
+)
+def test_lists_by_time_name_each_file_once(tmp_path, line):
+    (tmp_path / "rgb.txt").write_text(f"1.0 rgb/a.png\n{line}\n")
+    (tmp_path / "depth.txt").write_text("1.0 depth/a.png\n2.0 depth/b.png\n")
+    with pytest.raises(FormatError, match=r"rgb\.txt"):
+        list_frames(tmp_path)
+    (tmp_path / "rgb.txt").unlink()
+    time, name = line.split()
+    (tmp_path / "associations.txt").write_text(f"1 rgb/a.png 1 depth/a.png\n2 depth/b.png {time} {name}\n")
+    with pytest.raises(FormatError, match=r"associations\.txt"):
+        list_frames(tmp_path)
+
+
+def test_names_that_no_file_can_have_are_refused(tmp_path):
+    (tmp_path / "associations.txt").write_text(f"1 {'a' * 5000}.png 1 b.png\n2 c.png 2 d\0.png\n")
+    source = open_source(tmp_path)
+    for key in source.keys:
+        assert source.pose(key) is None
+        with pytest.raises(InputError):
+            source.read(key)
 
 
 def test_what_would_give_wrong_depth_is_refused(tmp_path):

@@ -36,13 +36,23 @@ def test_poses_are_found_where_data_sets_have_them(tmp_path: Path) -> None:
     assert camera_pose(depth / "frame-7.png") is None
 
 
-@pytest.mark.parametrize("text", ["", "nothing", "1 2\n3 4\n", "-inf " * 4, "2 0 0 0\n0 2 0 0\n0 0 2 0\n0 0 0 1\n"])
+@pytest.mark.parametrize(
+    "text", ["", "nothing", "1 2\n3 4\n", "-inf " * 4, "2 0 0 0\n0 2 0 0\n0 0 2 0\n0 0 0 1\n", "1e200 0 0 0\n" * 4]
+)
 def test_what_is_no_pose_is_none(tmp_path: Path, text: str) -> None:
     (tmp_path / "pose").mkdir()
     (tmp_path / "pose" / "1.txt").write_text(text)
     assert camera_pose(tmp_path / "depth" / "1.png") is None
     (tmp_path / "groundtruth.txt").write_text(text)
     assert camera_pose(tmp_path / "depth" / "2.png") is None
+    assert camera_pose(tmp_path / "depth" / f"{'2' * 300}.png") is None
+
+
+def test_lines_of_a_trajectory_that_are_no_poses_do_not_count(tmp_path: Path) -> None:
+    lines = f"nan 9 9 9 0 0 0 1\n10.00 {QUARTER}\n10.01 9 9 9 inf 0 0 1\n20.0 1 2 3 0 0 1e300 1e300\n"
+    (tmp_path / "groundtruth.txt").write_text(lines)
+    for time in ("10.01", "20.0"):
+        assert np.allclose(camera_pose(tmp_path / "depth" / f"{time}.png"), TURN)
 
 
 def test_motion_between_frames(tmp_path: Path) -> None:

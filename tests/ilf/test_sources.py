@@ -168,9 +168,26 @@ def test_scenes_of_bop_have_a_scale_for_each_image(tmp_path, save):
     (tmp_path / "000001" / "scene_camera.json").write_text('{"0": {"cam_K": [1, 2], "depth_scale": 1}}')
     with pytest.raises(FormatError, match=r"scene_camera\.json"):
         ilf.open_source(tmp_path / "000001")
+    (tmp_path / "000001" / "scene_camera.json").write_text(_bop({0: 1e-320}))
+    with pytest.raises(FormatError, match="positive millimetres"):
+        ilf.open_source(tmp_path / "000001")
     (tmp_path / "000001" / "scene_camera.json").write_text("{}")
     with pytest.raises(InputError, match="no scene of BOP"):
         ilf.open_source(tmp_path / "000001")
+
+
+def test_a_link_that_leads_nowhere_hides_no_frame_of_a_scene(tmp_path, save):
+    save("rgb/000001.png", "depth/000001.png")
+    (tmp_path / "depth" / "000002.png").symlink_to("000002.png")
+    (tmp_path / "scene_camera.json").write_text(_bop({1: 1.0}))
+    assert ilf.open_source(tmp_path).keys == ("rgb/000001",)
+
+
+def test_no_frame_hides_behind_the_key_of_another(tmp_path, save):
+    for name in ("1", "01", "001"):
+        save("rgb/1.png", f"depth/{name}.png")
+    (tmp_path / "scene_camera.json").write_text(_bop({1: 1.0}))
+    assert ilf.open_source(tmp_path).keys == ("rgb/1", "rgb/1.png", "depth/1.png")
 
 
 def test_frames_of_sun_rgbd_have_their_bits_turned_back(tmp_path, save):

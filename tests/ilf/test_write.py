@@ -295,7 +295,7 @@ def test_a_meta_json_that_is_not_of_an_export_is_never_overwritten(run, completi
 def test_what_cannot_be_written_is_refused(run, completion, tmp_path):
     (tmp_path / "file").write_text("")
     (tmp_path / "odd" / "depth.npy").mkdir(parents=True)
-    for folder in ("file", "file/below", "odd"):
+    for folder in ("file", "file/below", "odd", "a" * 300):
         with pytest.raises(ExportError):
             write(tmp_path / folder, run, completion, BARE)
     assert (tmp_path / "odd" / "depth.npy").is_dir()
