@@ -134,7 +134,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         noise = parameters.noise or noise_of(self._view.depth, self._view.mask)
         shaped = parameters.trend and self._view.gap >= WIDE
         found = None if parameters.mode == "fill" else self._noise(frame)
-        explained = polynomial_trend(self._view.depth, self._view.mask, found) if found and parameters.trend else None
+        explained = polynomial_trend(self._view.raw, self._view.mask, found) if found and parameters.trend else None
         if explained is not None:
             trend, stiffness, follows = explained[self._view.place], 1.0, True
         else:
@@ -143,7 +143,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
             trend = self._view.guided(trend, guide)
         self._denoising = None
         if found is not None:
-            self._denoising = Denoising.of(self._view.raw, trend, found, parameters, follows)
+            self._denoising = Denoising.of(self._view.raw[self._view.place], trend, found, parameters, follows)
         self._least = parameters.s_criteria
         self._finest_steps = _FINEST_STEPS if self._denoising is None else _BEFORE_ROUNDS
         weights = parameters.smoothness * stiffness
@@ -413,8 +413,9 @@ class _View:
         self.depth = np.where(trusted, frame.depth[around], np.float32(np.nan))
         """Depth [m] in that box, without flying pixels and what is held out."""
         self.depth[self.place][self._held_out] = np.nan
-        self.raw = np.where(self._held_out, np.float32(np.nan), frame.depth[self._window])
-        """Depth [m] in the window, without what is held out."""
+        self.raw = frame.depth[around].copy()
+        """Depth [m] in the box around block and window, without what is held out."""
+        self.raw[self.place][self._held_out] = np.nan
         unknown = np.isnan(self.depth[self.place])
         self._distance = cv2.distanceTransform(unknown.astype(np.uint8), cv2.DIST_L2, 5).astype(np.float32, copy=False)
         self.gap = float(self._distance[self._mask].max())
