@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence, QUndoGroup
 from PySide6.QtWidgets import QWidget
@@ -333,7 +333,7 @@ class Actions:
 
     def __init__(self, window: QWidget, history: QUndoGroup) -> None:
         self._window = window
-        self._commands: list[Command] = []
+        self._icons = dict(_HISTORY_ICONS)
         self._actions: dict[str, QAction] = {}
         self._groups: dict[str, QActionGroup] = {}
         undo, redo = history.createUndoAction(window, "Undo"), history.createRedoAction(window, "Redo")
@@ -344,6 +344,7 @@ class Actions:
             action.setObjectName(name)
             action.setProperty(WHY_NOT, f"There is nothing to {name}.")
             self._actions[name] = action
+        self._draw_icons(_HISTORY_ICONS)
         self.add(COMMANDS)
 
     def __getitem__(self, name: str) -> QAction:
@@ -351,8 +352,9 @@ class Actions:
 
     def add(self, commands: Iterable[Command]) -> None:
         """Add the commands of a part of the window, which carries them out itself."""
+        icons = {}
         for command in commands:
-            self._commands.append(command)
+            icons[command.name] = command.icon
             action = QAction(command.text, self._window)
             action.setObjectName(command.name)
             action.setShortcut(QKeySequence(command.shortcut))
@@ -366,14 +368,18 @@ class Actions:
                 self._groups.setdefault(command.group, QActionGroup(self._window)).addAction(action)
             self._window.addAction(action)
             self._actions[command.name] = action
-        self.draw_icons()
+        self._icons |= icons
+        self._draw_icons(icons)
 
     def draw_icons(self) -> None:
         """Take the icons in the colours of the window's palette."""
-        icons = {command.name: command.icon for command in self._commands} | _HISTORY_ICONS
+        self._draw_icons(self._icons)
+
+    def _draw_icons(self, icons: Mapping[str, str]) -> None:
+        palette = self._window.palette()
         for name, icon in icons.items():
             if icon:
-                self[name].setIcon(theme.icon(icon, self._window.palette()))
+                self[name].setIcon(theme.icon(icon, palette))
 
     def allow(self, why_not: str, *names: str) -> None:
         """Enable several actions, or disable them for a reason: a sentence that says what to do first; "" for none."""

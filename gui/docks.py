@@ -109,8 +109,8 @@ class Docks(QObject):
         action = dock.toggleViewAction()
         action.setToolTip(f"{title}: open or fold this panel")
         action.triggered.connect(lambda on: self._decide(title, on))
+        action.setIcon(theme.icon(icon, self._window.palette()))
         self.rail.addAction(action)
-        self.draw_icons(self._window.palette())
 
     def toggles(self) -> list[QAction]:
         """What opens and folds the panels, in the order in which they were added."""

@@ -91,6 +91,10 @@ _PUBLISHED: dict[str, tuple[float, float, float, float, tuple[int, int]]] = {
     "realsense-d435-depth": (385.134, 385.134, 321.635, 241.618, (640, 480)),
     # colour camera of the freiburg1 sequences
     "tum-fr1": (517.3, 516.5, 318.6, 255.3, (640, 480)),
+    # colour cameras of the other TUM sequences, and that of Bonn's dynamic ones
+    "tum-fr2": (520.9, 521.0, 325.1, 249.7, (640, 480)),
+    "tum-fr3": (535.4, 539.2, 320.1, 247.6, (640, 480)),
+    "bonn": (542.822841, 542.57687, 315.59352, 237.756098, (640, 480)),
     # depth camera of a factory-calibrated device, mode NFOV unbinned
     "azure-kinect": (503.9276, 503.9787, 332.0643, 325.8806, (640, 576)),
 }

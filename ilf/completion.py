@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .blocks import Block, checked_drawn, checked_labels, drawn_of, find_blocks
+from .correction import UNCORRECTED, Correction, corrections, corrects, load_correction_network, made_of
+from .ebs import extract
 from .errors import InputError
 from .filter.convergence import IterationRecord
 from .filter.history import CompactHistory
-from .filter.stepper import Stepper, edge_parameters, edges_for, guide_carries, make_stepper
+from .filter.stepper import Stepper, edge_parameters, edges_for, guide_carries, is_guided, make_stepper
 from .frame import RGBDFrame
 from .guide import Guide
-from .outcomes import BlockOutcome, BlockResult, Completion, Progress, Status, compose, notes_of
+from .outcomes import NO_BLOCK, BlockOutcome, BlockResult, Completion, Progress, Status, compose, notes_of
 from .parameters import BlockParameters, Parameters
-from .threads import available_cores, one_by_one, side_by_side
+from .threads import Steps, available_cores, one_by_one, side_by_side
 
 ParameterChoice = Parameters | Mapping[int, Parameters]
 
@@ -30,8 +33,9 @@ class CompletionRun(Iterator[Progress]):
 
     Whoever drives it decides about pace, pause and cancelling: while nobody calls `next()`, no more is done than the
     short slices of iterations that are under way. `results` holds the blocks whose end has been reported, which come
-    in any order; what they hold does not depend on the number of threads. A run that is left before its end must be
-    closed, by `close` or as a context manager.
+    in any order; what they hold does not depend on the number of threads. Blocks that are corrected come last, when
+    all have been iterated on: there are steps then that tell of none. A run that is left before its end must be closed,
+    by `close` or as a context manager.
 
     Parameters
     ----------
@@ -74,6 +78,9 @@ class CompletionRun(Iterator[Progress]):
         self.blocks = find_blocks(checked_labels(labels, frame.shape), only)
         self.results: dict[int, BlockResult] = {}
         self._parameters = {label: _parameters_for(parameters, label) for label in self.blocks}
+        self.ended: set[int] = set()
+        self.uncorrected: dict[int, BlockResult] = {}
+        """Blocks that have been iterated on and wait for the correction, as they are without it."""
         self._live: dict[int, Stepper] = {}
         tasks = {
             label: _block_steps(
@@ -87,6 +94,8 @@ class CompletionRun(Iterator[Progress]):
             self._steps = side_by_side([tasks[label] for label in largest_first], width)
         else:
             self._steps = one_by_one(tasks.values())
+        if any(map(corrects, self._parameters.values())):
+            self._steps = _and_correct(self._steps, frame, extraction, threads, self.uncorrected)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -288,6 +297,86 @@ def _block_steps(
         block, depth, outcome, CompactHistory(history), parameters, stepper.network, stepper.notes, edges, drawn
     )
     yield Progress(block.label, result=result)
+
+
+def _and_correct(
+    steps: Steps[Progress],
+    frame: RGBDFrame,
+    extraction: BlockParameters | None,
+    threads: int | None,
+    uncorrected: dict[int, BlockResult],
+) -> Steps[Progress]:
+    """The same steps, but that results which are to be corrected are, and come last."""
+    waiting: list[BlockResult] = []
+    for progress in steps:
+        result = progress.result
+        if result is not None and _to_be_corrected(result):
+            waiting.append(result)
+            uncorrected[progress.label] = replace(result, parameters=result.parameters.replace(correction=False))
+        else:
+            yield progress
+    if waiting:
+        correction, notes = yield from _correction_steps(frame, extraction, list(uncorrected.values()), threads)
+        for result in waiting:
+            del uncorrected[result.block.label]
+            yield Progress(result.block.label, result=_corrected(frame, result, correction, notes))
+
+
+def _to_be_corrected(result: BlockResult) -> bool:
+    """Not a block whose border was drawn by hand: it is what the user has made it, and no depth gets across there."""
+    return corrects(result.parameters) and result.outcome.recovered > 0 and result.drawn is None
+
+
+def _corrected(
+    frame: RGBDFrame, result: BlockResult, correction: Correction | None, notes: tuple[str, ...]
+) -> BlockResult:
+    if correction is None:
+        return replace(result, notes=(*result.notes, *notes))
+    block = result.block
+    depth = correction.applied(block, frame.depth[block.box][block.mask], result.depth)
+    return replace(result, depth=depth, correction=correction.network)
+
+
+def _correction_steps(
+    frame: RGBDFrame, extraction: BlockParameters | None, ready: list[BlockResult], threads: int | None
+) -> Generator[Progress, None, tuple[Correction | None, tuple[str, ...]]]:
+    """What the correction network says of a frame, remembered with it, or why it says nothing.
+
+    It depends on the frame and the extraction's parameters alone; results that are `ready` and of blocks as extracted
+    spare work.
+    """
+    chosen = extraction or BlockParameters()
+    known = corrections.find(frame, chosen)
+    if known is not None or is_guided(frame):
+        return known, ()
+    edges = edges_for(frame, UNCORRECTED, chosen)
+    try:
+        network = load_correction_network()
+    except InputError as error:
+        return None, (f"Depth is not corrected: {error}",)
+    if edges is None or edges.network is None:
+        return None, ("Depth is not corrected: the network that does so needs those of the edge network.",)
+    labels = extract(frame, chosen).blocks
+    results = _same_blocks(find_blocks(labels), ready)
+    rest = set(np.unique(labels[labels > 0]).tolist()) - set(results)
+    with CompletionRun(frame, labels, UNCORRECTED, rest, threads, chosen) as run:
+        for _ in run:
+            yield NO_BLOCK
+    completed = compose(frame, results | run.results).depth
+    change = made_of(network.change(frame.rgb, frame.depth, completed, edges.detected), frame.known)
+    return corrections.keep(frame, chosen, Correction(completed, change, network.sha256)), ()
+
+
+def _same_blocks(blocks: Mapping[int, Block], ready: list[BlockResult]) -> dict[int, BlockResult]:
+    """Of the blocks those that have been completed already, as the network is to see them."""
+    plain = {_place(result.block): result for result in ready if result.parameters.same_effect(UNCORRECTED)}
+    found = {label: plain.get(_place(block)) for label, block in blocks.items()}
+    return {label: replace(result, block=blocks[label]) for label, result in found.items() if result is not None}
+
+
+def _place(block: Block) -> tuple[int, int, bytes]:
+    """Other for other pixels."""
+    return block.box[0].start, block.box[1].start, np.packbits(block.mask).tobytes()
 
 
 def _hidden_truth(frame: RGBDFrame, block: Block) -> tuple[NDArray[np.bool_], NDArray[np.float64]] | None:

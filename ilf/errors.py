@@ -23,3 +23,7 @@ class ExportError(IlfError):
 
 class Cancelled(IlfError):
     """The user stopped the run."""
+
+
+class DepthWarning(UserWarning):
+    """A depth file may have been read wrongly, or has values that were left out; the message says how to read it."""

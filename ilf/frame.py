@@ -12,6 +12,7 @@ from .camera import CameraIntrinsics
 from .errors import InputError
 from .guide import Guide, as_guide
 from .masks import checked_mask, fixed
+from .open3d_images import arrays_of, camera_of_open3d, image_of, pinhole_of
 
 MEDIAN_DEPTH_RANGE = (0.1, 50.0)
 """Median depth [m] outside which a frame's depth scale is taken for a mistake."""
@@ -40,13 +41,19 @@ class TruthFile(InputFile):
 
 @dataclass(frozen=True)
 class FrameInputs:
-    """The files of a frame and how they were read: file units per metre, and fx, fy, cx, cy [px] or None."""
+    """The files of a frame and how they were read: file units per metre, and fx, fy, cx, cy [px] or None.
+
+    `encoding` names the depth encoding where no number of units says it; `depth_units` are then those of what it
+    decodes to. `invalid` is the depth file's value that stands for missing, if there is one beside zero.
+    """
 
     rgb: InputFile
     depth: InputFile
     depth_units: float
     intrinsics: tuple[float, float, float, float] | None
     truth: TruthFile | None = None
+    encoding: str | None = None
+    invalid: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +84,8 @@ class RGBDFrame:
     guide : Guide or array_like, optional
         What something else says of the frame's depth, in whatever unit and sense; the edge-aware filter follows it as
         far as the known depth bears it out. Of another size, but the same aspect, it is resized.
+    notes : tuple of str
+        What the reader has left out, and what it doubts, a sentence or two each.
 
     Attributes
     ----------
@@ -107,6 +116,7 @@ class RGBDFrame:
     distrusted: NDArray[np.bool_] | None = None
     truth: NDArray[np.float32] | None = field(default=None, repr=False)
     guide: Guide | None = field(default=None, repr=False)
+    notes: tuple[str, ...] = field(default=(), repr=False)
     measured: NDArray[np.float32] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -140,8 +150,10 @@ class RGBDFrame:
         return {
             "rgb": self.inputs.rgb.path,
             "depth": self.inputs.depth.path,
-            "depth_units": self.inputs.depth_units,
+            "depth_units": self.inputs.depth_units if self.inputs.encoding is None else None,
             "intrinsics": None if camera is None else list(camera),
+            **({} if self.inputs.encoding is None else {"encoding": self.inputs.encoding}),
+            **({} if self.inputs.invalid is None else {"invalid": self.inputs.invalid}),
             **({} if truth is None else {"truth": truth.path, "truth_units": truth.units}),
         }
 
@@ -162,6 +174,55 @@ class RGBDFrame:
         if guide is self.guide:
             return self
         return replace(self, depth=self.measured, guide=None if guide is None else as_guide(guide))
+
+    def to_open3d(self) -> Any:
+        """Colour and depth [m] as an `open3d.geometry.RGBDImage`, in which missing depth is 0.
+
+        Raises
+        ------
+        ExportError
+            If Open3D is not installed (extra `cloud`).
+        """
+        return image_of(self.rgb, self.depth)
+
+    def open3d_camera(self) -> Any:
+        """The intrinsics as an `open3d.camera.PinholeCameraIntrinsic`.
+
+        Raises
+        ------
+        InputError
+            If they are not known.
+        ExportError
+            If Open3D is not installed (extra `cloud`).
+        """
+        if self.intrinsics is None:
+            raise InputError("The camera's intrinsics are not known: make the frame with intrinsics=.")
+        return pinhole_of(self.intrinsics, self.shape)
+
+    @classmethod
+    def from_open3d(
+        cls, image: Any, intrinsics: Any = None, *, depth_units: float | None = None, name: str = "frame"
+    ) -> Self:
+        """A frame of an RGBDImage of `open3d.geometry` or `open3d.t.geometry`.
+
+        Parameters
+        ----------
+        image : RGBDImage
+            With colour uint8, and depth.
+        intrinsics : PinholeCameraIntrinsic, CameraIntrinsics or array_like, optional
+            Or a 3 x 3 camera matrix.
+        depth_units : float, optional
+            Of the image's depth per metre; must be given for whole numbers, others are metres by default.
+        name : str
+            What to call the frame.
+
+        Raises
+        ------
+        InputError
+            If the image has no colour, its depth no units, or what `RGBDFrame` raises for.
+        """
+        rgb, depth = arrays_of(image, depth_units)
+        return cls(rgb, depth, camera_of_open3d(intrinsics), name)
 
     @property
     def shape(self) -> tuple[int, int]:

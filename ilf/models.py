@@ -17,7 +17,10 @@ BUNDLED = "edges"
 DEPTH_EDGES = "depth-edges"
 """The network of depth edges, which comes with the program, too; there is no other of its kind."""
 
-_OURS = (BUNDLED, DEPTH_EDGES)
+CORRECTION = "correction"
+"""The network that corrects completed depth, which comes with the program, too; there is no other of its kind."""
+
+_OURS = (BUNDLED, DEPTH_EDGES, CORRECTION)
 
 _SUFFIX = ".onnx"
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,100}")
@@ -41,7 +44,7 @@ def model_path(name: str) -> Path:
     Parameters
     ----------
     name : str
-        One of `model_names`, or `DEPTH_EDGES`.
+        One of `model_names`, `DEPTH_EDGES` or `CORRECTION`.
 
     Raises
     ------

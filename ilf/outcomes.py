@@ -83,6 +83,8 @@ class BlockResult:
     drawn : ndarray of bool or None
         Which of the block's pixels were marked as at a drawn border, in the order of `block.mask`'s True values
         (`drawn_of`); None if none was.
+    correction : str or None
+        SHA-256 of the correction network that had a part in it; None if none had.
     """
 
     block: Block
@@ -94,6 +96,7 @@ class BlockResult:
     notes: tuple[str, ...] = ()
     edges: BlockParameters | None = None
     drawn: NDArray[np.bool_] | None = None
+    correction: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,11 +139,15 @@ class Completion:
 
 @dataclass(frozen=True, eq=False)
 class Progress:
-    """One step of a run: an iteration's record, or a block's result at its end."""
+    """One step of a run: an iteration's record, or a block's result at its end, or something that is of no block."""
 
     label: int
     record: IterationRecord | None = None
     result: BlockResult | None = None
+
+
+NO_BLOCK = Progress(0)
+"""A step that tells of no block: the run has gone on, and may be left."""
 
 
 def compose(frame: RGBDFrame, results: Mapping[int, BlockResult], base: Completion | None = None) -> Completion:

@@ -197,6 +197,11 @@ class Parameters(ParameterSet):
         "proportion: among dense samples the depth itself says where the jumps are.", _SOFT,
         unit="px", minimum=0.1, maximum=100.0, step=0.5, source="not in the paper", when=_EDGE_AWARE,
     )  # fmt: skip
+    correction: bool = declare(
+        True, "Learned correction", "At the end a network looks at colour, known and completed depth and corrects what "
+        "looks wrong to it, most of all on which surface a hole lies. Known depth stays, and so does what your edits "
+        "have made of a block.", _OUTPUT, source="not in the paper", when=_EDGE_AWARE,
+    )  # fmt: skip
     centred: bool = declare(
         True, "Subtract mean depth", "Filter the deviation from the mean known depth, so the hole need not be "
         "lifted from 0 m.", _OUTPUT, source="not in the paper", when=_IDEAL,
@@ -282,7 +287,7 @@ class Parameters(ParameterSet):
 
 _PAPER: dict[str, Any] = {
     "filter": "ideal", "centred": False, "s_criteria": 0.005, "edges": "combined",
-    "own_word": False, "out_of_range": False,
+    "own_word": False, "out_of_range": False, "correction": False,
 }  # fmt: skip
 """What the paper's text has otherwise than `best`, and the released code, too."""
 

@@ -8,7 +8,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from functools import wraps
 from threading import Lock
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,29 +38,46 @@ def once_per_image(work_out: Callable[Concatenate[Colour, P], T]) -> Callable[Co
     return _once(work_out)
 
 
-def _once(work_out: Callable[Concatenate[Owner, P], T]) -> Callable[Concatenate[Owner, P], T]:
-    # by identity, since arrays cannot be hashed; the reference takes the entry away when its owner goes
-    known: dict[int, tuple[weakref.ref[Any], OrderedDict[Hashable, T]]] = {}
-    lock = Lock()
+class Memory(Generic[Owner, T]):
+    """What is known of owners, of each the latest few; arrays in it, also in a dataclass or tuple, are read-only."""
 
-    def of(owner: Owner) -> OrderedDict[Hashable, T]:
+    def __init__(self) -> None:
+        # by identity, since arrays cannot be hashed; the reference takes the entry away when its owner goes
+        self._known: dict[int, tuple[weakref.ref[Any], OrderedDict[Hashable, T]]] = {}
+
+    def find(self, owner: Owner, key: Hashable) -> T | None:
+        """What is known of an owner under a key; None if nothing is."""
+        known = self._of(owner)
+        if key in known:
+            known.move_to_end(key)
+        return known.get(key)
+
+    def keep(self, owner: Owner, key: Hashable, value: T) -> T:
+        """Know something of an owner, and no longer what was asked for least lately."""
+        known = self._of(owner)
+        _freeze(value)
+        known[key] = value
+        if len(known) > _KEPT:
+            known.popitem(last=False)
+        return value
+
+    def _of(self, owner: Owner) -> OrderedDict[Hashable, T]:
         number = id(owner)
-        if number not in known:
-            known[number] = weakref.ref(owner, lambda _: known.pop(number, None)), OrderedDict()
-        return known[number][1]
+        if number not in self._known:
+            self._known[number] = weakref.ref(owner, lambda _: self._known.pop(number, None)), OrderedDict()
+        return self._known[number][1]
+
+
+def _once(work_out: Callable[Concatenate[Owner, P], T]) -> Callable[Concatenate[Owner, P], T]:
+    known = Memory[Owner, tuple[T]]()
+    lock = Lock()
 
     @wraps(work_out)
     def remembered(owner: Owner, *args: P.args, **kwargs: P.kwargs) -> T:
         key = args, tuple(sorted(kwargs.items()))
         with lock:
-            of_owner = of(owner)
-            if key not in of_owner:
-                of_owner[key] = work_out(owner, *args, **kwargs)
-                _freeze(of_owner[key])
-                if len(of_owner) > _KEPT:
-                    of_owner.popitem(last=False)
-            of_owner.move_to_end(key)
-            return of_owner[key]
+            found = known.find(owner, key) or known.keep(owner, key, (work_out(owner, *args, **kwargs),))
+            return found[0]
 
     return remembered
 

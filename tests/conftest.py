@@ -47,8 +47,10 @@ def nothing_left_running(request: pytest.FixtureRequest) -> Iterator[None]:
     assert not left, f"threads left running: {left}"
     if "qapp" not in request.fixturenames:
         return
-    from PySide6.QtCore import QTimer
+    from PySide6.QtCore import QCoreApplication, QEvent, QTimer
 
+    # now, rather than in the middle of the next test, which would be slower for a second window
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
     gc.collect()
     timers = [item for item in gc.get_objects() if isinstance(item, QTimer) and _is_active(item)]
     assert not timers, f"timers left running: {[timer.parent() for timer in timers]}"

@@ -40,6 +40,7 @@ _CLOUD_FORMATS = {
     "XYZ, no colour": "xyz",
     "XYZRGB": "xyzrgb",
 }
+_MESH_FORMATS = {"GLB, for viewers and browsers": "glb", "PLY, with all that is known": "ply", "OBJ, text": "obj"}
 _AXES = {"Camera: x right, y down, z forward": "camera", "Y up: x right, y up, z backward": "y-up"}
 _CLOUD_UNITS = {"Metres": "m", "Millimetres": "mm"}
 
@@ -90,6 +91,21 @@ class ExportDialog(QDialog):
         self.cloud_format, self.axes, self.cloud_unit = QComboBox(), QComboBox(), QComboBox()
         self.cloud_format.addItems(list(_CLOUD_FORMATS))
         self.png_units.setAccessibleName("Units of the PNG per metre")
+        self.mesh = QCheckBox("Write a mesh, cut where depth jumps")
+        self.mesh_format = QComboBox()
+        self.mesh_format.addItems(list(_MESH_FORMATS))
+        self.mesh_format.setAccessibleName("Format of the mesh")
+        self.cloud_format.setAccessibleName("Format of the point cloud")
+        self.cloud_format.setToolTip(
+            "PLY and PCD say of every point how far off it may be (expected error, 0 where depth was measured), "
+            "whether it was filled, which block it is of, and whether nothing vouches for it. CloudCompare shows these "
+            "as scalar fields, MeshLab the expected error as quality."
+        )
+        self.mesh_format.setToolTip("A GLB is in metres with y up, whatever axes and unit are chosen for the others")
+        self.normals = QCheckBox("Normals")
+        self.normals.setToolTip("Which way the surface faces at every point; XYZ has no place for it")
+        self.drop_flying = QCheckBox("Without points in mid-air")
+        self.drop_flying.setToolTip("Leave out points between two surfaces, on none of them; the depth files keep them")
         self.axes.addItems(list(_AXES))
         self.cloud_unit.addItems(list(_CLOUD_UNITS))
         self.labels = QCheckBox("Blocks as label map (blocks.png)")
@@ -130,6 +146,9 @@ class ExportDialog(QDialog):
             axes=_AXES[self.axes.currentText()],
             cloud_unit=_CLOUD_UNITS[self.cloud_unit.currentText()],
             run_record=self.run_record.isChecked(),
+            mesh=_MESH_FORMATS[self.mesh_format.currentText()] if self._makes_mesh() else None,
+            normals=self.normals.isChecked() and self._makes_space(),
+            drop_flying=self.drop_flying.isChecked() and self._makes_space(),
         )
 
     def accept(self) -> None:
@@ -138,6 +157,8 @@ class ExportDialog(QDialog):
         choices["curves"] = self.curves.isChecked()
         choices["expected_error"] = self.expected_error.isChecked()
         choices["cloud"] = _CLOUD_FORMATS[self.cloud_format.currentText()] if self.cloud.isChecked() else None
+        choices["mesh"] = _MESH_FORMATS[self.mesh_format.currentText()] if self.mesh.isChecked() else None
+        choices["normals"], choices["drop_flying"] = self.normals.isChecked(), self.drop_flying.isChecked()
         QSettings().setValue(_OPTIONS_KEY, json.dumps(choices))
         super().accept()
 
@@ -160,13 +181,17 @@ class ExportDialog(QDialog):
         depth.addWidget(self.guess_note)
         depth.addStretch(1)
 
-        cloud_box, cloud = group("Point cloud")
-        cloud.addWidget(self.cloud)
+        cloud_box, cloud = group("Point cloud and mesh")
+        for box, choice in ((self.cloud, self.cloud_format), (self.mesh, self.mesh_format)):
+            cloud.addWidget(box)
+            cloud.addWidget(choice)
         form = QFormLayout()
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        for text, field in (("Format", self.cloud_format), ("Axes", self.axes), ("Unit", self.cloud_unit)):
+        for text, field in (("Axes", self.axes), ("Unit", self.cloud_unit)):
             form.addRow(text, field)
         cloud.addLayout(form)
+        cloud.addWidget(self.normals)
+        cloud.addWidget(self.drop_flying)
         if not self._has_intrinsics:
             reason = Message()
             reason.say("The frame has no camera intrinsics. Open it again with a preset or numbers.", "warning")
@@ -206,7 +231,8 @@ class ExportDialog(QDialog):
         self.folder_path.textChanged.connect(self._refresh)
         self.png_units.editTextChanged.connect(self._refresh)
         self.cloud_format.currentTextChanged.connect(self._refresh)
-        checks = (self.depth_png, self.depth_tiff, self.depth_npy, self.cloud)
+        self.mesh_format.currentTextChanged.connect(self._refresh)
+        checks = (self.depth_png, self.depth_tiff, self.depth_npy, self.cloud, self.mesh)
         for box in (*checks, self.expected_error, self.labels, self.curves, self.run_record):
             box.toggled.connect(self._refresh)
 
@@ -236,6 +262,10 @@ class ExportDialog(QDialog):
         self.expected_error.setChecked(options.expected_error)
         self.cloud.setChecked(options.cloud is not None)
         _show(self.cloud_format, _CLOUD_FORMATS, options.cloud or "ply")
+        self.mesh.setChecked(options.mesh is not None)
+        _show(self.mesh_format, _MESH_FORMATS, options.mesh or "glb")
+        self.normals.setChecked(options.normals)
+        self.drop_flying.setChecked(options.drop_flying)
         _show(self.axes, _AXES, options.axes)
         _show(self.cloud_unit, _CLOUD_UNITS, options.cloud_unit)
         self.labels.setChecked(options.labels)
@@ -246,11 +276,14 @@ class ExportDialog(QDialog):
         """Everything that follows from the choices."""
         self.png_units.setEnabled(self.depth_png.isChecked())
         self.cloud.setEnabled(self._has_intrinsics)
+        self.mesh.setEnabled(self._has_intrinsics)
         self.curves.setEnabled(self._has_result)
         depth_files = (self.depth_png, self.depth_tiff, self.depth_npy)
         self.expected_error.setEnabled(self._has_result and any(box.isChecked() for box in depth_files))
-        for field in (self.cloud_format, self.axes, self.cloud_unit):
-            field.setEnabled(self._makes_cloud())
+        self.cloud_format.setEnabled(self._makes_cloud())
+        self.mesh_format.setEnabled(self._makes_mesh())
+        for field in (self.axes, self.cloud_unit, self.normals, self.drop_flying):
+            field.setEnabled(self._makes_space())
         try:
             options = self.options()
         except ParameterError as error:
@@ -309,6 +342,12 @@ class ExportDialog(QDialog):
 
     def _makes_cloud(self) -> bool:
         return self._has_intrinsics and self.cloud.isChecked()
+
+    def _makes_mesh(self) -> bool:
+        return self._has_intrinsics and self.mesh.isChecked()
+
+    def _makes_space(self) -> bool:
+        return self._makes_cloud() or self._makes_mesh()
 
     def _units(self) -> float:
         text = self.png_units.currentText().strip()

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-from PySide6.QtCore import QSettings, QSignalBlocker, QTimer
+from PySide6.QtCore import QSettings, QSignalBlocker, Qt, QTimer
 from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
@@ -27,8 +27,10 @@ from gui.dialogs.preview import Preview
 from gui.widgets.messages import Message, last_folder
 from ilf.camera import INTRINSICS
 from ilf.errors import IlfError, InputError
-from ilf.frame import RGBDFrame, doubtful_scale
+from ilf.frame import RGBDFrame
 from ilf.io import frame_folder, read_colour, read_depth_values
+from ilf.io.doubts import Doubt
+from ilf.io.encodings import MEANINGS, encoding_of_inputs, is_name
 from ilf.io.frame_source import FrameSource
 from ilf.io.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
 
@@ -38,8 +40,7 @@ _NOTHING_CHOSEN = "Choose a colour file and its depth file, or a folder with met
 _FOLDER_KEY = "open/folder"
 _DELAY_MS = 200
 
-_AUTOMATIC_UNITS = "Automatic (from meta.json, or by the kind of file)"
-_UNITS = ("1000 (millimetres)", "5000 (TUM)", "10000 (0.1 mm)", "1 (metres)", "100 (centimetres)", "256 (KITTI)")
+_AUTOMATIC = "Automatic (from meta.json, or by the kind of file)"
 _FROM_META, _NUMBERS, _FILE = (
     "From meta.json, or none (needed for point clouds only)",
     "Numbers: fx, fy, cx, cy",
@@ -62,19 +63,28 @@ class OpenFrameDialog(QDialog):
         self.colour_path = QLineEdit(placeholderText="Colour image, or a folder with meta.json")
         self.depth_path = QLineEdit(placeholderText="Raw depth: 16-bit or float, one channel")
         self.guide_path = QLineEdit(placeholderText="Depth or inverse depth from elsewhere, to be followed (optional)")
-        self.units = QComboBox(editable=True)
-        self.units.addItems([_AUTOMATIC_UNITS, *_UNITS])
-        self.units.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
-        self.units.setToolTip(
-            "How many file units make one metre. Automatic: what meta.json says; without it 1000 for whole "
-            "numbers and 1 for floating-point depth."
+        self.encoding = QComboBox(editable=True)
+        self.encoding.addItems([_AUTOMATIC, *(f"{name} ({meaning})" for name, meaning in MEANINGS.items())])
+        self.encoding.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        self.encoding.setToolTip(
+            "How the values of the file become metres: a name, or how many file units make one metre. Automatic: what "
+            "meta.json says; without it millimetres for whole numbers and metres for floating-point depth."
         )
+        self.invalid = QLineEdit(placeholderText="None but zero; 65535 in 7-Scenes")
+        self.invalid.setToolTip("The value of the file that stands for missing depth, beside zero; 0 if there is none.")
         self.camera = QComboBox()
         self.camera.addItems([_FROM_META, *INTRINSICS, _NUMBERS, _FILE])
         self.camera_text = QLineEdit()
         self.camera_text.setAccessibleName("Numbers or file of the intrinsics")
         self.camera_browse = QPushButton("File…", autoDefault=False)
-        self.message = Message(lines=5)
+        self.message = Message(lines=7)
+        self.follow_button = QPushButton("Read it that way", autoDefault=False)
+        self.follow_button.setToolTip("Take the depth encoding or the invalid value that the message proposes.")
+        policy = self.follow_button.sizePolicy()
+        policy.setRetainSizeWhenHidden(True)  # the dialog must not jump while one types
+        self.follow_button.setSizePolicy(policy)
+        self.follow_button.clicked.connect(self._follow)
+        self._doubts: tuple[Doubt, ...] = ()
         self.colour_preview, self.depth_preview = Preview("Colour"), Preview("Depth")
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Open | QDialogButtonBox.StandardButton.Cancel)
         self.open_button = buttons.button(QDialogButtonBox.StandardButton.Open)
@@ -91,13 +101,15 @@ class OpenFrameDialog(QDialog):
         previews.addWidget(self.depth_preview)
         layout.addLayout(previews)
         layout.addWidget(self.message)
+        layout.addWidget(self.follow_button, alignment=Qt.AlignmentFlag.AlignLeft)
         layout.addStretch(1)
         layout.addWidget(buttons)
 
         self.colour_path.textChanged.connect(self._schedule)
         self.depth_path.textChanged.connect(self._schedule)
         self.guide_path.textChanged.connect(self._schedule)
-        self.units.editTextChanged.connect(self._schedule)
+        self.encoding.editTextChanged.connect(self._schedule)
+        self.invalid.textChanged.connect(self._schedule)
         self.camera_text.textChanged.connect(self._schedule)
         self.camera.currentTextChanged.connect(self._change_camera)
         self._change_camera()
@@ -120,14 +132,16 @@ class OpenFrameDialog(QDialog):
         Raises
         ------
         InputError
-            If files are not chosen yet, or the depth units or intrinsics are not numbers.
+            If files are not chosen yet, there is no such depth encoding, or the invalid value or intrinsics are not
+            numbers.
         """
         colour, depth = self._paths()
         if not colour or not (depth or _is_folder(colour)):
             raise InputError(_NOTHING_CHOSEN)
         guide = self.guide_path.text().strip() or None
         pair = (colour, None if _is_folder(colour) else depth)
-        return FrameSource(*pair, self._units(), self._intrinsics(), guide=guide)
+        units, name = self._encoding()
+        return FrameSource(*pair, units, self._intrinsics(), guide=guide, encoding=name, invalid=self._invalid())
 
     def read(self) -> None:
         """Read what is chosen now, and say what it is."""
@@ -145,9 +159,9 @@ class OpenFrameDialog(QDialog):
         else:
             self.colour_preview.show_rgb(frame.rgb)
             self.depth_preview.show_depth(frame.depth)
-            doubt = doubtful_scale(frame.depth, float(str(frame.sources["depth_units"])))
             text = " ".join(filter(None, (_reading(frame), source.beside())))
-            self.message.say(f"{text}\n{doubt}" if doubt else text, "warning" if doubt else "good")
+            self.message.say("\n".join((text, *frame.notes)), "warning" if frame.notes else "good")
+            self._propose(source.read_depth().doubts if frame.notes else ())
             self.open_button.setEnabled(True)
 
     def accept(self) -> None:
@@ -177,9 +191,10 @@ class OpenFrameDialog(QDialog):
         for row, text, field in (
             (0, "&Colour or folder", self.colour_path),
             (1, "&Depth", self.depth_path),
-            (2, "Depth &units per metre", self.units),
-            (3, "Camera &intrinsics", self.camera),
-            (5, "&Guide", self.guide_path),
+            (2, "Depth &encoding", self.encoding),
+            (3, "In&valid value", self.invalid),
+            (4, "Camera &intrinsics", self.camera),
+            (6, "&Guide", self.guide_path),
         ):
             label = QLabel(text)
             label.setBuddy(field)
@@ -188,10 +203,24 @@ class OpenFrameDialog(QDialog):
         grid.addWidget(colour_file, 0, 2)
         grid.addWidget(folder, 0, 3)
         grid.addWidget(depth_file, 1, 2)
-        grid.addWidget(self.camera_text, 4, 1)
-        grid.addWidget(self.camera_browse, 4, 2, 1, 2)
-        grid.addWidget(guide_file, 5, 2)
+        grid.addWidget(self.camera_text, 5, 1)
+        grid.addWidget(self.camera_browse, 5, 2, 1, 2)
+        grid.addWidget(guide_file, 6, 2)
         return grid
+
+    def _propose(self, doubts: Iterable[Doubt]) -> None:
+        """Offer to do what speaks against the reading proposes."""
+        self._doubts = tuple(doubt for doubt in doubts if doubt.encoding is not None or doubt.invalid is not None)
+        self.follow_button.setVisible(bool(self._doubts))
+
+    def _follow(self) -> None:
+        for doubt in self._doubts:
+            if doubt.encoding is not None:
+                row = self.encoding.findText(f"{doubt.encoding} (", Qt.MatchFlag.MatchStartsWith)
+                self.encoding.setCurrentIndex(row)
+            if doubt.invalid is not None:
+                self.invalid.setText(f"{doubt.invalid:.9g}")
+        self.read()
 
     def _schedule(self) -> None:
         self.open_button.setEnabled(False)
@@ -253,15 +282,26 @@ class OpenFrameDialog(QDialog):
     def _paths(self) -> tuple[str, str]:
         return self.colour_path.text().strip(), self.depth_path.text().strip()
 
-    def _units(self) -> float | None:
-        text = self.units.currentText().strip()
-        if text == _AUTOMATIC_UNITS:
-            return None
+    def _encoding(self) -> tuple[float | None, str | None]:
+        """Units per metre where they are given as a number, and the name of an encoding."""
+        text = self.encoding.currentText().strip()
+        chosen = None if text == _AUTOMATIC else text.partition(" (")[0]
         try:
-            return float(text.partition(" ")[0])
+            return None if chosen is None else float(chosen), None
+        except ValueError as error:
+            if not is_name(chosen):
+                raise InputError(
+                    f"The depth encoding must be one of the list, or a number of file units per metre, not {chosen!r}."
+                ) from error
+            return None, chosen
+
+    def _invalid(self) -> float | None:
+        text = self.invalid.text().strip()
+        try:
+            return float(text) if text else None
         except ValueError as error:
             raise InputError(
-                f"The depth units must be a number of file units per metre, such as 1000, not {text!r}."
+                f"The invalid value must be a number of the depth file, such as 65535, not {text!r}."
             ) from error
 
     def _intrinsics(self) -> str | tuple[float, ...] | None:
@@ -290,6 +330,7 @@ class OpenFrameDialog(QDialog):
         for path in {str(Path(file).parent) for file in files} - {"."}:
             text = text.replace(f"{path}/", "")
         self.message.say(text, tone)
+        self._propose(_attempt(lambda: self.request().read_depth().doubts) or () if tone == "error" else ())
         if _is_folder(colour):
             found = _attempt(lambda: frame_folder(colour))
             colour, depth = (str(found.rgb), str(found.depth)) if found else ("", "")
@@ -301,10 +342,10 @@ def _reading(frame: RGBDFrame) -> str:
     """What the frame is, in one line of numbers and one about what it can do."""
     known = frame.depth[frame.known]
     height, width = frame.shape
-    units = float(str(frame.sources["depth_units"]))
+    encoding = "" if frame.inputs is None else encoding_of_inputs(frame.inputs).text
     first = (
         f"Median {np.median(known):.2f} m, range {known.min():.2f}–{known.max():.2f} m, {width} x {height}, "
-        f"{100 * frame.missing_share:.0f} % missing, at {units:g} units per metre."
+        f"{100 * frame.missing_share:.0f} % missing, at {encoding}."
     )
     if frame.guide is not None:
         said = np.isfinite(frame.guide.values[~frame.known])

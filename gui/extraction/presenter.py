@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from gui.extraction.extraction_panel import ExtractionPanel
 from gui.extraction.found_blocks import Found, describe_blocks
 from gui.extraction.preview import Answer, ExtractionPreview, Question
+from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.views.layouts import LAYOUT_TEXTS
 from gui.views.linked_views import LinkedViews
@@ -28,7 +31,13 @@ class StagePresenter(QObject):
     """Decides what the view of the extraction shows, and what the panel says of it.
 
     While that view is to be seen and the preview is on, it follows the panel's parameters; with the preview off it
-    keeps to the last extraction of the frame. The frame's blocks change by `extract` alone.
+    keeps to the last extraction of the frame. The frame's blocks change by `extract` alone. While they are being
+    extracted it waits for what that gives, rather than have the same done a second time beside it.
+
+    Parameters
+    ----------
+    is_extracting : callable
+        Whether a session's blocks are being extracted, or about to be; `hold` or `go_on` follows.
 
     Signals
     -------
@@ -47,9 +56,19 @@ class StagePresenter(QObject):
     extraction_wished = Signal(object, object)
     view_wished = Signal()
 
-    def __init__(self, workspace: Workspace, views: LinkedViews, panel: ExtractionPanel, notes: Notes) -> None:
+    def __init__(
+        self,
+        workspace: Workspace,
+        views: LinkedViews,
+        panel: ExtractionPanel,
+        notes: Notes,
+        is_extracting: Callable[[Session], bool],
+    ) -> None:
         super().__init__(panel)
         self._workspace = workspace
+        self._is_extracting = is_extracting
+        self._waits = False
+        """Whether there is something to ask once the blocks have been extracted."""
         self._views = views
         self._panel = panel
         self._notes = notes
@@ -72,7 +91,7 @@ class StagePresenter(QObject):
     @property
     def busy(self) -> bool:
         """Whether a picture is to come."""
-        return self._preview.busy
+        return self._preview.busy or self._waits
 
     def show(self) -> None:
         """What is to be seen now of frame, parameters and stage, with what the panel says of it."""
@@ -83,8 +102,10 @@ class StagePresenter(QObject):
             self._preview.turn_to(frame)
             self._slow.stop()
             self._found, self._failure = None, ""
+        self._waits = False
         if frame is not None and self._views.shows_extraction:
             self._ask(frame)
+            self._watch()
         self.describe()
 
     def _ask(self, frame: RGBDFrame) -> None:
@@ -95,8 +116,9 @@ class StagePresenter(QObject):
         if parameters is None:
             self._board.show_message(_OFF)
             return
-        self._preview.ask(Question(frame, parameters, self._board.stage))
-        self._watch()
+        self._waits = self._is_extracting(self._workspace.session) and not self._preview.held(frame, parameters)
+        if not self._waits:
+            self._preview.ask(Question(frame, parameters, self._board.stage))
 
     def describe(self) -> None:
         """Say in the panel what its values give, around which blocks."""
@@ -155,6 +177,11 @@ class StagePresenter(QObject):
         self._preview.hold(found)
         self.changed.emit()
 
+    def go_on(self) -> None:
+        """Some extraction of blocks has begun or ended: what was waited for may not come any more."""
+        if self._waits:
+            self.changed.emit()
+
     def shutdown(self) -> None:
         """Stop before the window closes."""
         self._slow.stop()
@@ -162,7 +189,7 @@ class StagePresenter(QObject):
 
     def _watch(self) -> None:
         """Say that an extraction is under way if nothing has come of it after a while."""
-        if not self._preview.busy:
+        if not self.busy:
             self._slow.stop()
         elif not self._slow.isActive():
             self._slow.start()

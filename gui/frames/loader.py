@@ -321,7 +321,7 @@ class FrameLoader(QObject):
             self.extracted.emit(found)
         self._workspace.set_first_blocks(session, found.extraction, found.parameters)
         beside = session.origin.beside() if isinstance(session.origin, FrameSource) else ""
-        self._tell_blocks(session, beside, *found.extraction.notes)
+        self._tell_blocks(session, beside, *session.frame.notes, *found.extraction.notes)
 
     def _take_extraction(self, session: Session, found: Found) -> None:
         kept = self._workspace.set_extracted(session, found.extraction, found.parameters)
@@ -359,7 +359,9 @@ def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
 
 
 def _list(how: FrameSource) -> tuple[Listing, list[Entry]]:
-    listing = list_frames(how.rgb, depth_units=how.depth_units, intrinsics=how.intrinsics)
+    listing = list_frames(
+        how.rgb, depth_units=how.depth_units, encoding=how.encoding, invalid=how.invalid, intrinsics=how.intrinsics
+    )
     return listing, [Entry.of(source, of_folder=True) for source in listing.sources]
 
 

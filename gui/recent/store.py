@@ -90,6 +90,8 @@ def _entry(origin: Origin) -> dict[str, Any] | None:
         "truth": _absolute(origin.truth),
         "truth_units": origin.truth_units,
         "guide": _absolute(origin.guide),
+        "encoding": origin.encoding,
+        "invalid": origin.invalid,
     }
 
 
@@ -118,4 +120,6 @@ def _origin(entry: dict[str, Any]) -> Origin:
         entry["truth"],
         entry["truth_units"],
         entry.get("guide"),
+        entry.get("encoding"),
+        entry.get("invalid"),
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QMenu
 
@@ -24,32 +26,36 @@ class SweepPart(Part):
     def __init__(self, desk: Desk) -> None:
         super().__init__(desk)
         desk.actions.add(COMMANDS)
-        self.window_ = SweepWindow(desk.window)
         self.found: Found | None = None
         self.worker = Worker(self)
         self.worker.progressed.connect(self._take_steps)
         self.worker.finished.connect(self._finish)
         self.worker.failed.connect(self._fail)
         self.worker.cancelled.connect(lambda: self.window_.end("Cancelled: what had come stays."))
-        self.window_.begun.connect(self.start)
-        self.window_.cancelled.connect(self.worker.cancel)
-        self.window_.taken.connect(self.take)
-        self.window_.criterion.changed.connect(lambda: desk.refresh.mark("sweep"))
         desk.actions["sweep"].triggered.connect(lambda _=False: self.open())
         desk.filter_panel.form.menu_wished.connect(self._show_menu)
         workspace = desk.workspace
         turned, values, chosen = workspace.session_changed, workspace.parameters_changed, workspace.selection_changed
-        desk.refresh.add(
-            "sweep",
-            self.show,
-            (
-                *(turned, values, chosen, workspace.infos_changed, workspace.truth_changed),
-                *(self.window_.looked_at, desk.views.ranges.changed),
-            ),
-        )
+        frame = turned, values, chosen, workspace.infos_changed, workspace.truth_changed
+        desk.refresh.add("sweep", self.show, (*frame, desk.views.ranges.changed))
         workspace.sessions_changed.connect(self._leave_closed)
         workspace.session_changed.connect(self._allow)
         self._allow()
+
+    @cached_property
+    def window_(self) -> SweepWindow:
+        """Made when it is first opened."""
+        window, mark = SweepWindow(self.desk.window), self.desk.refresh.mark
+        window.begun.connect(self.start)
+        window.cancelled.connect(self.worker.cancel)
+        window.taken.connect(self.take)
+        window.criterion.changed.connect(lambda: mark("sweep"))
+        window.looked_at.connect(lambda: mark("sweep"))
+        return window
+
+    @property
+    def _is_looked_at(self) -> bool:
+        return "window_" in vars(self) and self.window_.isVisible()
 
     def open(self, name: str = "") -> None:
         """Open the window, with a parameter if one is meant."""
@@ -68,7 +74,7 @@ class SweepPart(Part):
     def show(self) -> None:
         """Bring the window up to date with the present frame, if it is looked at."""
         workspace = self.desk.workspace
-        if not self.window_.isVisible() or not workspace.has_session:
+        if not self._is_looked_at or not workspace.has_session:
             return
         session, chosen = workspace.session, workspace.chosen
         name = session.info(chosen).name if chosen else ""
@@ -122,7 +128,8 @@ class SweepPart(Part):
     def shutdown(self) -> bool:
         """Stop for good, before the window closes. True if the thread has ended."""
         ended = self.worker.shutdown()
-        self.window_.close()
+        if self._is_looked_at:
+            self.window_.close()
         return ended
 
     def _take_steps(self, batch: list[Step | SweepPoint]) -> None:

@@ -18,14 +18,6 @@ from gui.inventory import HELD
 from gui.tools.editor import Editor
 from gui.views.linked_views import LinkedViews
 
-_EVENTS = frozenset(
-    {
-        QEvent.Type.KeyPress,
-        QEvent.Type.KeyRelease,
-        QEvent.Type.ShortcutOverride,
-        QEvent.Type.WindowDeactivate,
-    }
-)
 _PLAIN = Qt.KeyboardModifier.NoModifier
 _Key = Qt.Key
 
@@ -54,17 +46,17 @@ class ToolKeys(QObject):
         action.setProperty(HELD, QKeySequence(key).toString())
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Take the keys that are meant for the tools."""
-        if event.type() not in _EVENTS:
-            return False
-        if event.type() == QEvent.Type.WindowDeactivate:
-            if watched is self._window:
-                self._views.set_space(False)
-                for action in self._held.values():
-                    action.setChecked(False)
-            return False
-        if not isinstance(event, QKeyEvent):
-            return False
+        """Take the keys that are meant for the tools; every event of the program comes by here, and must not stay."""
+        if isinstance(event, QKeyEvent):
+            return self._take(watched, event)
+        if watched is self._window and event.type() == QEvent.Type.WindowDeactivate:
+            self._views.set_space(False)
+            for action in self._held.values():
+                action.setChecked(False)
+        return False
+
+    def _take(self, watched: QObject, event: QKeyEvent) -> bool:
+        """Whether it was for the tools, and nobody else is to have it."""
         if event.type() == QEvent.Type.KeyRelease and event.key() == _Key.Key_Space and not event.isAutoRepeat():
             self._views.set_space(False)  # wherever the focus has gone meanwhile
         if not isinstance(watched, QWidget) or not self._concerns(watched):

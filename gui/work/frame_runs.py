@@ -172,7 +172,7 @@ class FrameRuns(QObject):
         """Share of the run's blocks that are done, 0-1."""
         if self._steps is None or not self._steps.blocks:
             return 0.0
-        return len(self._done) / len(self._steps.blocks)
+        return len(self._done | self._steps.uncorrected.keys()) / len(self._steps.blocks)
 
     @property
     def seconds(self) -> float:
@@ -360,6 +360,10 @@ class FrameRuns(QObject):
         resolved, self._resolving = self._resolving, ()
         following, self._next = self._next, None
         seconds = time.perf_counter() - self._started
+        if run is not None and steps is not None and how != "finished" and not (resolved or self._abandoned):
+            # what has been iterated on stays, though it has not been corrected
+            self._workspace.store_results(self.session, list(steps.uncorrected.values()), run.frame)
+            done.update(steps.uncorrected)
         self._patience.stop()
         self._preview_time = 0.0
         self._stopping = self._abandoned = False

@@ -10,13 +10,12 @@ from pathlib import Path
 
 from ..ebs import extract
 from ..errors import InputError
-from ..frame import doubtful_scale
 from ..io import frame_folder
 from ..io.label_files import read_mask
 from ..outcomes import Completion
 from ..parameters import DEFAULT_PRESET, PRESETS, Parameters
 from ..run import ExportOptions, Replay, Run, check_write, output_folder_name, replay, write
-from ..run.options import CLOUD_AXES, CLOUD_FILES, CLOUD_UNITS, DEPTH_FILES
+from .export_options import add_export_options, export_options, fitting, space_flags
 from .given_blocks import add_given_blocks, check_given_blocks, filled, given_blocks
 from .parsing import (
     BLOCK_PREFIX,
@@ -82,24 +81,12 @@ def add_command(commands: Commands) -> None:
         metavar="DIR",
         help="folder for the results, made if missing; files in it are overwritten (default: NAME-ilf here)",
     )
-    output.add_argument(
-        "--depth-formats", metavar="LIST", help=f"depth files, any of {','.join(DEPTH_FILES)} (default: png,npy)"
-    )
-    output.add_argument("--png-units", type=float, metavar="N", help="units per metre of depth.png (default: 1000)")
-    output.add_argument(
-        "--no-expected-error",
-        action="store_true",
-        help="write no expected_error files beside the depth files, in the same formats and units",
-    )
+    add_export_options(output)
     output.add_argument(
         "--dense",
         action="store_true",
         help="guess the depth that is still missing after the run, and write guessed.png, which shows where",
     )
-    output.add_argument("--cloud-format", choices=tuple(CLOUD_FILES), help="format of the point cloud (default: ply)")
-    output.add_argument("--axes", choices=CLOUD_AXES, help="axes of the point cloud (default: camera: x right, y down)")
-    output.add_argument("--cloud-unit", choices=CLOUD_UNITS, help="unit of the point cloud (default: m)")
-    output.add_argument("--no-cloud", action="store_true", help="write no point cloud")
     add_progress(output)
     output.add_argument("--quiet", action="store_true", help="print nothing but warnings and errors")
     add_parameters(parser, Parameters, "filter", presets=PRESETS, default=DEFAULT_PRESET)
@@ -135,7 +122,7 @@ def _new_job(arguments: argparse.Namespace) -> _Job:
     chosen = preset_from(arguments.preset)
     parameters = with_given(chosen.parameters, arguments)
     extraction = check_given_blocks(arguments, "--blocks", chosen.extraction)
-    options = _options(arguments)
+    options = export_options(arguments)
     frame = frame_from(arguments)
     blocks = given_blocks(arguments, frame)
     if arguments.blocks is None or arguments.fill_gaps:
@@ -161,26 +148,20 @@ def _new_job(arguments: argparse.Namespace) -> _Job:
         run = replace(run, drawn=read_mask(arguments.drawn, frame.shape))
     if not run.blocks.any():
         raise InputError(f"There are no blocks, so there is nothing to complete. {way_out}")
-    doubt = doubtful_scale(frame.depth, 1.0 if frame.inputs is None else frame.inputs.depth_units)
-    notes = [doubt] if doubt else []
-    if frame.intrinsics is None and options.cloud is not None and not _cloud_flags(arguments):
-        options = replace(options, cloud=None)
-        notes.append(
-            "No point cloud is written, because the camera's intrinsics are not known: give --intrinsics for one."
-        )
-    return _Job(run, options, tuple(notes))
+    options, missing = fitting(options, frame, arguments, ": give --intrinsics for one")
+    return _Job(run, options, tuple(missing))
 
 
 def _recorded_job(arguments: argparse.Namespace) -> _Job:
     also = [
         f"--{name.replace('_', '-')}"
         for name in (
-            *("preset", "blocks", "drawn", "distrust", "guide", "truth", "truth_units"),
-            *("depth_units", "intrinsics", "depth_formats", "png_units"),
+            *("frame", "max_gap", "preset", "blocks", "drawn", "distrust", "guide", "truth", "truth_units"),
+            *("depth_encoding", "depth_units", "invalid", "intrinsics", "depth_formats", "png_units"),
         )
         if getattr(arguments, name) is not None
     ]
-    also += _cloud_flags(arguments)
+    also += space_flags(arguments)
     also += ["--no-expected-error"] * arguments.no_expected_error + ["--dense"] * arguments.dense
     also += ["--fill-gaps"] * arguments.fill_gaps
     also += parameter_flags(arguments)
@@ -199,24 +180,3 @@ def _present_files(inputs: list[str]) -> tuple[str | Path, ...]:
     if len(inputs) not in {0, 2}:
         raise UsageError(f"Give the colour and the depth file of the recorded run; these are {len(inputs)} paths.")
     return tuple(inputs)
-
-
-def _options(arguments: argparse.Namespace) -> ExportOptions:
-    if arguments.no_cloud and (flags := _cloud_flags(arguments)):
-        raise UsageError(f"--no-cloud does not go together with {', '.join(flags)}.")
-    defaults = ExportOptions()
-    formats = arguments.depth_formats
-    return ExportOptions(
-        depth_formats=defaults.depth_formats if formats is None else tuple(filter(None, formats.split(","))),
-        depth_units=defaults.depth_units if arguments.png_units is None else arguments.png_units,
-        expected_error=not arguments.no_expected_error,
-        cloud=None if arguments.no_cloud else arguments.cloud_format or defaults.cloud,
-        axes=arguments.axes or defaults.axes,
-        cloud_unit=arguments.cloud_unit or defaults.cloud_unit,
-    )
-
-
-def _cloud_flags(arguments: argparse.Namespace) -> list[str]:
-    """The flags that ask for a point cloud."""
-    names = ("cloud_format", "axes", "cloud_unit")
-    return [f"--{name.replace('_', '-')}" for name in names if getattr(arguments, name) is not None]

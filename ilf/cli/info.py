@@ -15,23 +15,25 @@ from ..frame import check_depth_scale
 from ..io import (
     META_NAME,
     FrameFiles,
-    default_depth_units,
     frame_beside,
     frame_folder,
     load_guide,
     read_colour,
-    read_depth_values,
 )
 from ..io.camera_files import intrinsics_from
-from ..io.depth_files import depth_in_metres
+from ..io.depth_reading import DepthReading, read_depth
+from ..io.encodings import one_encoding
+from ..io.files import read_file
 from ..io.truth_files import read_truth, scale_misfit
 from ..project.file import SUFFIX
 from ..run import missing_or_changed, read_record
 from ..run.options import RECORD_FILE
 from ..run.staging import interrupted
-from .parsing import Commands, UsageError, add_frame, add_guide, add_truth
+from ..sources import Source
+from .parsing import Commands, UsageError, add_frame, add_guide, add_truth, frame_of_source, source_from
 from .record_facts import record_facts
 from .report import outcome_lines
+from .source_facts import source_facts
 
 
 def add_command(commands: Commands) -> None:
@@ -39,8 +41,9 @@ def add_command(commands: Commands) -> None:
     parser = commands.add_parser(
         "info",
         help="show what is in a frame or in a run record",
-        usage="ilf info (RGB [DEPTH] | FOLDER | run.json) [options]",
-        description="Show sizes, depth range, missing share, units and intrinsics of a frame, or a run record.",
+        usage="ilf info (RGB [DEPTH] | FOLDER | SOURCE [--frame KEY] | run.json) [options]",
+        description="Show sizes, depth range, missing share, encoding and intrinsics of a frame, the frames of a "
+        "source, or a run record.",
         allow_abbrev=False,
     )
     parser.set_defaults(command=run)
@@ -56,6 +59,10 @@ def run(arguments: argparse.Namespace) -> None:
         raise UsageError(f"{inputs[0]} is a project: `ilf project info` tells of it.")
     if len(inputs) == 1 and inputs[0].suffix.lower() == ".json":
         _print_record(inputs[0])
+    elif arguments.frame is not None:
+        _print_frame(frame_of_source(arguments).files(), arguments)
+    elif len(inputs) == 1 and inputs[0].is_dir() and _is_source(inputs[0]):
+        _print_source(source_from(arguments), arguments)
     elif len(inputs) == 1 and inputs[0].is_dir():
         _print_folder(inputs[0], arguments)
     elif len(inputs) in {1, 2}:
@@ -65,12 +72,27 @@ def run(arguments: argparse.Namespace) -> None:
             if beside is not None:
                 _print_frame(beside, arguments)
                 return
-            metres, found = _depth_facts(inputs[1], arguments.depth_units, arguments.intrinsics)
-            facts += [*found, *_truth_facts(arguments.truth, arguments.truth_units, metres, arguments.depth_units)]
-            facts += _guide_facts(arguments.guide, metres)
+            given = one_encoding(arguments.depth_encoding, arguments.depth_units)
+            depth = read_depth(read_file(inputs[1]), given, None, arguments.invalid)
+            facts += [*_depth_facts(inputs[1], depth, arguments.intrinsics)]
+            facts += _truth_facts(arguments.truth, arguments.truth_units, depth)
+            facts += _guide_facts(arguments.guide, depth.metres)
         _print_facts(facts)
     else:
         raise UsageError("Give a colour and a depth file, one folder, or a run.json.")
+
+
+def _is_source(folder: Path) -> bool:
+    """Whether it is neither a frame's folder nor a run's."""
+    return not ((folder / META_NAME).is_file() or (folder / RECORD_FILE).is_file() or interrupted(folder))
+
+
+def _print_source(source: Source, arguments: argparse.Namespace) -> None:
+    """What frames there are; of a single one, what is in it."""
+    _print_facts(source_facts(source))
+    if len(source) == 1:
+        print()
+        _print_frame(source.frame_source(source.keys[0]).files(), arguments)
 
 
 def _print_folder(folder: Path, arguments: argparse.Namespace) -> None:
@@ -91,19 +113,20 @@ def _print_folder(folder: Path, arguments: argparse.Namespace) -> None:
 
 def _print_frame(files: FrameFiles, arguments: argparse.Namespace) -> None:
     """What a meta.json says of a frame, and what there is in its files."""
-    units = arguments.depth_units or files.depth_units
-    metres, found = _depth_facts(files.depth, units, arguments.intrinsics or files.intrinsics)
+    given = one_encoding(arguments.depth_encoding, arguments.depth_units)
+    invalid = files.invalid if arguments.invalid is None else arguments.invalid
+    depth = read_depth(read_file(files.depth), given, files.stated_encoding, invalid)
     stated = files.truth_units if arguments.truth is None else None
-    truth = _truth_facts(arguments.truth or files.truth, arguments.truth_units or stated, metres, units)
+    truth = _truth_facts(arguments.truth or files.truth, arguments.truth_units or stated, depth)
     if not truth and (filled := sorted(files.rgb.parent.glob("gt.*"))):
         truth = [("truth", f"none: {META_NAME} says of {filled[0].name} that it is no measured or exact depth")]
     _print_facts(
         [
             ("name", files.name),
             ("colour", _colour(files.rgb)),
-            *found,
+            *_depth_facts(files.depth, depth, arguments.intrinsics or files.intrinsics),
             *truth,
-            *_guide_facts(arguments.guide or files.guide, metres),
+            *_guide_facts(arguments.guide or files.guide, depth.metres),
         ]
     )
 
@@ -120,17 +143,13 @@ def _colour(path: Path) -> str:
     return f"{path}, {rgb.shape[1]} x {rgb.shape[0]}"
 
 
-def _depth_facts(
-    path: Path, units: float | None, camera: str | CameraIntrinsics | None
-) -> tuple[NDArray[np.float32], list[tuple[str, str]]]:
-    """Depth [m], and what there is to say about it."""
-    values = read_depth_values(path)
-    scale = default_depth_units(values) if units is None else units
-    metres = depth_in_metres(values, scale)
+def _depth_facts(path: Path, depth: DepthReading, camera: str | CameraIntrinsics | None) -> list[tuple[str, str]]:
+    """What there is to say about depth."""
+    values, metres = depth.values, depth.metres
     known = metres[np.isfinite(metres)]
     facts = [
         ("depth", f"{path}, {values.shape[1]} x {values.shape[0]}, {values.dtype}"),
-        ("depth units", f"{scale:g} per metre" + (" (assumed; --depth-units sets it)" if units is None else "")),
+        ("encoding", depth.encoding.text + (" (assumed; --depth-encoding sets it)" if depth.is_assumed else "")),
         ("missing", f"{1 - known.size / metres.size:.1%}"),
     ]
     if known.size:
@@ -142,17 +161,16 @@ def _depth_facts(
         check_depth_scale(metres)
     except InputError as error:
         facts.append(("problem", str(error)))
-    return metres, facts
+    return [*facts, *(("doubt", note) for note in depth.notes)]
 
 
-def _truth_facts(
-    path: str | Path | None, units: float | None, depth: NDArray[np.float32], depth_units: float | None
-) -> list[tuple[str, str]]:
-    """What there is to say about the truth of depth [m]; nothing if there is none."""
+def _truth_facts(path: str | Path | None, units: float | None, reading: DepthReading) -> list[tuple[str, str]]:
+    """What there is to say about the truth of depth; nothing if there is none."""
     if path is None:
         return []
+    depth = reading.metres
     try:
-        truth, file = read_truth(path, (depth.shape[0], depth.shape[1]), units, depth_units)
+        truth, file = read_truth(path, (depth.shape[0], depth.shape[1]), units, reading.encoding.units)
     except InputError as error:
         return [("problem", str(error))]
     known = np.isfinite(truth)

@@ -7,11 +7,11 @@ from pathlib import Path
 
 from ..edges.importing import INPUTS, add_model
 from ..errors import InputError
-from ..models import BUNDLED, DEPTH_EDGES, model_names, model_path, models_folder, remove_model
+from ..models import BUNDLED, CORRECTION, DEPTH_EDGES, model_names, model_path, models_folder, remove_model
 from .parsing import Commands
 from .report import table
 
-_BUNDLED = {BUNDLED: "bundled", DEPTH_EDGES: "bundled, of the detector rgbd"}
+_BUNDLED = {BUNDLED: "bundled", DEPTH_EDGES: "bundled, of the detector rgbd", CORRECTION: "bundled, corrects depth"}
 
 
 def add_command(commands: Commands) -> None:
@@ -57,7 +57,7 @@ def add_command(commands: Commands) -> None:
 def run_list(arguments: argparse.Namespace) -> None:
     """Show what there is."""
     rows = []
-    for name in (*model_names(), DEPTH_EDGES):
+    for name in (*model_names(), DEPTH_EDGES, CORRECTION):
         try:
             size = _size(model_path(name))
         except (InputError, OSError):

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, NoReturn, TypeVar
 
 from ..camera import INTRINSICS
 from ..declarations import Declaration, ParameterSet, Value
 from ..errors import IlfError, ParameterError
 from ..frame import RGBDFrame
-from ..io import load_frame
+from ..io.encodings import MEANINGS
+from ..io.frame_source import FrameSource
 from ..io.label_files import read_mask
+from ..io.time_lists import MOST_APART_S
 from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..preset_files import OwnPreset, find_preset
+from ..sources import Source, open_source
+from .report import warn
 
 Commands = Any
 """What `ArgumentParser.add_subparsers` returns; its type has no public name."""
@@ -45,15 +50,43 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
         "inputs",
         nargs="*",
         metavar="INPUT",
-        help="colour file and depth file, or one folder with rgb.*, depth.* and meta.json",
+        help="colour file and depth file, or one folder with rgb.*, depth.* and meta.json; with --frame, a folder of "
+        "frames or a data set",
     )
-    reading = parser.add_argument_group("reading the frame")
+    parser.add_argument(
+        "--frame",
+        metavar="KEY",
+        help="frame of a folder of frames or a data set, one of those that `ilf info` tells of",
+    )
+    parser.add_argument(
+        "--max-gap",
+        type=float,
+        metavar="S",
+        help="how many seconds apart colour and depth of a frame may be, where a folder or a data set matches them by "
+        f"time (default: {MOST_APART_S:g})",
+    )
+    add_reading(parser.add_argument_group("reading the frame"))
+
+
+def add_reading(reading: argparse._ArgumentGroup) -> None:
+    """Add the arguments that say how depth files are read and what camera they are of; see `reading_of`."""
+    how = reading.add_mutually_exclusive_group()
+    how.add_argument(
+        "--depth-encoding",
+        metavar="NAME",
+        help=f"how the values of the depth file become metres: {', '.join(MEANINGS)}, bop:SCALE, or units per "
+        "metre as a number (default: what meta.json says; for two files mm if they hold integers, m if they hold "
+        "floats). What is named is not doubted",
+    )
+    how.add_argument(
+        "--depth-units", type=float, metavar="N", help="the same for most files: units per metre, 1000 for millimetres"
+    )
     reading.add_argument(
-        "--depth-units",
+        "--invalid",
         type=float,
         metavar="N",
-        help="units of the depth file per metre: 1000 for millimetres, 5000 for TUM (default: what meta.json says; "
-        "for two files 1000 if they hold integers, 1 if they hold floats)",
+        help="value of the depth file that stands for missing, beside 0: 65535 for 7-Scenes; 0 for none (default: what "
+        "meta.json says)",
     )
     reading.add_argument(
         "--intrinsics",
@@ -150,20 +183,51 @@ def preset_from(name: str | None) -> OwnPreset:
         raise UsageError(str(error)) from error
 
 
-def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
-    """Load the frame that the arguments name, with what they distrust, and the truth and the guide that they name."""
+def reading_of(arguments: argparse.Namespace) -> dict[str, Any]:
+    """What the arguments of `add_reading` say, by the names that `load_frame` and `list_frames` have for it."""
+    return {
+        "depth_units": arguments.depth_units,
+        "encoding": arguments.depth_encoding,
+        "invalid": arguments.invalid,
+        "intrinsics": arguments.intrinsics,
+    }
+
+
+def source_from(arguments: argparse.Namespace) -> Source:
+    """The folder of frames or data set that the arguments name; what there is to say of it is told."""
+    if len(arguments.inputs) != 1:
+        raise UsageError(f"Name one folder of frames or data set; these are {len(arguments.inputs)} paths.")
+    max_gap = MOST_APART_S if arguments.max_gap is None else arguments.max_gap
+    source = open_source(arguments.inputs[0], **reading_of(arguments), max_gap=max_gap)
+    warn(source.notes)
+    return source
+
+
+def frame_of_source(arguments: argparse.Namespace) -> FrameSource:
+    """The frame that --frame names."""
+    return replace(source_from(arguments).frame_source(arguments.frame), **_beside(arguments))
+
+
+def _frame_of_files(arguments: argparse.Namespace) -> FrameSource:
     inputs = arguments.inputs
     if len(inputs) not in {1, 2}:
         raise UsageError(f"Give a colour and a depth file, or one folder; these are {len(inputs)} paths.")
-    given = vars(arguments)
-    frame = load_frame(
-        *inputs,
-        depth_units=arguments.depth_units,
-        intrinsics=arguments.intrinsics,
-        truth=given.get("truth"),
-        truth_units=given.get("truth_units"),
-        guide=given.get("guide"),
-    )
+    if arguments.max_gap is not None:
+        raise UsageError("--max-gap is for frames of a folder or a data set: name one by --frame.")
+    rgb, depth = inputs if len(inputs) == 2 else (inputs[0], None)
+    return FrameSource(rgb, depth, **reading_of(arguments), **_beside(arguments))
+
+
+def _beside(arguments: argparse.Namespace) -> dict[str, Any]:
+    """The truth and the guide that the arguments name, where the command has such."""
+    return {name: vars(arguments).get(name) for name in ("truth", "truth_units", "guide")}
+
+
+def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
+    """Load the frame that the arguments name, with what they distrust, and the truth and the guide that they name; what
+    is doubtful about how it is read is told at once."""
+    frame = (_frame_of_files(arguments) if arguments.frame is None else frame_of_source(arguments)).load()
+    warn(frame.notes)
     return frame if arguments.distrust is None else frame.distrusting(read_mask(arguments.distrust, frame.shape))
 
 

@@ -58,7 +58,7 @@ class RunProgress(_Shown):
         """Show a step of the run."""
         record = step.record
         if record is None:
-            self._bar.update(1)
+            self._bar.update(step.result is not None)
             return
         what = "guessing the rest" if step.label == GUESS else f"block {step.label}"
         self._bar.set_postfix_str(

@@ -19,9 +19,10 @@ from ..project import FrameState, Project, ProjectFrame
 from ..project.facts import frame_facts
 from ..project.file import SUFFIX, OpenedProject, open_project, save_project
 from ..project.stored import differences, stored_completion, stored_run
-from ..run import ExportOptions, Run, write
+from ..run import Run, write
 from ..run.options import as_file_name
-from .parsing import Commands, UsageError, add_look_in, add_progress
+from .export_options import add_export_options, export_options, fitting
+from .parsing import Commands, UsageError, add_look_in, add_progress, add_reading, reading_of
 from .progress import RunProgress
 from .project_facts import counted, facts_as_json, print_facts
 from .report import warn
@@ -49,8 +50,7 @@ def add_command(commands: Commands) -> None:
     making.add_argument(
         "inputs", nargs="+", metavar="FRAME", help="folder of a frame or of frames, or a colour file and a depth file"
     )
-    making.add_argument("--depth-units", type=float, metavar="N", help="units of the depth files per metre")
-    making.add_argument("--intrinsics", metavar="CAMERA", help="of all frames, as for `ilf complete`")
+    add_reading(making.add_argument_group("reading the frames"))
     making.add_argument("--embed", action="store_true", help="put the frames' files into the project")
 
     telling = _action(actions, "info", run_info, "show what is in a project, and what is wrong with it")
@@ -63,6 +63,7 @@ def add_command(commands: Commands) -> None:
         "--out", required=True, metavar="DIR", help="folder for a folder per frame; files in them are overwritten"
     )
     _add_choice(exporting)
+    add_export_options(exporting.add_argument_group("files"))
 
     again = _action(actions, "replay", run_replay, "run frames again, and see whether what is stored comes out")
     _add_choice(again)
@@ -115,14 +116,12 @@ def run_info(arguments: argparse.Namespace) -> None:
 def run_export(arguments: argparse.Namespace) -> None:
     """Write the stored results of frames."""
     folders: set[str] = set()
+    asked_for = export_options(arguments)
     with _opened(arguments) as opened:
         for frame, state in _with_results(opened, arguments.frame):
             folder = Path(arguments.out) / _folder_name(frame, folders)
-            run, options, notes = stored_run(state), ExportOptions(), list[str]()
-            if state.frame.intrinsics is None:
-                options = replace(options, cloud=None)
-                notes.append("No point cloud is written, because the camera's intrinsics are not known.")
-            written = write(folder, run, stored_completion(state), options)
+            options, notes = fitting(asked_for, state.frame, arguments)
+            written = write(folder, stored_run(state), stored_completion(state), options)
             warn(f"{frame.name}: {note}" for note in (*notes, *written.notes))
             print(f"{frame.name}: {counted(len(state.results), 'block')}, written to {folder}")
 
@@ -151,18 +150,18 @@ def _completed(run: Run, shown: bool) -> Completion:
 
 def _sources(arguments: argparse.Namespace) -> Iterator[FrameSource]:
     """The frames that the arguments name."""
-    inputs, how = arguments.inputs, (arguments.depth_units, arguments.intrinsics)
+    inputs, how = arguments.inputs, reading_of(arguments)
     if all(Path(path).is_dir() for path in inputs):
         for path in inputs:
-            listing = list_frames(path, depth_units=how[0], intrinsics=how[1])
+            listing = list_frames(path, **how)
             warn(listing.notes)
             yield from listing.sources
         return
     if len(inputs) != 2 or any(Path(path).is_dir() for path in inputs):
         raise UsageError("Give folders, or the colour and the depth file of one frame.")
     rgb, depth = (str(Path(path).absolute()) for path in inputs)
-    source = FrameSource(rgb, depth, *how)
-    source.load()  # a wrong file is told of now
+    source = FrameSource(rgb, depth, **how)
+    warn(source.load().notes)  # a wrong file is told of now
     yield source
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from ..camera import camera_text
 from ..declarations import ParameterSet, Value
 from ..io.camera_files import intrinsics_from
+from ..io.encodings import encoding_of_inputs
 from ..parameters import BlockParameters
 from ..preset_words import likeness
 from ..run import RunRecord
@@ -23,7 +24,7 @@ def record_facts(record: RunRecord) -> list[tuple[str, str]]:
         facts += [
             ("colour", record.inputs.rgb.path),
             ("depth", record.inputs.depth.path),
-            ("depth units", f"{record.inputs.depth_units:g} per metre"),
+            ("encoding", encoding_of_inputs(record.inputs).text),
             ("intrinsics", camera_text(intrinsics_from(record.inputs.intrinsics))),
         ]
         if record.inputs.truth is not None:

@@ -11,6 +11,7 @@ from ..errors import InputError
 from ..filter.pyramid import sums_of_four
 from ..filter.stepper import edge_parameters
 from ..frame import RGBDFrame
+from ..nearest import nearest_values
 from ..parameters import BlockParameters, Parameters
 from ..per_frame import once_per_frame
 from .walks import Walks, walk
@@ -107,7 +108,7 @@ def error_features(frame: RGBDFrame, depth: NDArray[np.floating], edges: Array) 
     filled = filled_pixels(frame, depth)
     if not filled.any():
         return np.empty((0, len(FEATURES)), np.float32)
-    distance, nearest = _nearest_known(frame)
+    distance, nearest = nearest_values(frame.depth, frame.known)
     dense = np.where(filled, depth, nearest).astype(np.float32)
     gap = cv2.dilate(distance, np.ones((_RIM, _RIM), np.uint8))[filled]
     square = np.ones((3, 3), np.uint8)
@@ -133,17 +134,6 @@ def error_features(frame: RGBDFrame, depth: NDArray[np.floating], edges: Array) 
             cv2.blur(edges, (_AROUND, _AROUND))[filled],
         ]
     ).astype(np.float32)
-
-
-def _nearest_known(frame: RGBDFrame) -> tuple[Array, Array]:
-    """Distance [px] to the nearest known pixel, 0 there, and its depth [m]."""
-    known = frame.known
-    distance, places = cv2.distanceTransformWithLabels(
-        (~known).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    of_place = np.zeros(int(places.max()) + 1, np.float32)
-    of_place[places[known]] = frame.depth[known]
-    return np.asarray(distance, np.float32), of_place[places]
 
 
 def _bend(depth: Array, distance: Array, wanted: NDArray[np.bool_]) -> Array:

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.linalg import splu
+
+from ..filter.banded import solve_grid
 
 Array = NDArray[np.float32]
 
@@ -60,21 +60,15 @@ def walk(depth: Array, edges: Array) -> Walks:
     mean, square = (_sums(values, cell) / np.maximum(counts, 1) for values in (logarithm, logarithm * logarithm))
     rows, columns = np.indices(counts.shape)
     # known depth that fills a cell ends a walk there sooner than the walk would leave it
-    ends = (counts / cell).astype(np.float64).ravel()
+    ends = (counts / cell).astype(np.float64)
     passing = np.maximum(np.exp(-edges / np.float32(_EDGE_SCALE)), np.float32(_LEAST))
     along_x, along_y = _links(passing, cell), _links(passing.T, cell).T
-    gathered = np.column_stack([ends * values.ravel() for values in (mean, square, rows, columns)])
-    found = _solve(along_x, along_y, ends + _LEAST, np.column_stack([ends, np.ones(ends.size), gathered]))
-    arriving, steps = found[:, 0], found[:, 1]
-    mean_end, square_end, row_end, column_end = (found[:, 2:] / np.maximum(arriving, 1e-12)[:, None]).T
+    wanted = np.stack([ends, np.ones_like(ends), *(ends * values for values in (mean, square, rows, columns))])
+    arriving, steps, *gathered = _solve(along_x, along_y, ends + _LEAST, wanted)
+    mean_end, square_end, row_end, column_end = (values / np.maximum(arriving, 1e-12) for values in gathered)
     spread = np.sqrt(np.maximum(square_end - mean_end**2, 0))
-    aside = cell * np.hypot(row_end - rows.ravel(), column_end - columns.ravel())
-    return Walks(
-        *(
-            _on_pixels(values.reshape(counts.shape), cell, depth.shape)
-            for values in (mean_end + middle, spread, steps, aside)
-        )
-    )
+    aside = cell * np.hypot(row_end - rows, column_end - columns)
+    return Walks(*(_on_pixels(values, cell, depth.shape) for values in (mean_end + middle, spread, steps, aside)))
 
 
 def _padded(values: Array, cell: int, mode: str) -> Array:
@@ -96,19 +90,15 @@ def _links(passing: Array, cell: int) -> Array:
 
 
 def _solve(
-    along_x: Array, along_y: Array, ends: NDArray[np.float64], gathered: NDArray[np.float64]
+    along_x: Array, along_y: Array, ends: NDArray[np.float64], wanted: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """What walks gather on the way, for every cell and every column of what they gather at each step."""
-    shape = along_y.shape[0] + 1, along_x.shape[1] + 1
-    numbers = np.arange(ends.size).reshape(shape)
-    here = np.concatenate([numbers[:, :-1].ravel(), numbers[:-1].ravel()])
-    there = np.concatenate([numbers[:, 1:].ravel(), numbers[1:].ravel()])
-    links = np.concatenate([along_x.ravel(), along_y.ravel()]).astype(np.float64)
-    diagonal = ends + np.bincount(here, links, ends.size) + np.bincount(there, links, ends.size)
-    places = np.concatenate([numbers.ravel(), here, there]), np.concatenate([numbers.ravel(), there, here])
-    matrix = coo_array((np.concatenate([diagonal, -links, -links]), places), shape=(ends.size, ends.size)).tocsc()
-    options = {"SymmetricMode": True}
-    return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options).solve(gathered)
+    """What walks gather on the way, for every cell, of what they gather at each step, (K, rows, columns)."""
+    right, below = np.zeros_like(ends), np.zeros_like(ends)
+    right[:, :-1], below[:-1] = along_x, along_y
+    diagonal = ends + right + below
+    diagonal[:, 1:] += right[:, :-1]
+    diagonal[1:] += below[:-1]
+    return solve_grid(diagonal, (-right,), (-below,), wanted)
 
 
 def _on_pixels(values: NDArray[np.float64], cell: int, shape: tuple[int, ...]) -> Array:

@@ -142,7 +142,7 @@ def find_margins(rgb: NDArray[np.uint8]) -> tuple[int, int, int, int]:
 
     All 0 unless there is white on all four sides: a bright wall is not a border.
     """
-    white = rgb.min(axis=2) >= 240
+    white = np.minimum(np.minimum(rgb[..., 0], rgb[..., 1]), rgb[..., 2]) >= 240
     limit = min(white.shape) // 8
     top, bottom, left, right = (_white_lines(side, limit) for side in (white, white[::-1], white.T, white.T[::-1]))
     return (top, bottom, left, right) if min(top, bottom, left, right) > 0 else (0, 0, 0, 0)

@@ -6,6 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ..nearest import nearest_values
+
 Array = NDArray[np.float32]
 
 CHANNELS = ("known", "filled", "fine relief", "wide relief", "distance", "nearest")
@@ -42,17 +44,13 @@ def depth_features(depth: Array) -> Array:
         return features
     filled, median = filled_log_depth(depth)
     filled -= median
-    distance, labels = cv2.distanceTransformWithLabels(
-        (~known).view(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    of_label = np.zeros(np.count_nonzero(known) + 1, np.float32)
-    of_label[labels[known]] = filled[known]
+    distance, nearest = nearest_values(filled, known)
     features[0] = known
     features[1] = filled
     features[2] = known * _FINE_GAIN * (filled - cv2.blur(filled, (_FINE, _FINE)))
     features[3] = _WIDE_GAIN * (filled - cv2.blur(filled, (_WIDE, _WIDE)))
     features[4] = np.log1p(distance) / 4
-    features[5] = _NEAREST_GAIN * (of_label[labels] - filled)
+    features[5] = _NEAREST_GAIN * (nearest - filled)
     return np.clip(features, -_LIMIT, _LIMIT, out=features)
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -34,8 +32,17 @@ def colour_gradient(rgb: NDArray[np.uint8], sigma: float) -> tuple[NDArray[np.in
         lab = cv2.GaussianBlur(lab, (0, 0), sigma, borderType=cv2.BORDER_REFLECT)
     dx = cv2.Sobel(lab, cv2.CV_16S, 1, 0, borderType=cv2.BORDER_REFLECT)
     dy = cv2.Sobel(lab, cv2.CV_16S, 0, 1, borderType=cv2.BORDER_REFLECT)
-    strongest = np.argmax(np.abs(dx.astype(np.int32)) + np.abs(dy.astype(np.int32)), axis=2)[..., None]
-    return _pick(dx, strongest), _pick(dy, strongest)
+    sizes = np.abs(dx) + np.abs(dy)
+    size, strongest_x, strongest_y = sizes[..., 0], dx[..., 0], dy[..., 0]
+    for channel in (
+        1,
+        2,
+    ):  # arrays of one channel each: reducing along the last, short axis takes several times as long
+        larger = sizes[..., channel] > size
+        size = np.maximum(size, sizes[..., channel])
+        strongest_x = np.where(larger, dx[..., channel], strongest_x)
+        strongest_y = np.where(larger, dy[..., channel], strongest_y)
+    return np.ascontiguousarray(strongest_x), np.ascontiguousarray(strongest_y)
 
 
 def gradient_strength(dx: NDArray[np.int16], dy: NDArray[np.int16]) -> NDArray[np.float32]:
@@ -85,10 +92,6 @@ def otsu_edges(strength: NDArray[np.float32], threshold: float) -> NDArray[np.bo
     ndarray of bool, shape (H, W)
     """
     return strength >= (threshold or max(_NETWORK_SHARE * _otsu(strength), _FAINTEST))
-
-
-def _pick(values: NDArray[Any], channel: NDArray[np.intp]) -> NDArray[np.int16]:
-    return np.take_along_axis(values, channel, axis=2)[..., 0]
 
 
 def _magnitude(dx: NDArray[np.int16], dy: NDArray[np.int16]) -> tuple[NDArray[np.float32], float]:

@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 from ..errors import FormatError, InputError
 from ..io.files import read_file
 
+_LARGE = 1_000_000
+"""Pixels of an input from which on a net is read anew after use: it keeps what it works in, some 400 bytes for each."""
+
 _networks: dict[tuple[type, Path], tuple[tuple[int, int], OnnxNetwork]] = {}
 _networks_lock = Lock()
 
@@ -24,13 +27,14 @@ class OnnxNetwork:
     KIND: ClassVar[str] = "edge network"
     """What it is called in messages."""
 
-    def __init__(self, net: cv2.dnn.Net, path: Path, sha256: str) -> None:
+    def __init__(self, net: cv2.dnn.Net, path: Path, content: NDArray[np.uint8]) -> None:
         self._net = net
+        self._content = content
         self._outputs = tuple(net.getUnconnectedOutLayersNames())
         # A net keeps the input and all in between to itself, so that only one thread may run it at a time.
         self._lock = Lock()
         self.path = path
-        self.sha256 = sha256
+        self.sha256 = hashlib.sha256(content.data).hexdigest()
         """Of the very bytes that the network was read from, in hexadecimal digits."""
         self._try()
 
@@ -84,7 +88,7 @@ class OnnxNetwork:
                 f"{path.name} cannot be read as an ONNX network. Choose an intact ONNX file that holds its weights, "
                 "or the Canny detector."
             ) from error
-        return cls(net, path, hashlib.sha256(content.data).hexdigest())
+        return cls(net, path, content)
 
     def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         """All outputs; raises cv2.error where the network does not take these inputs. "" is the first input."""
@@ -92,7 +96,11 @@ class OnnxNetwork:
             for name, values in inputs.items():
                 self._net.setInput(values, name)
             # The net writes its next results to the same memory.
-            return [np.array(one, np.float32) for one in self._net.forward(self._outputs)]
+            found = [np.array(one, np.float32) for one in self._net.forward(self._outputs)]
+            if any(values[0, 0].size >= _LARGE for values in inputs.values()):
+                # only with the net goes what it has worked in
+                self._net = cv2.dnn.readNetFromONNX(self._content)
+            return found
 
     def _try(self) -> None:
         """Raise FormatError for a network that is none of this kind, before it is used."""

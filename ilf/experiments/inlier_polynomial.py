@@ -16,7 +16,7 @@ _NORMAL_MAD = 0.6745
 
 
 def inlier_polynomial(
-    depth: NDArray[np.floating], mask: NDArray[np.bool_], order: int
+    depth: NDArray[np.floating], mask: NDArray[np.bool_], order: int, deviations: float = INLIER_DEVIATIONS
 ) -> tuple[NDArray[np.float64], int]:
     """Fit a polynomial, drop outliers, and fit again until the inliers stay the same.
 
@@ -33,6 +33,8 @@ def inlier_polynomial(
         The block's pixels.
     order : int
         Largest total power of row and column.
+    deviations : float
+        How many standard deviations off an outlier is; infinity keeps every point.
 
     Returns
     -------
@@ -57,7 +59,7 @@ def inlier_polynomial(
         off = np.abs(values - orthonormal @ weights)
         scale = float(np.median(off)) / _NORMAL_MAD
         # what rounding leaves of an exact fit is no outlier
-        now = off <= max(INLIER_DEVIATIONS * scale, 1e-9)
+        now = off <= (max(deviations * scale, 1e-9) if scale else 1e-9)
         if rounds == MAX_ROUNDS or np.array_equal(now, inliers):
             break
         inliers = now

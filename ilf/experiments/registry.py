@@ -19,6 +19,8 @@ from .real_view import compare_real, draw_real
 from .sphere import SPHERE
 from .table import run_table
 from .table_view import compare_table, draw_table
+from .unknowns import run_unknowns
+from .unknowns_view import compare_unknowns, draw_unknowns
 
 _CONVERGENCE = Experiment(
     name="convergence",
@@ -55,9 +57,20 @@ _TABLE = Experiment(
     needs_frames=True,
 )
 
+_UNKNOWNS = Experiment(
+    name="unknowns",
+    title="What the text leaves open",
+    source="Fig. 4, 5 and 6",
+    about="The preset paper with every combination of what the text does not say, on cylinders and spheres that it "
+    "does not describe: where do 10.28 mm and the wins over polynomials come out?",
+    run=run_unknowns,
+    draw=draw_unknowns,
+    compare=compare_unknowns,
+)
+
 EXPERIMENTS: dict[str, Experiment] = {
     experiment.name: experiment
-    for experiment in (_CONVERGENCE, CYLINDER, SPHERE, CYLINDER_NOISE, _REAL, _TABLE, LIMITS)
+    for experiment in (_CONVERGENCE, CYLINDER, SPHERE, CYLINDER_NOISE, _UNKNOWNS, _REAL, _TABLE, LIMITS)
 }
 """Name -> experiment, in the order of the paper."""
 

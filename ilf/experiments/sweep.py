@@ -62,7 +62,7 @@ def run_case(case: Case, methods: Sequence[str]) -> list[Row]:
     None where nothing is missing. What a method leaves open counts with its nearest known depth; "covered" is the
     share of the block that has depth without that.
     """
-    frame = _given(case)
+    frame = given(case)
     return [_row(case, name, frame, *_completed(case, name, frame)) for name in methods]
 
 
@@ -74,12 +74,13 @@ def run_cases(cases: Sequence[Case], methods: Sequence[str], jobs: int, on_progr
 
 def completed(case: Case, method: str) -> tuple[RGBDFrame, NDArray[np.floating]]:
     """What the method is given, and what it makes of it [m], holes closed with the nearest known depth."""
-    frame = _given(case)
+    frame = given(case)
     depth, _, _ = _completed(case, method, frame)
-    return frame, _closed(depth, frame)
+    return frame, closed(depth, frame)
 
 
-def _given(case: Case) -> RGBDFrame:
+def given(case: Case) -> RGBDFrame:
+    """The surface as a sensor sees it, with the case's noise and defect."""
     defect = continuous_defect(case.surface.shape, case.rate, case.along)
     return sensed(case.surface, case.noise, defect, case.seed)
 
@@ -96,7 +97,8 @@ def _completed(case: Case, name: str, frame: RGBDFrame) -> tuple[NDArray[np.floa
     return depth, time.perf_counter() - started, failure
 
 
-def _closed(depth: NDArray[np.floating], frame: RGBDFrame) -> NDArray[np.floating]:
+def closed(depth: NDArray[np.floating], frame: RGBDFrame) -> NDArray[np.floating]:
+    """Depth [m] whose holes have the nearest known depth."""
     return np.where(np.isfinite(depth) & (depth > 0), depth, nearest(frame))
 
 
@@ -110,7 +112,7 @@ def _depth(name: str, frame: RGBDFrame, labels: NDArray[np.int32], mode: str) ->
 
 
 def _row(case: Case, name: str, frame: RGBDFrame, depth: NDArray[np.floating], seconds: float, failure: str) -> Row:
-    truth, dense = case.surface.depth, _closed(depth, frame)
+    truth, dense = case.surface.depth, closed(depth, frame)
     whole = measure_errors(dense, truth, np.ones(truth.shape, bool))
     hole = None if frame.known.all() else measure_errors(dense, truth, ~frame.known)
     return {

@@ -65,9 +65,11 @@ def held_out_of(known: NDArray[np.bool_], share: float) -> NDArray[np.bool_]:
     -------
     ndarray of bool, shape (h, w)
     """
+    held = np.zeros(known.shape, bool)
+    if share == 0:
+        return held
     places = np.flatnonzero(known)
     chosen = np.random.default_rng(_SEED).permutation(places)[: int(share * places.size)]
-    held = np.zeros(known.shape, bool)
     held.flat[chosen] = True
     return held
 

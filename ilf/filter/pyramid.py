@@ -26,5 +26,7 @@ def enlarged(values: Array, shape: tuple[int, ...]) -> Array:
 
 
 def _quarters(values: Array, mode: str) -> tuple[Array, Array, Array, Array]:
-    even = np.pad(values, [(0, size % 2) for size in values.shape], mode=mode)  # type: ignore[call-overload]
+    even = values
+    if any(size % 2 for size in values.shape):
+        even = np.pad(values, [(0, size % 2) for size in values.shape], mode=mode)  # type: ignore[call-overload]
     return even[::2, ::2], even[1::2, ::2], even[::2, 1::2], even[1::2, 1::2]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -107,6 +108,12 @@ def guide_carries(frame: RGBDFrame, block: Block, parameters: Parameters) -> boo
     return guide is not None and guide.carries(block)
 
 
+def is_guided(frame: RGBDFrame) -> bool:
+    """Whether the frame has a guide that is followed."""
+    guide = fit_guide(frame)
+    return guide is not None and guide.belief > 0
+
+
 def edges_for(frame: RGBDFrame, parameters: Parameters, extraction: BlockParameters | None = None) -> FrameEdges | None:
     """The frame's edges as a filter with such parameters needs them; None for the pass band, which knows no edges.
 
@@ -123,6 +130,7 @@ def edges_for(frame: RGBDFrame, parameters: Parameters, extraction: BlockParamet
     return None if wanted is None else find_edges(frame, wanted)
 
 
+@lru_cache(maxsize=64)
 def edge_parameters(parameters: Parameters, extraction: BlockParameters | None = None) -> BlockParameters | None:
     """What the edges for `edges_for` are found with, all that has no part in them as the defaults have it; None for the
     pass band. Results with the same block, parameters and edge parameters are the same."""

@@ -3,9 +3,10 @@
 File units, file names and file formats exist here only; everything else works in metres on arrays.
 """
 
+from ..open3d_images import load_open3d
 from .atomic import atomic_path
 from .camera_files import intrinsics_from
-from .cloud_files import CLOUD_SUFFIXES, check_cloud_format, load_open3d, write_cloud
+from .cloud_files import CLOUD_SUFFIXES, check_cloud_format, write_cloud
 from .depth_files import (
     DEPTH_SUFFIXES,
     UINT16_MAX,
@@ -16,19 +17,23 @@ from .depth_files import (
     write_depth,
     write_expected_error,
 )
+from .encodings import ENCODINGS
 from .frames import META_NAME, FrameFiles, frame_beside, frame_folder, load_frame
 from .guide_files import GUIDE_SUFFIXES, load_guide
 from .images import read_colour
 from .interchange import BLOCK_FORMATS, LoadedBlocks, read_blocks, write_blocks
 from .label_files import read_labels, write_labels, write_mask
 from .listing import Listing, list_frames
+from .mesh_files import MESH_SUFFIXES, write_mesh
 from .truth_files import load_truth, with_truth_file
 
 __all__ = [
     "BLOCK_FORMATS",
     "CLOUD_SUFFIXES",
     "DEPTH_SUFFIXES",
+    "ENCODINGS",
     "GUIDE_SUFFIXES",
+    "MESH_SUFFIXES",
     "META_NAME",
     "UINT16_MAX",
     "FrameFiles",
@@ -58,4 +63,5 @@ __all__ = [
     "write_expected_error",
     "write_labels",
     "write_mask",
+    "write_mesh",
 ]

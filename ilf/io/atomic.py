@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import secrets
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -68,3 +68,10 @@ def write_bytes(target: str | os.PathLike[str], content: bytes) -> None:
     """Write a whole file atomically; raises ExportError as `atomic_path` does."""
     with atomic_path(target) as temporary:
         temporary.write_bytes(content)
+
+
+def write_parts(target: str | os.PathLike[str], parts: Iterable[bytes]) -> None:
+    """The same of a file that comes in parts, one after the other, and is never held as a whole."""
+    with atomic_path(target) as temporary, open(temporary, "wb") as file:
+        for part in parts:
+            file.write(part)

@@ -12,13 +12,16 @@ from .naming import name_by
 if TYPE_CHECKING:
     from ..frame import FrameInputs, RGBDFrame
     from .camera_files import IntrinsicsSpec
+    from .depth_reading import DepthReading
+    from .encodings import EncodingSpec
+    from .frames import FrameFiles
 
 
 @dataclass(frozen=True)
 class FrameSource:
     """What to open: a folder with meta.json, or a colour file with its depth file.
 
-    `depth_units` are file units per metre; `intrinsics` anything that `ilf.load_frame` takes. `truth` is the file with
+    `depth_units`, `encoding`, `invalid` and `intrinsics` are what `ilf.load_frame` takes. `truth` is the file with
     the true depth, None for that of the folder if it has one, and `truth_units` are its file units per metre. `guide`
     is the file with the guide, None for that of the folder if it has one.
     """
@@ -30,6 +33,8 @@ class FrameSource:
     truth: str | None = None
     truth_units: float | None = None
     guide: str | None = None
+    encoding: EncodingSpec | None = None
+    invalid: float | None = None
 
     @classmethod
     def of(cls, inputs: FrameInputs) -> Self:
@@ -38,10 +43,12 @@ class FrameSource:
         return cls(
             inputs.rgb.path,
             inputs.depth.path,
-            inputs.depth_units,
+            inputs.depth_units if inputs.encoding is None else None,
             inputs.intrinsics,
             None if truth is None else truth.path,
             None if truth is None else truth.units,
+            encoding=inputs.encoding,
+            invalid=inputs.invalid,
         )
 
     @property
@@ -63,17 +70,43 @@ class FrameSource:
         return replace(self, **{name: os.path.abspath(path) for name, path in paths.items() if path is not None})
 
     def load(self) -> RGBDFrame:
-        """Read the frame; raises what `ilf.load_frame` does."""
+        """Read the frame; raises what `ilf.load_frame` does. What is doubtful is in its `notes` alone."""
         from .frames import load_frame
 
         return load_frame(
             self.rgb,
             self.depth,
             depth_units=self.depth_units,
+            encoding=self.encoding,
+            invalid=self.invalid,
             intrinsics=self.intrinsics,
             truth=self.truth,
             truth_units=self.truth_units,
             guide=self.guide,
+            warn=False,
+        )
+
+    def read_depth(self) -> DepthReading:
+        """Its depth alone, and what speaks against the way that it is read; of whatever scale."""
+        from .encodings import one_encoding
+        from .frames import read_frame_depth
+
+        return read_frame_depth(self.rgb, self.depth, one_encoding(self.encoding, self.depth_units), self.invalid)
+
+    def files(self) -> FrameFiles:
+        """Its files, with what is stated of them here or beside them; raises what `frame_folder` does."""
+        from .camera_files import intrinsics_from
+        from .encodings import one_encoding
+        from .frames import files_of
+
+        found = files_of(self.rgb, self.depth, beside=True)
+        spec = one_encoding(self.encoding, self.depth_units)
+        return replace(
+            found,
+            depth_units=None if spec is not None else found.depth_units,
+            encoding=found.encoding if spec is None else spec,
+            invalid=found.invalid if self.invalid is None else self.invalid,
+            intrinsics=intrinsics_from(self.intrinsics) or found.intrinsics,
         )
 
     def beside(self) -> str:
@@ -84,7 +117,10 @@ class FrameSource:
         if files is None:
             return ""
         taken = ["name"]
-        taken += ["depth units"] * (self.depth_units is None and files.depth_units is not None)
+        says_nothing = self.depth_units is None and self.encoding is None
+        taken += ["depth units"] * (says_nothing and files.depth_units is not None)
+        taken += ["depth encoding"] * (says_nothing and files.encoding is not None)
+        taken += ["invalid value"] * (self.invalid is None and files.invalid is not None)
         taken += ["intrinsics"] * (self.intrinsics is None and files.intrinsics is not None)
         taken += ["truth"] * (self.truth is None and files.truth is not None)
         taken += ["guide"] * (self.guide is None and files.guide is not None)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import os
 import re
+import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ..errors import FormatError, InputError, ParameterError
+from ..errors import DepthWarning, FormatError, InputError, ParameterError
 from ..frame import CameraIntrinsics, FrameInputs, InputFile, RGBDFrame
 from .camera_files import IntrinsicsSpec, intrinsics_from
-from .depth_files import checked_units, default_depth_units, depth_in_metres, read_depth_values
+from .depth_files import checked_units
+from .depth_reading import DepthReading, read_depth
+from .encodings import EncodingSpec, checked_invalid, one_encoding
 from .files import FileContent, read_file, read_json
 from .guide_files import GUIDE_SUFFIXES, load_guide
 from .images import read_colour
@@ -33,6 +36,10 @@ class FrameFiles:
         Absolute paths.
     depth_units : float or None
         File units per metre, if stated.
+    encoding : str, float or None
+        The depth encoding, if stated in place of them.
+    invalid : float or None
+        The depth file's value that stands for missing, if stated.
     intrinsics : CameraIntrinsics or None
     size : (int, int) or None
         Width and height that both images should have, if stated.
@@ -54,6 +61,13 @@ class FrameFiles:
     truth: Path | None = None
     truth_units: float | None = None
     guide: Path | None = None
+    encoding: EncodingSpec | None = None
+    invalid: float | None = None
+
+    @property
+    def stated_encoding(self) -> EncodingSpec | None:
+        """How the depth file is to be read, by whatever key that is said."""
+        return one_encoding(self.encoding, self.depth_units)
 
 
 def load_frame(
@@ -61,12 +75,15 @@ def load_frame(
     depth: str | os.PathLike[str] | None = None,
     *,
     depth_units: float | None = None,
+    encoding: EncodingSpec | None = None,
+    invalid: float | None = None,
     intrinsics: IntrinsicsSpec | None = None,
     name: str | None = None,
     truth: str | os.PathLike[str] | None = None,
     truth_units: float | None = None,
     guide: str | os.PathLike[str] | None = None,
     beside: bool = True,
+    warn: bool = True,
 ) -> RGBDFrame:
     """Read a registered RGB-D frame.
 
@@ -78,8 +95,15 @@ def load_frame(
     depth : path-like, optional
         Depth as 16-bit PNG, 16-bit or float TIFF, 16-bit PGM, or NPY.
     depth_units : float, optional
-        File units per metre. None takes what meta.json says, also for two files that lie beside it (see
-        `frame_beside`); without one 1000 if they hold integers and 1 if they hold floats.
+        File units per metre: the encoding of most files, as a number.
+    encoding : str or float, optional
+        How the values of the depth file become metres: a name of `ilf.io.ENCODINGS` ("mm", "tum", "sun", "nyu-raw",
+        ...), "bop", "bop:SCALE", or file units per metre. It goes in place of `depth_units`. Without both, what
+        meta.json says counts, also for two files that lie beside it (see `frame_beside`); without that, 1000 units per
+        metre if they hold integers and 1 if they hold floats. An encoding that is named is not doubted.
+    invalid : float, optional
+        The file's value that stands for missing, beside zero, negative and not finite ones; 0 says that there is none.
+        None takes what meta.json says.
     intrinsics : optional
         Anything that `ilf.io.intrinsics_from` takes; it goes before what meta.json says.
     name : str, optional
@@ -93,6 +117,8 @@ def load_frame(
         What something else says of the depth, see `ilf.io.load_guide`. None takes that of the folder, if it has any.
     beside : bool
         Whether a meta.json that lies beside two files counts.
+    warn : bool
+        Whether what is doubtful, or was left out, is told by `DepthWarning`, too, and not only in the frame's `notes`.
 
     Returns
     -------
@@ -108,7 +134,8 @@ def load_frame(
     FormatError
         If a file is damaged or holds something other than its role asks for.
     ParameterError
-        If depth or truth units are not a positive number, or there are units of a truth that there is not.
+        If depth or truth units are not a positive number, there is no such encoding, there are both units and an
+        encoding, or there are units of a truth that there is not.
 
     Examples
     --------
@@ -117,24 +144,17 @@ def load_frame(
     >>> frame.name, frame.shape, round(frame.missing_share, 3), frame.truth is None
     ('room', (480, 640), 0.168, False)
     """
-    if depth is not None:
-        files = (frame_beside(rgb, depth) if beside else None) or _two_files(Path(rgb), Path(depth))
-    elif Path(rgb).is_dir():
-        files = frame_folder(rgb)
-        if files.depth_units is None and depth_units is None:
-            raise FormatError(
-                f"{Path(rgb) / META_NAME} has no depth_units_per_m: add the file units per metre (1000 for "
-                "millimetres), or give depth units."
-            )
-    elif not Path(rgb).exists():
-        raise InputError(f"{rgb}: there is no such file or folder. Check the name.")
-    else:
-        raise InputError(
-            f"{rgb}: a frame needs a depth image beside its colour image. Give both files, or one folder "
-            f"that has {META_NAME} in it."
+    given = one_encoding(encoding, depth_units)
+    files = files_of(rgb, depth, beside)
+    if depth is None and files.stated_encoding is None and given is None:
+        raise FormatError(
+            f"{Path(rgb) / META_NAME} has no depth_units_per_m and no depth_encoding: add the file units per metre "
+            "(1000 for millimetres) or the encoding's name, or give depth units."
         )
     rgb_file, depth_file = read_file(files.rgb), read_file(files.depth)
-    colour, values = read_colour(rgb_file), read_depth_values(depth_file)
+    colour = read_colour(rgb_file)
+    read = _read_depth(files, depth_file, given, invalid)
+    values = read.values
     if colour.shape[:2] != values.shape:
         raise InputError(
             f"{files.rgb} is {_size(colour)} but {files.depth} is {_size(values)}. Both must show the same "
@@ -145,24 +165,29 @@ def load_frame(
             f"{files.rgb.with_name(META_NAME)} says {files.size} pixels, but the images are {_size(values)}. "
             "Correct its size, or load the two files by themselves."
         )
-    units = next((u for u in (depth_units, files.depth_units) if u is not None), default_depth_units(values))
-    units = checked_units(units)
     camera = intrinsics_from(intrinsics, values.shape) or files.intrinsics
     try:
         frame = RGBDFrame(
             rgb=colour,
-            depth=depth_in_metres(values, units),
+            depth=read.metres,
             intrinsics=camera,
             name=name or files.name,
             inputs=FrameInputs(
                 _input_file(rgb_file),
                 _input_file(depth_file),
-                units,
+                read.encoding.units,
                 None if camera is None else (camera.fx, camera.fy, camera.cx, camera.cy),
+                encoding=read.encoding.name,
+                invalid=read.encoding.invalid,
             ),
+            notes=read.notes,
         )
     except InputError as error:
-        raise InputError(f"{files.depth}: {error}") from error
+        others = "".join(f" {doubt.text}" for doubt in read.doubts if doubt.encoding is not None)
+        raise InputError(f"{files.depth}: {error}{others}") from error
+    if warn:
+        for note in read.warnings:
+            warnings.warn(f"{files.depth}: {note}", DepthWarning, stacklevel=2)
     known_guide = files.guide if guide is None else guide
     if known_guide is not None:
         frame = frame.with_guide(load_guide(known_guide, frame.shape))
@@ -175,18 +200,44 @@ def load_frame(
     return with_truth_file(frame, chosen, stated if truth_units is None else truth_units)
 
 
+def read_frame_depth(rgb: str, depth: str | None, given: EncodingSpec | None, invalid: float | None) -> DepthReading:
+    """The depth of a frame alone, read as `load_frame` reads it; raises what it does but for the depth's scale."""
+    files = files_of(rgb, depth, beside=True)
+    return _read_depth(files, read_file(files.depth), given, invalid)
+
+
+def _read_depth(
+    files: FrameFiles, content: FileContent, given: EncodingSpec | None, invalid: float | None
+) -> DepthReading:
+    return read_depth(content, given, files.stated_encoding, files.invalid if invalid is None else invalid)
+
+
+def files_of(rgb: str | os.PathLike[str], depth: str | os.PathLike[str] | None, beside: bool) -> FrameFiles:
+    """The files that two paths or a folder name, and what is stated beside them."""
+    if depth is not None:
+        return (frame_beside(rgb, depth) if beside else None) or _two_files(Path(rgb), Path(depth))
+    if Path(rgb).is_dir():
+        return frame_folder(rgb)
+    if not Path(rgb).exists():
+        raise InputError(f"{rgb}: there is no such file or folder. Check the name.")
+    raise InputError(
+        f"{rgb}: a frame needs a depth image beside its colour image. Give both files, or one folder "
+        f"that has {META_NAME} in it."
+    )
+
+
 def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     """What a frame folder's meta.json says, without reading the images.
 
     Parameters
     ----------
     folder : path-like
-        Holds meta.json with the optional keys `name`, `size` [width, height], `depth_units_per_m`, `K` [fx, fy, cx,
-        cy], `rgb` and `depth` (where the images are; `rgb.*` and `depth.*` in the folder if left out), `gt` (where the
-        truth is, `gt.*` in the folder if left out; or, in words, what that is worth: nothing if they say that it was
-        filled in, or are empty), `gt_units_per_m`, `guide` (where a guide is, `guide.*` in the folder if left out), and
-        `run` (the record without which the folder is a half-written
-        one).
+        Holds meta.json with the optional keys `name`, `size` [width, height], `depth_units_per_m`, or in its place
+        `depth_encoding` (see `load_frame`), `depth_invalid` (the depth file's value that stands for missing), `K` [fx,
+        fy, cx, cy], `rgb` and `depth` (where the images are; `rgb.*` and `depth.*` in the folder if left out), `gt`
+        (where the truth is, `gt.*` in the folder if left out; or, in words, what that is worth: nothing if they say
+        that it was filled in, or are empty), `gt_units_per_m`, `guide` (where a guide is, `guide.*` in the folder if
+        left out), and `run` (the record without which the folder is a half-written one).
 
     Raises
     ------
@@ -198,13 +249,19 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     root = Path(folder).absolute()
     meta_path = root / META_NAME
     if not meta_path.is_file():
-        raise InputError(f"{root} has no {META_NAME}. Give the colour and the depth file by themselves.")
+        raise InputError(
+            f"{root} has no {META_NAME}. Give the colour and the depth file by themselves, or a frame of the folder by "
+            "its key (--frame) if it holds several."
+        )
     meta = read_json(meta_path)
     if not isinstance(meta, dict):
         raise FormatError(f"{meta_path} must hold a JSON object with size, depth_units_per_m and K.")
     try:
         stated = (meta.get(key) for key in ("depth_units_per_m", "gt_units_per_m"))
         units, truth_units = (None if value is None else checked_units(value) for value in stated)
+        encoding = _meta_encoding(meta.get("depth_encoding"))
+        one_encoding(encoding, units)
+        invalid = None if meta.get("depth_invalid") is None else checked_invalid(meta["depth_invalid"])
         camera = None if meta.get("K") is None else intrinsics_from({"K": meta["K"]})
         size, name = _meta_size(meta.get("size")), meta.get("name") or root.name
         named = {key: meta.get(key) for key in ("rgb", "depth", "gt", "guide", "run")}
@@ -227,7 +284,8 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         )
     depth = _named_image(root, named["depth"]) or _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint)
     guide = _named_image(root, named["guide"]) or _found(root, "guide", GUIDE_SUFFIXES)
-    return FrameFiles(rgb, depth, units, camera, size, name, _truth_in(root, named["gt"]), truth_units, guide)
+    truth = _truth_in(root, named["gt"])
+    return FrameFiles(rgb, depth, units, camera, size, name, truth, truth_units, guide, encoding, invalid)
 
 
 def _truth_in(root: Path, worth: str | None) -> Path | None:
@@ -288,6 +346,12 @@ def _image_in(root: Path, stem: str, suffixes: tuple[str, ...], hint: str) -> Pa
 
 def _found(root: Path, stem: str, suffixes: tuple[str, ...]) -> Path | None:
     return next((root / (stem + suffix) for suffix in suffixes if (root / (stem + suffix)).is_file()), None)
+
+
+def _meta_encoding(spec: Any) -> EncodingSpec | None:
+    if not isinstance(spec, str | int | float | None):
+        raise InputError(f"depth_encoding must be a name or a number, not {spec!r:.60}.")
+    return spec
 
 
 def _meta_size(size: Any) -> tuple[int, int] | None:

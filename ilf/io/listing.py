@@ -5,16 +5,30 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ..errors import FormatError, InputError
+from ..errors import FormatError, InputError, ParameterError
 from ..number_words import counted
+from .bop import CAMERA_FILE
 from .camera_files import IntrinsicsSpec
+from .datasets import (
+    SEVEN_SCENES_NOTE,
+    bop_frames,
+    camera_by_name,
+    is_bop,
+    is_seven_scenes,
+    is_sun,
+    of_seven_scenes,
+    stated,
+    sun_frame,
+)
+from .encodings import EncodingSpec, one_encoding
 from .frame_source import FrameSource
 from .frames import META_NAME
 from .pairing import Pairs, natural, paired, told_apart
-from .time_lists import MOST_APART_S, UNITS, associated, read_time_list
+from .time_lists import ASSOCIATION_FILES, MOST_APART_S, UNITS, associated, read_associations, read_time_list
+from .time_names import paired_by_time, time_of
 
 _COLOUR_FOLDERS = ("rgb", "color", "colour", "image", "images")
 _DEPTH_FOLDERS = ("depth", "depths")
@@ -22,8 +36,8 @@ _DEPTH_FOLDERS = ("depth", "depths")
 WHAT_A_FOLDER_HOLDS = (
     f"A folder of frames holds one of these: a folder for each frame, with {META_NAME} and its images, or with rgb.png "
     "and depth.png; a folder rgb (or color, colour, image) and a folder depth, with files of the same names or "
-    "numbers; colour and depth files side by side, as 0001_rgb.png and 0001_depth.png; or rgb.txt and depth.txt, which "
-    "list files by time."
+    "numbers; colour and depth files side by side, as 0001_rgb.png and 0001_depth.png; rgb.txt and depth.txt, which "
+    "list files by time; scenes of BOP or frames of SUN RGB-D."
 )
 
 
@@ -37,36 +51,52 @@ class Listing:
         Absolute paths; in the natural order of their names, or of time where that is known.
     notes : tuple of str
         What the user should know, a sentence each.
+    times : tuple of float
+        Of the frames' colour [s]; empty where they are not known.
+    is_registered : bool
+        Whether colour and depth show the same pixels; the intrinsics of the frames are those of depth.
     """
 
     sources: tuple[FrameSource, ...]
     notes: tuple[str, ...] = ()
+    times: tuple[float, ...] = ()
+    is_registered: bool = True
 
 
 def list_frames(
-    folder: str | os.PathLike[str], *, depth_units: float | None = None, intrinsics: IntrinsicsSpec | None = None
+    folder: str | os.PathLike[str],
+    *,
+    depth_units: float | None = None,
+    encoding: EncodingSpec | None = None,
+    invalid: float | None = None,
+    intrinsics: IntrinsicsSpec | None = None,
+    max_gap: float = MOST_APART_S,
 ) -> Listing:
     """Find the frames of a folder.
 
-    It may hold a folder for each frame; a folder of colour and one of depth, matched by names or numbers; colour and
-    depth files side by side; or lists of both by time, whose depth has 5000 units per metre unless others are given. A
+    It may hold a folder for each frame; a folder of colour and one of depth, matched by names or numbers, or by time
+    where names are times; colour and depth files side by side; or lists of both by time, whose depth has 5000 units per
+    metre unless others are given. Frames and sequences of BOP, SUN RGB-D and 7-Scenes are read as these have them. A
     frame folder gives just itself.
 
     Parameters
     ----------
     folder : path-like
-    depth_units : float, optional
-        File units per metre of all frames. None takes what is known of each.
+    depth_units, encoding, invalid : optional
+        How the depth of all frames is read, as for `ilf.load_frame`. None takes what is known of each.
     intrinsics : optional
         Of all frames; anything that `ilf.io.intrinsics_from` takes.
+    max_gap : float
+        How far apart in time [s] colour and depth of one frame may be, where they are matched by time.
 
     Raises
     ------
     InputError
-        If there is no such folder, it cannot be read, it holds no frames, or its depth is stored in a way that would be
-        misread.
+        If there is no such folder, it cannot be read, it holds no frames, or its depth would be misread.
     FormatError
-        If it has lists by time that are damaged.
+        If it has lists by time or calibrations that are damaged.
+    ParameterError
+        If there are both units and an encoding, or `max_gap` is no length of time.
 
     Examples
     --------
@@ -75,30 +105,50 @@ def list_frames(
     ['room']
     """
     root = Path(folder).absolute()
+    one_encoding(encoding, depth_units)
+    if not max_gap >= 0:
+        raise ParameterError(f"The largest gap in time must be 0 s or more, not {max_gap!r:.60}.")
+    how = FrameSource("", None, depth_units, intrinsics, encoding=encoding, invalid=invalid)
     content = _content(root)
     if META_NAME in content.files:
-        return Listing((FrameSource(str(root), None, depth_units, intrinsics),))
+        return Listing((replace(how, rgb=str(root)),))
     _refuse_misread(root, content)
-    if {"rgb.txt", "depth.txt"} <= content.files:
-        return _by_time(root, UNITS if depth_units is None else depth_units, intrinsics)
-    pairs, notes = _side_by_side(root, content)
-    found = [FrameSource(rgb, depth, depth_units, intrinsics) for rgb, depth in pairs]
+    if {"rgb.txt", "depth.txt"} <= content.files or content.file(ASSOCIATION_FILES) is not None:
+        return _by_time(root, content, how, max_gap)
+    if is_bop(content.files):
+        return _of_scenes(root, [str(root)], how)
+    if is_sun(content.files, content.folders):
+        return Listing((stated(how, sun_frame(root)),))
+    pairs, notes = _side_by_side(root, content, max_gap)
+    found = [replace(how, rgb=rgb, depth=depth) for rgb, depth in pairs]
+    if is_seven_scenes(content.files):
+        found = [stated(how, of_seven_scenes(source)) for source in found]
+        notes.append(SEVEN_SCENES_NOTE)
     if not found:
-        folders = [_frame_in(os.path.join(root, name)) for name in sorted(content.folders, key=natural)]
-        found = [FrameSource(rgb, depth, depth_units, intrinsics) for frame in folders for rgb, depth in frame]
+        inside = [os.path.join(root, name) for name in sorted(content.folders, key=natural)]
+        if scenes := [path for path in inside if os.path.isfile(os.path.join(path, CAMERA_FILE))]:
+            return _of_scenes(root, scenes, how)
+        folders = [_frame_in(path, how) for path in inside]
+        found = [source for frame in folders for source in frame]
         if empty := sum(not frame for frame in folders):
             notes.append(
                 f"{counted(empty, 'folder')} left out, with no colour and depth file that belong together, or several."
             )
     if not found:
         raise InputError(f"{root} holds no frames. {WHAT_A_FOLDER_HOLDS}")
-    return Listing(tuple(found), tuple(notes))
+    times = tuple(time for source in found if (time := time_of(source.rgb)) is not None)
+    times = times if len(times) == len(found) else ()
+    return Listing(tuple(found), tuple(notes), times, SEVEN_SCENES_NOTE not in notes)
 
 
 @dataclass(frozen=True)
 class _Content:
     files: frozenset[str]
     folders: tuple[str, ...]
+
+    def file(self, names: Iterable[str]) -> str | None:
+        """The first of these files that is there."""
+        return next((name for name in names if name in self.files), None)
 
     def folder(self, names: Iterable[str]) -> str | None:
         """The first of these folders that is there, in whatever case."""
@@ -132,64 +182,76 @@ def _is_folder(entry: os.DirEntry[str]) -> bool:
 
 def _refuse_misread(root: Path, content: _Content) -> None:
     """Raise for what looks like frames, and would give wrong depth."""
-    why = ""
-    if "scene_camera.json" in content.files:
-        why = "scene_camera.json gives each frame a depth scale of its own, as in BOP"
-    elif "intrinsics.txt" in content.files and {"image", "depth"} <= set(content.folders):
-        why = "it looks like a frame of SUN RGB-D, whose depth is stored with its bits rotated"
-    elif any(re.match(r"d-.*\.pgm$", name) for name in content.files):
-        why = "it looks like raw files of NYU Depth, whose .pgm hold disparities"
-    if why:
+    if any(re.match(r"d-.*\.pgm$", name) for name in content.files):
         raise InputError(
-            f"{root} would be read wrongly: {why}. Convert depth to 16-bit PNG in millimetres, registered to colour."
+            f"{root} would be read wrongly: it looks like raw files of NYU Depth, whose depth is not registered to "
+            "colour. Register it, and write 16-bit PNG in millimetres."
         )
 
 
-def _by_time(root: Path, units: float, intrinsics: IntrinsicsSpec | None) -> Listing:
-    colours, depths = read_time_list(root / "rgb.txt"), read_time_list(root / "depth.txt")
-    pairs = associated(colours, depths)
-    if not pairs:
-        raise FormatError(
-            f"{root}: no file of rgb.txt lies within {MOST_APART_S:g} s of one of depth.txt. Are they of one recording?"
-        )
-    notes = _told_lonely(Pairs(pairs, len(colours) - len(pairs), len(depths) - len(pairs)), f" {MOST_APART_S:g} s near")
-    sources = (
-        FrameSource(os.path.join(root, rgb), os.path.join(root, depth), units, intrinsics) for rgb, depth in pairs
-    )
-    return Listing(tuple(sources), (f"Depth is read with {units:g} units per metre.", *notes))
+def _of_scenes(root: Path, scenes: list[str], how: FrameSource) -> Listing:
+    """The frames of scenes of BOP."""
+    found = [stated(how, source) for scene in scenes for source in bop_frames(scene)]
+    if not found:
+        raise InputError(f"{root}: no scene of BOP in it has both colour and depth of an image.")
+    return Listing(tuple(found))
 
 
-def _side_by_side(root: Path, content: _Content) -> tuple[list[tuple[str, str]], list[str]]:
+def _by_time(root: Path, content: _Content, how: FrameSource, max_gap: float) -> Listing:
+    listed = content.file(ASSOCIATION_FILES)
+    notes: list[str] = []
+    if {"rgb.txt", "depth.txt"} <= content.files:
+        colours, depths = read_time_list(root / "rgb.txt"), read_time_list(root / "depth.txt")
+        pairs = associated(colours, depths, max_gap)
+        if not pairs:
+            raise FormatError(
+                f"{root}: no file of rgb.txt lies within {max_gap:g} s of one of depth.txt. Are they of one recording?"
+            )
+        lonely = Pairs(pairs, len(colours) - len(pairs), len(depths) - len(pairs))
+        notes += _told_lonely(lonely, f" {max_gap:g} s near")
+        times = {name: time for time, name in colours}
+        rows = [(times[rgb], rgb, depth) for rgb, depth in pairs]
+    else:
+        rows = read_associations(root / str(listed))
+    how = stated(how, FrameSource("", None, UNITS, camera_by_name(root)))
+    said = f"{how.depth_units:g} units per metre" if how.encoding is None else f"the encoding {how.encoding}"
+    sources = (replace(how, rgb=os.path.join(root, rgb), depth=os.path.join(root, depth)) for _, rgb, depth in rows)
+    times_found = tuple(time for time, _, _ in rows)
+    return Listing(tuple(sources), (f"Depth is read with {said}.", *notes), times_found)
+
+
+def _side_by_side(root: Path, content: _Content, max_gap: float) -> tuple[list[tuple[str, str]], list[str]]:
     """Pairs of paths in two folders or in one, and what there is to say of them."""
     rgb, depth = content.folder(_COLOUR_FOLDERS), content.folder(_DEPTH_FOLDERS)
+    near = " that name"
     if rgb is not None and depth is not None:
         at = os.path.join(root, rgb), os.path.join(root, depth)
-        pairs = paired(*(_content(folder).files for folder in at))
+        colours, depths = (_content(folder).files for folder in at)
+        pairs = paired(colours, depths)
+        if not pairs.pairs:
+            pairs, near = paired_by_time(colours, depths, max_gap), f" {max_gap:g} s near"
     else:
         at = str(root), str(root)
         pairs = paired(*told_apart(content.files))._replace(lonely_colours=0)  # they may be anything
     paths = [(os.path.join(at[0], one), os.path.join(at[1], other)) for one, other in pairs.pairs]
-    if not paths:
-        return [], []
-    notes = _told_lonely(pairs, " that name")
-    if any(name.endswith(".pose.txt") for name in content.files):
-        notes.append(
-            "If these are frames of 7-Scenes: their depth is not registered to colour, and 65535 stands for missing "
-            "there, but is read as 65.5 m."
-        )
-    return paths, notes
+    return (paths, _told_lonely(pairs, near)) if paths else ([], [])
 
 
-def _frame_in(folder: str) -> list[tuple[str, str | None]]:
-    """The frame of a folder: itself if it has a meta.json, or the one pair in it; nothing if there is none, or more."""
+def _frame_in(folder: str, how: FrameSource) -> list[FrameSource]:
+    """The frame of a folder: itself if it has a meta.json, one of SUN RGB-D, or the one pair in it; nothing if there is
+    none, or more."""
     if os.path.isfile(os.path.join(folder, META_NAME)):
-        return [(folder, None)]
+        return [replace(how, rgb=folder)]
     try:
         content = _content(folder)
+        if is_sun(content.files, content.folders):
+            return [stated(how, sun_frame(folder))]
     except InputError:
         return []
     pairs = paired(*told_apart(content.files)).pairs
-    return [(os.path.join(folder, rgb), os.path.join(folder, depth)) for rgb, depth in pairs] if len(pairs) == 1 else []
+    if len(pairs) != 1:
+        return []
+    return [replace(how, rgb=os.path.join(folder, pairs[0][0]), depth=os.path.join(folder, pairs[0][1]))]
 
 
 def _told_lonely(pairs: Pairs, near: str) -> list[str]:

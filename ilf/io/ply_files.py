@@ -1,57 +1,79 @@
-"""Point clouds as PLY and as plain text, in float32, by numpy alone."""
+"""Clouds and meshes as PLY: named so that CloudCompare and MeshLab show what is known of the points."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-# enough digits for every float32 to come back as it was
-_FLOAT = "%.9g"
-_CHANNELS = ("red", "green", "blue")
+from ..cloud import PointCloud
+from .columns import Column, binary_rows, columns_of, text_rows
+
+_KINDS = {"<f4": "float", "u1": "uchar"}
+_AT_ONCE = 1 << 16  # triangles
+
+SHOWN_BY_MESHLAB = "expected_error"
+"""The scalar that is also the quality, the only one that MeshLab colours by."""
 
 
-def ply_content(points: NDArray[np.float32], colours: NDArray[np.uint8] | None = None, *, ascii: bool = False) -> bytes:
-    """A PLY file: one vertex with float x, y, z and, where there are colours, uchar red, green, blue per point.
+def ply_parts(
+    vertices: PointCloud,
+    faces: NDArray[np.int32] | None = None,
+    *,
+    axes: str = "camera",
+    unit: str = "m",
+    ascii: bool = False,
+) -> Iterator[bytes]:
+    """A PLY file, part by part.
+
+    Of every vertex float x, y, z; nx, ny, nz where there are normals; uchar red, green, blue; a float scalar_NAME for
+    each scalar, and the expected error once more as quality.
 
     Parameters
     ----------
-    points : ndarray
-        float32 (N, 3).
-    colours : ndarray, optional
-        uint8 (N, 3), red first.
+    vertices : PointCloud
+    faces : ndarray, optional
+        int32 (M, 3): the three vertices of each triangle.
+    axes, unit : str
+        As `write_cloud` takes them.
     ascii : bool
-        Text, every digit of it, instead of little-endian binary (12 bytes a point, 15 with colours).
+        Text, every digit of it, instead of little-endian binary.
     """
-    fields = [(name, "<f4") for name in "xyz"]
-    if colours is not None:
-        fields += [(name, "u1") for name in _CHANNELS]
-    properties = [f"property {'float' if kind == '<f4' else 'uchar'} {name}\n" for name, kind in fields]
-    header = "".join(
-        [
-            "ply\n",
-            f"format {'ascii' if ascii else 'binary_little_endian'} 1.0\n",
-            "comment ILF Studio\n",
-            f"element vertex {len(points)}\n",
-            *properties,
-            "end_header\n",
-        ]
-    ).encode()
-    if ascii:
-        return header + text_content(points, colours)
-    vertices = np.empty(len(points), fields)
-    for column, name in enumerate("xyz"):
-        vertices[name] = points[:, column]
-    if colours is not None:
-        for column, name in enumerate(_CHANNELS):
-            vertices[name] = colours[:, column]
-    return header + vertices.tobytes()
+    parts = columns_of(vertices, axes, unit)
+    columns = [*parts.points, *parts.normals, *parts.colours, *scalar_columns(parts.scalars)]
+    header = [
+        "ply",
+        f"format {'ascii' if ascii else 'binary_little_endian'} 1.0",
+        "comment ILF Studio",
+        f"comment unit {unit}, axes {axes}",
+        f"element vertex {len(vertices)}",
+        *(f"property {_KINDS[column.kind]} {column.name}" for column in columns),
+    ]
+    if faces is not None:
+        header += [f"element face {len(faces)}", "property list uchar int vertex_indices"]
+    yield "\n".join([*header, "end_header\n"]).encode()
+    yield from text_rows(columns) if ascii else binary_rows(columns)
+    if faces is not None:
+        yield from _text_faces(faces) if ascii else _binary_faces(faces)
 
 
-def text_content(points: NDArray[np.float32], colours: NDArray[np.uint8] | NDArray[np.floating] | None = None) -> bytes:
-    """One line per point: x y z and, where there are colours, these (integers as such, others with 6 digits)."""
-    columns, line = [points.astype(np.float64)], [_FLOAT] * 3
-    if colours is not None:
-        columns.append(colours.astype(np.float64))
-        line += ["%d" if colours.dtype.kind == "u" else "%.6g"] * 3
-    values = np.hstack(columns)
-    return ((" ".join(line) + "\n") * len(points) % tuple(values.ravel().tolist())).encode()
+def scalar_columns(scalars: tuple[Column, ...]) -> list[Column]:
+    """Scalars under the names by which CloudCompare and MeshLab know them."""
+    named = [replace(column, name=f"scalar_{column.name}") for column in scalars]
+    return named + [replace(column, name="quality") for column in scalars if column.name == SHOWN_BY_MESHLAB]
+
+
+def _binary_faces(faces: NDArray[np.int32]) -> Iterator[bytes]:
+    for start in range(0, len(faces), _AT_ONCE):
+        some = faces[start : start + _AT_ONCE]
+        rows = np.empty(len(some), [("count", "u1"), ("vertices", "<i4", 3)])
+        rows["count"], rows["vertices"] = 3, some
+        yield rows.tobytes()
+
+
+def _text_faces(faces: NDArray[np.int32]) -> Iterator[bytes]:
+    for start in range(0, len(faces), _AT_ONCE):
+        some = faces[start : start + _AT_ONCE]
+        yield ("3 %d %d %d\n" * len(some) % tuple(some.reshape(-1).tolist())).encode()

@@ -10,6 +10,9 @@ from ..errors import FormatError
 from .files import read_file
 
 MOST_APART_S = 0.02
+ASSOCIATION_FILES = "associations.txt", "associated.txt", "association.txt"
+"""Names of lists that have colour and depth side by side, as ICL-NUIM and many tools write them."""
+
 UNITS = 5000.0
 """File units per metre of the depth that such lists name."""
 
@@ -42,6 +45,31 @@ def read_time_list(path: Path) -> list[tuple[float, str]]:
                 f"{path}, line {number}: a line must be a time in seconds and a file name, not {line!r:.80}."
             ) from None
         found.append((time, name))
+    return found
+
+
+def read_associations(path: Path) -> list[tuple[float, str, str]]:
+    """Time of colour [s], colour and depth file of each line of a list of pairs, whichever of both comes first.
+
+    Raises
+    ------
+    InputError, FormatError
+        As `read_time_list`.
+    """
+    found = []
+    for time, rest in read_time_list(path):
+        words = rest.split()
+        try:
+            first, (other, second) = words[0], (float(words[1]), words[2])
+        except (ValueError, IndexError):
+            raise FormatError(
+                f"{path}: a line must be a time and a file of colour and of depth, not {time:g} {rest!r:.80}."
+            ) from None
+        is_depth_first = "depth" in first.lower() and "depth" not in second.lower()
+        found.append((other, second, first) if is_depth_first else (time, first, second))
+    files = [name for _, rgb, depth in found for name in (rgb, depth)]
+    if not files or len(set(files)) < len(files):
+        raise FormatError(f"{path} names no files, or one of them twice. Export the list again.")
     return found
 
 

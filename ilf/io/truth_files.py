@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 from ..errors import InputError, ParameterError
 from ..frame import COMMON_DEPTH_UNITS, RGBDFrame, TruthFile, check_depth_scale
-from .depth_files import checked_units, default_depth_units, depth_in_metres, read_depth_values
+from .depth_files import checked_units, default_depth_units, read_depth_values
+from .depth_reading import decoded
+from .encodings import DepthEncoding
 from .files import FileSource, read_file
 
 _FARTHEST = 1.5
@@ -31,7 +33,7 @@ def load_truth(path: str | os.PathLike[str], shape: tuple[int, int], units: floa
     Returns
     -------
     ndarray of float32, shape (H, W)
-        [m], NaN = unknown.
+        [m], NaN = unknown, which what lies beyond all sensors (see `ilf.io.encodings`) is, too.
 
     Raises
     ------
@@ -126,7 +128,7 @@ def read_truth(
         scale = checked_units(units)
     except ParameterError as error:
         raise ParameterError(f"{content}: {error}") from error
-    metres = depth_in_metres(values, scale)
+    metres = decoded(values, DepthEncoding(None, scale))[0]
     try:
         check_depth_scale(metres)
     except InputError as error:

@@ -255,6 +255,8 @@ def _source(source: FrameSource) -> dict[str, Any]:
         "truth": source.truth,
         "truth_units": source.truth_units,
         "guide": source.guide,
+        **({} if source.encoding is None else {"encoding": source.encoding}),
+        **({} if source.invalid is None else {"invalid": source.invalid}),
     }
 
 
@@ -273,6 +275,8 @@ def _source_from(data: Section) -> FrameSource:
         data.get("truth", str, type(None)),
         data.get("truth_units", float, type(None)),
         data.get("guide", str, type(None)) if "guide" in data.values else None,
+        data.get("encoding", str, float) if "encoding" in data.values else None,
+        data.get("invalid", float) if "invalid" in data.values else None,
     )
 
 

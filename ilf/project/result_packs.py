@@ -59,6 +59,7 @@ def pack_results(results: Sequence[BlockResult], measured: NDArray[np.float32]) 
                 "parameters": parameters.of(result.parameters.to_dict()),
                 "edges": None if result.edges is None else edges.of(result.edges.to_dict()),
                 "network": result.network,
+                "correction": result.correction,
                 "notes": list(result.notes),
                 "drawn": result.drawn is not None,
                 "history": None if history is None else [history.kind.__name__, len(history)],
@@ -169,6 +170,8 @@ def _unpacked(packed: Npz, head: Section, measured: NDArray[np.float32]) -> list
                 tuple(entry.items("notes", str)),
                 None if edge is None else edges[edge],
                 drawn.bits(pixels[place]) if with_drawn[place] else None,
+                # packs from before depth was corrected lack it
+                entry.get("correction", str, type(None)) if "correction" in entry.values else None,
             )
         )
     return results

@@ -15,7 +15,9 @@ import numpy as np
 from ..camera import CameraIntrinsics
 from ..errors import InputError
 from ..frame import FrameInputs, InputFile, RGBDFrame, TruthFile
-from ..io.depth_files import depth_in_metres, read_depth_values
+from ..io.depth_files import read_depth_values
+from ..io.depth_reading import decoded
+from ..io.encodings import encoding_of_inputs
 from ..io.files import FileContent, read_file
 from ..io.images import read_colour
 from ..io.truth_files import read_truth
@@ -195,7 +197,7 @@ def load_inputs(
         depth=InputFile(str(depth.path), inputs.depth.sha256),
         truth=None,
     )
-    metres = depth_in_metres(read_depth_values(depth), inputs.depth_units)
+    metres = decoded(read_depth_values(depth), encoding_of_inputs(inputs))[0]
     return RGBDFrame(read_colour(colour), metres, intrinsics, name, found)
 
 

@@ -28,7 +28,10 @@ def again_text(run: Run) -> tuple[str, str]:
             "ilf complete --replay run.json",
         )
     nearest = likeness(run.parameters)
-    words = ["ilf", "complete", inputs.rgb.path, inputs.depth.path, "--depth-units", f"{inputs.depth_units:g}"]
+    encoding = f"{inputs.depth_units:.9g}" if inputs.encoding is None else inputs.encoding
+    words = ["ilf", "complete", inputs.rgb.path, inputs.depth.path, "--depth-encoding", encoding]
+    if inputs.invalid is not None:
+        words += ["--invalid", f"{inputs.invalid:.9g}"]
     if inputs.intrinsics is not None:
         words += ["--intrinsics", ",".join(f"{number:.9g}" for number in inputs.intrinsics)]
     if frame.guide is not None and frame.guide.path is not None:

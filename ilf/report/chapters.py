@@ -12,6 +12,7 @@ from ..camera import camera_text
 from ..declarations import ParameterSet, Value
 from ..filter.edge_aware.guiding import fit_guide
 from ..frame import InputFile
+from ..io.encodings import encoding_of_inputs
 from ..number_words import grouped, millimetres
 from ..parameters import BlockParameters, Parameters
 from ..preset_words import likeness
@@ -231,7 +232,7 @@ def _provenance(record: RunRecord) -> Facts:
         for name, file in files:
             if file is not None:
                 facts += [Fact(name, file.path), Fact("SHA-256", file.sha256, is_hash=True)]
-        facts.append(Fact("Depth units", f"{record.inputs.depth_units:g} per metre"))
+        facts.append(Fact("Depth encoding", encoding_of_inputs(record.inputs).text))
     if record.guide is not None:
         given = [Fact("Guide", record.guide.path)] if record.guide.path is not None else []
         facts += [*given, Fact("Guide, SHA-256 of its values", record.guide.sha256, is_hash=True)]

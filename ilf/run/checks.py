@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..io.files import file_sha256
-from ..models import DEPTH_EDGES
+from ..models import CORRECTION, DEPTH_EDGES
 from ..version import __version__
 from .machine import library_versions, processor
 from .networks import asked_networks, present_sha256
@@ -76,7 +76,7 @@ def networks_that_were_missing(record: RunRecord) -> list[str]:
 
 
 def network_differences(record: RunRecord) -> list[str]:
-    """Edge networks that are not those of the record, and what that means."""
+    """Networks that are not those of the record, and what that means."""
     sentences = []
     parts = (
         (record.extraction_networks, "the blocks were extracted with", "the blocks may be others"),
@@ -88,6 +88,12 @@ def network_differences(record: RunRecord) -> list[str]:
             if present == sha256:
                 continue
             state = "is not here" if present is None else "is another one now"
+            if name == CORRECTION:
+                sentences.append(
+                    f"The correction network that the depth was corrected with {state}: depth that was missing may be "
+                    "other. Install the recorded version."
+                )
+                continue
             way_out = "Install the recorded version" if name == DEPTH_EDGES else "Import the recorded one"
             sentences.append(f"The edge network {name!r} that {had} {state}: {means}. {way_out}.")
     return sentences

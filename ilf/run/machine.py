@@ -13,6 +13,7 @@ _DISTRIBUTIONS = {
     "scipy": ("scipy",),
     "opencv": ("opencv-python-headless", "opencv-python", "opencv-contrib-python"),
     "scikit-image": ("scikit-image",),
+    "numba": ("numba",),
 }
 
 

@@ -1,11 +1,12 @@
-"""Which edge network had a part in a run, by name."""
+"""Which network had a part in a run, by name."""
 
 from __future__ import annotations
 
+from ..correction import load_correction_network
 from ..edges.depth_network import DepthEdgeNetwork
 from ..edges.network import load_model
 from ..errors import IlfError
-from ..models import DEPTH_EDGES, model_path
+from ..models import CORRECTION, DEPTH_EDGES, model_path
 
 Asked = tuple[str, ...]
 """Names of networks: the one that is asked for, and the one that stands in where that does not work."""
@@ -38,9 +39,10 @@ def used_network(sha256: str | None, asked: Asked) -> dict[str, str]:
 
 
 def present_sha256(name: str) -> str | None:
-    """SHA-256 of the edge network of a name as it is now; None if there is none that works."""
+    """SHA-256 of the network of a name as it is now; None if there is none that works."""
     try:
-        network = DepthEdgeNetwork.load(model_path(name)) if name == DEPTH_EDGES else load_model(name)
+        if name == CORRECTION:
+            return load_correction_network().sha256
+        return (DepthEdgeNetwork.load(model_path(name)) if name == DEPTH_EDGES else load_model(name)).sha256
     except IlfError:
         return None
-    return network.sha256

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from ..cloud import AXES
 from ..errors import ParameterError
-from ..io.cloud_files import UNITS_PER_METRE
+from ..io.columns import UNITS_PER_METRE
 
 LABELS_FILE, CURVES_FILE, RECORD_FILE = "blocks.png", "curves.csv", "run.json"
 GUESSED_FILE, DISTRUSTED_FILE, DRAWN_FILE = "guessed.png", "distrusted.png", "drawn.png"
@@ -31,6 +31,9 @@ CLOUD_FILES = {
     "xyzrgb": "cloud.xyzrgb",
 }
 """Point cloud format -> file name."""
+
+MESH_FILES = {"ply": "mesh.ply", "obj": "mesh.obj", "glb": "mesh.glb"}
+"""Mesh format -> file name."""
 
 CLOUD_AXES = AXES
 CLOUD_UNITS = tuple(UNITS_PER_METRE)
@@ -57,11 +60,17 @@ class ExportOptions:
     cloud : str or None
         Format of the point cloud: "ply" (binary), "ply-ascii", "pcd", "xyz", "xyzrgb"; None for no cloud.
     axes : str
-        "camera" (x right, y down, z forward) or "y-up" (x right, y up, z backward).
+        Of cloud and mesh: "camera" (x right, y down, z forward) or "y-up" (x right, y up, z backward).
     cloud_unit : str
-        "m" or "mm".
+        Of cloud and mesh: "m" or "mm".
     run_record : bool
         `run.json`, which replays the run.
+    mesh : str or None
+        Format of the mesh, cut where depth jumps: "ply", "obj", "glb" (always y up, in metres); None for no mesh.
+    normals : bool
+        Of every point of cloud and mesh, which way its surface faces.
+    drop_flying : bool
+        Leave out points that hang in mid-air between surfaces, of cloud and mesh.
 
     Raises
     ------
@@ -78,6 +87,9 @@ class ExportOptions:
     axes: str = "camera"
     cloud_unit: str = "m"
     run_record: bool = True
+    mesh: str | None = None
+    normals: bool = False
+    drop_flying: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "depth_formats", tuple(dict.fromkeys(self.depth_formats)))
@@ -85,6 +97,8 @@ class ExportOptions:
             _require(depth_format, tuple(DEPTH_FILES), "depth format")
         if self.cloud is not None:
             _require(self.cloud, tuple(CLOUD_FILES), "point cloud format")
+        if self.mesh is not None:
+            _require(self.mesh, tuple(MESH_FILES), "mesh format")
         _require(self.axes, CLOUD_AXES, "axes of the point cloud")
         _require(self.cloud_unit, CLOUD_UNITS, "unit of the point cloud")
         if not (math.isfinite(self.depth_units) and self.depth_units > 0):
@@ -104,6 +118,8 @@ class ExportOptions:
             names.append(CURVES_FILE)
         if self.cloud is not None:
             names.append(CLOUD_FILES[self.cloud])
+        if self.mesh is not None:
+            names.append(MESH_FILES[self.mesh])
         if self.run_record:
             names.append(RECORD_FILE)
         return tuple(names)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..frame import FrameInputs
 from ..guide import Guide
+from ..models import CORRECTION
 from ..outcomes import BlockOutcome, Completion
 from ..parameters import BlockParameters, Parameters, preset
 from ..version import __version__
@@ -69,7 +70,7 @@ class RunRecord:
     labels_file : str or None
         Name of the label map beside the record, None if it was not written.
     extraction_networks, networks : dict
-        Name of every edge network that had a part in the extraction, and in the filter -> SHA-256 of its file.
+        Name of every network that had a part in the extraction, and in the filter and after it -> SHA-256 of its file.
     parameters : dict
         Label of every block that was run -> its parameters.
     common : Parameters
@@ -201,8 +202,13 @@ def to_json(record: RunRecord) -> bytes:
 
 
 def inputs_to_dict(inputs: FrameInputs) -> dict[str, Any]:
-    """A frame's files, ready for JSON. Of a frame without truth nothing says so, as before there were any."""
-    return {key: value for key, value in dataclasses.asdict(inputs).items() if key != "truth" or value is not None}
+    """A frame's files, ready for JSON. Of a frame without truth, encoding or invalid value nothing says so, as before
+    there were any. An encoding takes the place of units: no version that does not know it can misread the depth."""
+    later = ("truth", "encoding", "invalid")
+    data = {key: value for key, value in dataclasses.asdict(inputs).items() if key not in later or value is not None}
+    if inputs.encoding is not None:
+        del data["depth_units"]
+    return data
 
 
 def _recorded(mask: NDArray[np.bool_] | None, file: str) -> RecordedMask | None:
@@ -231,6 +237,9 @@ def _networks(completion: Completion) -> dict[str, str]:
     used = [(preset(), completion.guess_network)]
     used += [(result.parameters, result.network) for result in completion.results.values()]
     networks: dict[str, str] = {}
+    for result in completion.results.values():
+        if result.correction is not None:
+            networks[CORRECTION] = result.correction
     for parameters, sha256 in dict.fromkeys(used):
         networks |= used_network(sha256, asked_networks(parameters.edges, parameters.model))
     return networks

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from ..errors import FormatError, InputError, ParameterError
 from ..frame import FrameInputs, InputFile, TruthFile
+from ..io.encodings import ENCODINGS
 from ..io.files import read_json
 from ..outcomes import BlockOutcome, Status
 from ..parameters import BlockParameters, Parameters
@@ -131,7 +132,18 @@ def parsed_inputs(inputs: Section) -> FrameInputs:
     if numbers is not None and len(numbers) != 4:
         raise FormatError(f"'intrinsics' in the inputs must be [fx, fy, cx, cy], not {len(numbers)} numbers.")
     camera = None if numbers is None else (numbers[0], numbers[1], numbers[2], numbers[3])
-    return FrameInputs(rgb, depth, inputs.get("depth_units", float), camera, _parsed_truth(inputs))
+    encoding = inputs.get("encoding", str) if "encoding" in inputs.values else None
+    if encoding is not None and encoding not in ENCODINGS:
+        raise FormatError(f"There is no depth encoding {encoding!r:.60}. Install a newer ILF Studio.")
+    return FrameInputs(
+        rgb,
+        depth,
+        inputs.get("depth_units", float) if encoding is None else ENCODINGS[encoding].units,
+        camera,
+        _parsed_truth(inputs),
+        encoding,
+        inputs.get("invalid", float) if "invalid" in inputs.values else None,
+    )
 
 
 def _parsed_truth(inputs: Section) -> TruthFile | None:
@@ -153,6 +165,10 @@ def _parsed_options(options: Section) -> ExportOptions:
         axes=options.get("axes", str),
         cloud_unit=options.get("cloud_unit", str),
         run_record=options.get("run_record", bool),
+        # records of before there were meshes do not name these
+        mesh=options.get("mesh", str, type(None)) if "mesh" in options.values else None,
+        normals="normals" in options.values and options.get("normals", bool),
+        drop_flying="drop_flying" in options.values and options.get("drop_flying", bool),
     )
 
 

@@ -180,10 +180,12 @@ def _recorded_frame(
     frame = load_frame(
         _recorded_file(inputs.rgb, "colour file", folder, rgb),
         _recorded_file(inputs.depth, "depth file", folder, depth),
-        depth_units=inputs.depth_units,
+        encoding=inputs.depth_units if inputs.encoding is None else inputs.encoding,
+        invalid=inputs.invalid,
         intrinsics=inputs.intrinsics,
         name=record.name or None,
         beside=False,
+        warn=False,
     )
     if (
         frame.inputs is None

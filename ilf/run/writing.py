@@ -12,19 +12,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cloud import point_cloud
 from ..confidence import expected_error, unvouched
-from ..errors import ExportError, IlfError, InputError
+from ..errors import ExportError, IlfError
 from ..frame import FrameInputs, RGBDFrame
-from ..io import META_NAME, coarser_units, write_cloud, write_depth, write_expected_error, write_labels, write_mask
+from ..io import META_NAME, coarser_units, write_depth, write_expected_error, write_labels, write_mask
 from ..io.atomic import write_bytes
-from ..io.cloud_files import check_cloud_format
 from ..io.files import file_sha256, read_json
 from ..io.guide_files import write_guide
 from ..outcomes import Completion
 from .curve_files import write_curves
 from .options import (
-    CLOUD_FILES,
     CURVES_FILE,
     DEPTH_FILES,
     DISTRUSTED_FILE,
@@ -39,6 +36,7 @@ from .options import (
 )
 from .record import PROGRAM, make_record, to_json
 from .run import Run
+from .space_files import check_space, write_space
 from .staging import move_in, staging
 
 _PREFERRED = ("npy", "tiff", "png")
@@ -108,7 +106,7 @@ def write(
     Raises
     ------
     InputError
-        If a cloud is asked for and the frame has no intrinsics. Nothing is written then.
+        If a cloud or a mesh is asked for and the frame has no intrinsics. Nothing is written then.
     ExportError
         If a file would replace one of the frame's own, or cannot be written. The folder is as it was then.
 
@@ -149,13 +147,7 @@ def check_write(folder: str | os.PathLike[str], run: Run, options: ExportOptions
         As `write` does.
     """
     target, frame = Path(folder), run.frame
-    if options.cloud is not None:
-        check_cloud_format(CLOUD_FILES[options.cloud])
-    if options.cloud is not None and frame.intrinsics is None:
-        raise InputError(
-            "A point cloud needs the camera's intrinsics, and this frame has none. Give them as a preset "
-            "(such as nyu-kinect-v1), as fx,fy,cx,cy or as a JSON file; or leave the cloud out."
-        )
+    check_space(frame, options)
     if target.exists() and not target.is_dir():
         raise ExportError(f"{target} is a file, not a folder. Choose another folder.")
     paths = [target / name for name in filenames(run, options)]
@@ -202,28 +194,35 @@ def _write_results(folder: Path, run: Run, completion: Completion, options: Expo
             coarser = coarser_units(run.frame.inputs.depth_units, options.depth_units)
             found += [coarser] if coarser else []
         notes += [f"{name}: {note}" for note in found]
-    if options.expected_error and options.depth_formats:
-        error = expected_error(run.frame, completion)
-        for depth_format in options.depth_formats:
-            name = ERROR_FILES[depth_format]
-            found = write_expected_error(folder / name, error, options.depth_units)
-            notes += [f"{name}: {note}" for note in found]
-        doubtful = unvouched(run.frame, completion)
-        write_mask(folder / UNVOUCHED_FILE, doubtful)
-        if count := np.count_nonzero(doubtful & ~completion.guessed):
-            notes.append(f"Nothing measured vouches for {count} pixels of the depth: see {UNVOUCHED_FILE}.")
+    error = doubtful = None
+    if options.expected_error and (options.depth_formats or options.cloud or options.mesh):
+        error, doubtful = expected_error(run.frame, completion), unvouched(run.frame, completion)
+        notes += _write_errors(folder, completion, options, error, doubtful)
     if options.labels:
         write_labels(folder / LABELS_FILE, run.blocks)
     if options.curves:
         write_curves(folder / CURVES_FILE, completion.history)
-    if options.cloud is not None:
-        write_cloud(
-            folder / CLOUD_FILES[options.cloud],
-            point_cloud(completion.depth, run.frame.rgb, run.frame.intrinsics),
-            axes=options.axes,
-            unit=options.cloud_unit,
-            ascii=options.cloud == "ply-ascii",
-        )
+    notes += write_space(folder, run, completion, options, error, doubtful)
+    return notes
+
+
+def _write_errors(
+    folder: Path,
+    completion: Completion,
+    options: ExportOptions,
+    error: NDArray[np.float32],
+    doubtful: NDArray[np.bool_],
+) -> list[str]:
+    """Write the files of expected errors beside those of the depth, if there are any; returns notes."""
+    notes: list[str] = []
+    for depth_format in options.depth_formats:
+        name = ERROR_FILES[depth_format]
+        found = write_expected_error(folder / name, error, options.depth_units)
+        notes += [f"{name}: {note}" for note in found]
+    if options.depth_formats:
+        write_mask(folder / UNVOUCHED_FILE, doubtful)
+        if count := np.count_nonzero(doubtful & ~completion.guessed):
+            notes.append(f"Nothing measured vouches for {count} pixels of the depth: see {UNVOUCHED_FILE}.")
     return notes
 
 

@@ -16,7 +16,7 @@ from gui.main_window import MainWindow
 from ilf import BlockParameters, RGBDFrame, preset
 from ilf.io.frame_source import FrameSource
 
-from .conftest import open_frame, write_frame
+from .conftest import WAIT_MS, open_frame, write_frame
 from .hand import click, drag, place
 
 
@@ -309,7 +309,7 @@ def test_numbers_of_blocks_fit_the_export(editing: MainWindow) -> None:
     assert session.next_label() == 3
 
 
-def test_closed_sessions_are_freed(editing: MainWindow) -> None:
+def test_closed_sessions_are_freed(editing: MainWindow, qtbot: QtBot) -> None:
     session = editing.workspace.session
     editing.actions_["select_all"].trigger()
     editing.actions_["merge_blocks"].trigger()
@@ -317,5 +317,9 @@ def test_closed_sessions_are_freed(editing: MainWindow) -> None:
     del session
     editing.actions_["close_frame"].trigger()
     editing.refresh.now()
-    gc.collect()
-    assert watch() is None
+
+    def is_freed() -> bool:
+        gc.collect()
+        return watch() is None
+
+    qtbot.waitUntil(is_freed, timeout=WAIT_MS)  # the list of frames takes a while to let it go

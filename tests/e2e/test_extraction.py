@@ -19,6 +19,7 @@ from gui.main_window import MainWindow
 from ilf import BlockParameters, RGBDFrame
 from ilf.drawing.block_pictures import block_overlay
 from ilf.ebs import Extraction, extract
+from ilf.errors import IlfError
 from ilf.io.frame_source import FrameSource
 
 from .conftest import WAIT_MS, open_frame, write_frame
@@ -216,6 +217,45 @@ def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(
     opened.workspace.show_session(session)
     _settle(opened, qtbot)
     np.testing.assert_array_equal(_picture(opened), expected)
+
+
+def test_the_first_frame_is_extracted_once_for_blocks_and_view(
+    window: MainWindow, qtbot: QtBot, frame_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    may_go_on = threading.Event()
+
+    def after_the_view_has_been_drawn(frame: RGBDFrame, parameters: BlockParameters) -> Found:
+        assert may_go_on.wait(WAIT_MS / 1000)
+        return find(frame, parameters)
+
+    monkeypatch.setattr("gui.frames.loader.find", after_the_view_has_been_drawn)
+    monkeypatch.delattr("gui.extraction.preview.find")
+    window.views.set_layout("extraction")
+    window.loader.open(FrameSource(str(frame_folder)))
+    qtbot.waitUntil(lambda: window.workspace.has_session, timeout=WAIT_MS)
+    window.refresh.now()
+    assert window.stages.busy
+    assert _picture(window) is None
+    may_go_on.set()
+    _settle(window, qtbot)
+    session = window.workspace.session
+    np.testing.assert_array_equal(_picture(window), block_overlay(session.frame.rgb, session.labels))
+    assert "failed" not in window.log.text.toPlainText()
+
+
+def test_the_view_says_that_the_first_extraction_failed(
+    window: MainWindow, qtbot: QtBot, frame_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(frame: RGBDFrame, parameters: BlockParameters) -> Found:
+        raise IlfError("no edges")
+
+    monkeypatch.setattr("gui.frames.loader.find", fail)
+    monkeypatch.setattr("gui.extraction.preview.find", fail)
+    monkeypatch.setattr(window.notes, "report", lambda *_: None)  # which would ask to be read
+    window.views.set_layout("extraction")
+    open_frame(window, qtbot, FrameSource(str(frame_folder)))
+    _settle(window, qtbot)
+    assert "The extraction failed: no edges" in _summary(window)
 
 
 def test_values_whose_picture_is_not_to_be_seen_lead_to_it(opened: MainWindow, qtbot: QtBot) -> None:

@@ -60,6 +60,7 @@ class ScriptedSteps(Iterator[Progress]):
         self.threads = threads
         self.blocks = find_blocks(run.blocks, run.only)
         self.results: dict[int, BlockResult] = {}
+        self.uncorrected: dict[int, BlockResult] = {}
         self.previews = 0
         self.closed = False
         self._script = script

@@ -52,6 +52,26 @@ def test_without_intrinsics_no_cloud_now_but_the_choice_stays(make):
     assert make().options().cloud == "ply"
 
 
+def test_a_mesh_with_or_without_a_cloud(make):
+    dialog = make()
+    dialog.mesh.setChecked(True)
+    assert "mesh.glb" in dialog.message.text()
+    dialog.mesh_format.setCurrentText("OBJ, text")
+    dialog.normals.setChecked(True)
+    dialog.drop_flying.setChecked(True)
+    assert dialog.options() == ExportOptions(mesh="obj", normals=True, drop_flying=True)
+    dialog.cloud.setChecked(False)
+    assert dialog.axes.isEnabled()
+    assert dialog.drop_flying.isEnabled()
+    dialog.accept()
+    assert make().options() == ExportOptions(cloud=None, mesh="obj", normals=True, drop_flying=True)
+    without = make(has_intrinsics=False)
+    assert without.options() == ExportOptions(cloud=None)
+    assert not any(field.isEnabled() for field in (without.mesh, without.mesh_format, without.normals, without.axes))
+    without.accept()
+    assert make().options().mesh == "obj"
+
+
 def test_the_expected_error_goes_with_the_depth_files(make):
     dialog = make()
     assert "expected_error.png" in dialog.message.text()

@@ -50,7 +50,7 @@ def test_two_files_beside_a_meta_are_read_as_it_says_and_that_is_said(dialog, fo
     dialog.set_files(str(folder / "rgb.png"), str(folder / "depth.png"))
     assert "Median 4.00 m" in dialog.message.text()
     assert dialog.message.text().endswith("As meta.json beside the files says: name, depth units, intrinsics.")
-    dialog.units.setCurrentText("1000 (millimetres)")
+    dialog.encoding.setCurrentText("1000 (millimetres)")
     dialog.read()
     assert "Median 2.00 m" in dialog.message.text()
     assert dialog.message.text().endswith("As meta.json beside the files says: name, intrinsics.")
@@ -58,7 +58,7 @@ def test_two_files_beside_a_meta_are_read_as_it_says_and_that_is_said(dialog, fo
 
 def test_request_opens_the_very_frame(dialog, folder):
     dialog.set_files(str(folder / "depth.png"), str(folder / "rgb.png"))
-    dialog.units.setEditText("500 (mine)")
+    dialog.encoding.setEditText("500 (mine)")
     dialog.camera.setCurrentText("Numbers: fx, fy, cx, cy")
     dialog.camera_text.setText("525, 525 319.5, 239.5")
     dialog.accept()
@@ -85,14 +85,14 @@ def test_a_guide_is_read_with_the_frame_or_refused(dialog, folder):
 
 def test_absurd_scale_is_refused_with_the_way_out_and_mends(dialog, folder, qtbot):
     dialog.set_files(str(folder / "rgb.png"))
-    dialog.units.setCurrentText("1 (metres)")
+    dialog.encoding.setCurrentText("1 (metres)")
     assert not dialog.open_button.isEnabled()
     qtbot.waitUntil(lambda: "2000 m" in dialog.message.text())
     assert dialog.message.tone() == "error"
     assert not dialog.depth_preview.picture.pixmap().isNull()
     dialog.accept()
     assert dialog.isVisible()
-    dialog.units.setCurrentText("1000 (millimetres)")
+    dialog.encoding.setCurrentText("1000 (millimetres)")
     qtbot.waitUntil(dialog.open_button.isEnabled)
 
 
@@ -128,7 +128,7 @@ def test_folder_with_meta_is_enough(dialog, folder):
 @pytest.mark.parametrize(("units", "numbers"), [("many", "1,1,1,1"), ("1000", "525, 525")])
 def test_numbers_that_are_none_are_refused(dialog, folder, units, numbers):
     dialog.set_files(str(folder / "rgb.png"))
-    dialog.units.setEditText(units)
+    dialog.encoding.setEditText(units)
     dialog.camera.setCurrentText("Numbers: fx, fy, cx, cy")
     dialog.camera_text.setText(numbers)
     with pytest.raises(InputError, match="number"):
@@ -154,3 +154,44 @@ def test_partners_are_found_both_ways(tmp_path, colour, depth):
         (tmp_path / name).touch()
     assert depth_beside(tmp_path / colour) == tmp_path / depth
     assert colour_beside(tmp_path / depth) == tmp_path / colour
+
+
+@pytest.fixture
+def rotated(folder) -> Path:
+    """As SUN RGB-D stores it, and as 7-Scenes marks what is missing."""
+    depth = np.tile(np.linspace(1500, 3500, 640).astype(np.uint16), (480, 1)) << 3
+    depth[:48] = 65535
+    cv2.imwrite(str(folder / "depth.png"), depth)
+    return folder
+
+
+def test_what_is_doubted_is_said_and_done_by_one_click(dialog, rotated):
+    dialog.set_files(str(rotated / "rgb.png"))
+    assert dialog.message.tone() == "warning"
+    assert "most likely sun, and the median 2.6" in dialog.message.text()
+    assert "65535 fills 10.0% of the pixels" in dialog.message.text()
+    assert dialog.open_button.isEnabled(), "it is asked, not decided"
+    dialog.follow_button.click()
+    assert dialog.message.text().startswith("Median 2.50 m, range 1.50–3.50 m, 640 x 480, 10 % missing, at sun,")
+    assert dialog.message.tone() == "good"
+    assert not dialog.follow_button.isVisible()
+    assert (dialog.request().encoding, dialog.request().invalid) == ("sun", 65535)
+
+
+def test_what_is_doubted_is_offered_where_the_scale_is_refused_too(dialog, rotated):
+    cv2.imwrite(str(rotated / "depth.png"), np.tile(np.linspace(7000, 8190, 640).astype(np.uint16), (480, 1)) << 3)
+    dialog.set_files(str(rotated / "rgb.png"))
+    assert "outside 0.1-50 m" in dialog.message.text()
+    assert dialog.follow_button.isVisible()
+    dialog.follow_button.click()
+    assert dialog.open_button.isEnabled()
+
+
+@pytest.mark.parametrize(("field", "text"), [("encoding", "suns"), ("invalid", "none")])
+def test_an_encoding_that_is_none_is_refused(dialog, rotated, field, text):
+    dialog.set_files(str(rotated / "rgb.png"))
+    (dialog.encoding.setEditText if field == "encoding" else dialog.invalid.setText)(text)
+    dialog.read()
+    assert repr(text) in dialog.message.text()
+    assert not dialog.open_button.isEnabled()
+    assert not dialog.follow_button.isVisible()

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
 from gui.work import frame_runs as runs_module
 from gui.work.runs import RunState
 from ilf import preset
+from ilf.blocks import find_blocks
 from ilf.ebs.edit import merge
 
 from .scripted_runs import Bench, Until
@@ -300,3 +304,24 @@ def test_shutdown_ends_the_thread_and_says_nothing(bench: Bench, qtbot: QtBot) -
     assert bench.run.closed
     qtbot.wait(60)
     assert bench.said == []
+
+
+def test_blocks_that_wait_for_the_correction_stay_when_a_run_is_cancelled(bench: Bench, until: Until) -> None:
+    """As they are without it, so that they count as changed."""
+    bench.runs.start()
+    bench.script.allow(3)
+    until(lambda: 1 in bench.session.valid_results())
+    first = bench.session.valid_results()[1]
+    waits = replace(first, parameters=first.parameters.replace(correction=False))
+    bench.run.uncorrected[2] = replace(waits, block=find_blocks(bench.session.labels)[2], depth=second_depth(bench))
+    assert bench.runs.share_done == 1.0
+    bench.runs.cancel()
+    bench.script.allow()
+    until(lambda: bool(bench.said))
+    assert set(bench.session.valid_results()) == {1, 2}
+    assert bench.session.changed_blocks() == [2]
+    assert "2 blocks" in bench.said[0]
+
+
+def second_depth(bench: Bench) -> np.ndarray:
+    return np.full(np.count_nonzero(bench.session.labels == 2), 2, np.float32)

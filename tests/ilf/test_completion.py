@@ -229,7 +229,8 @@ def test_results_do_not_depend_on_the_number_of_threads(
 def test_one_thread_steps_through_the_blocks_in_order_and_no_faster_than_asked(
     small_frame: RGBDFrame, small_labels: np.ndarray
 ) -> None:
-    with CompletionRun(small_frame, small_labels, ilf.preset(max_iterations=2), threads=1) as run:
+    parameters = ilf.preset(max_iterations=2, correction=False)
+    with CompletionRun(small_frame, small_labels, parameters, threads=1) as run:
         before = threading.active_count()
         steps = [(p.label, p.record and p.record.i) for p in run]
         assert threading.active_count() == before

@@ -97,10 +97,8 @@ def test_where_the_border_is_not_drawn_depth_still_counts_on_both_sides() -> Non
 
 def test_a_blocks_result_depends_on_drawn_pixels_of_its_own_border_alone() -> None:
     frame, border = _grey(PLANES), _border(LABELS)
-    every = ilf.complete(frame, LABELS, drawn=border)
-    first = ilf.complete(frame, LABELS, drawn=border & (LABELS == 1))
-    none = ilf.complete(frame, LABELS)
-    inner = ilf.complete(frame, LABELS, drawn=~border)
+    drawn = (border, border & (LABELS == 1), None, ~border)
+    every, first, none, inner = (ilf.complete(frame, LABELS, ilf.preset(correction=False), drawn=one) for one in drawn)
     for label, same_as in ((1, every), (2, none)):
         assert np.array_equal(first.results[label].depth, same_as.results[label].depth)
         assert np.array_equal(inner.results[label].depth, none.results[label].depth)

@@ -40,7 +40,7 @@ from ilf.judgement.hiding import RANDOM_KEPT
 from .small_frames import write_small_frame
 
 SPHERE = Surface("sphere", (30, 60), (1.2, 2.6), 2.0, 2.0)
-NAMES = ["convergence", "cylinder", "sphere", "cylinder-noise", "real", "table", "limits"]
+NAMES = ["convergence", "cylinder", "sphere", "cylinder-noise", "unknowns", "real", "table", "limits"]
 
 
 @pytest.fixture
@@ -112,6 +112,9 @@ def test_the_peer_finds_a_polynomial_under_outliers():
     assert np.abs(found - truth).max() < 1e-9
     assert rounds > 1
     assert np.abs(inlier_polynomial(depth, block, 1)[0] - truth).max() > 0.02
+    plain, rounds = inlier_polynomial(depth, block, 2, math.inf)
+    assert rounds == 1
+    assert np.abs(plain - truth).max() > 0.02, "every point counts"
     depth[:] = np.nan
     depth[0, 10:40] = 2.0
     assert np.isnan(inlier_polynomial(depth, block, 2)[0]).all(), "one row does not determine it"
@@ -285,7 +288,7 @@ def test_the_report_stands_alone(tiny, tmp_path):
     assert "numbers are not to be relied on" in html
     assert "10.28 mm" in html
     markdown = text.read_text()
-    assert "Not run: convergence, sphere, cylinder-noise, real, table." in markdown
+    assert "Not run: convergence, sphere, cylinder-noise, unknowns, real, table." in markdown
     for image in re.findall(r"\]\((.*?\.png)\)", markdown):
         assert (text.parent / image).is_file()
 

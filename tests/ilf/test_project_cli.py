@@ -82,6 +82,11 @@ def test_export_writes_what_is_stored_and_it_replays(project, capsys):
             np.testing.assert_array_equal(depth[result.block.box][result.block.mask], result.depth)
     assert main(["complete", "--replay", "out/room/run.json", "--out", "again"]) == 0
     assert "came out as recorded" in capsys.readouterr().out
+    chosen = ["--frame", "a1", "--no-cloud", "--mesh", "glb", "--depth-formats", "tiff"]
+    assert main(["project", "export", str(path), "--out", "chosen", *chosen]) == 0
+    names = {file.name for file in (path.parent / "chosen" / "room").iterdir()}
+    assert {"mesh.glb", "depth.tiff"} < names
+    assert not {"cloud.ply", "depth.npy"} & names
     assert main(["project", "export", str(path), "--out", "out", "--frame", "c3"]) == 1
     assert main(["project", "export", str(path), "--out", "out", "--frame", "nobody"]) == 1
     assert "has no frame 'nobody'" in capsys.readouterr().err

@@ -78,7 +78,7 @@ def test_the_record_vouches_for_the_networks(tmp_path):
     record = make_record(run, run.complete(), OPTIONS)
     bundled = sha256(asset_path("models/edges.onnx"))
     assert record.extraction_networks == {"edges": bundled}
-    assert record.networks == {"edges": bundled}
+    assert record.networks == {"edges": bundled, "correction": sha256(asset_path("models/correction.onnx"))}
     other = replace(run, parameters=ilf.preset("paper", **QUICK), network=None)
     record = make_record(other, other.complete(), OPTIONS)
     assert (record.extraction_networks, record.networks) == ({}, {})
@@ -133,10 +133,12 @@ def test_records_of_before_there_were_schemas_are_read(tmp_path):
     data = json.loads(path.read_text())
     for name in ("schema", "name", "processor", "networks", "distrusted", "depth_sha256", "outputs", "dense"):
         del data[name]
-    del data["export"]["expected_error"]
+    for name in ("expected_error", "mesh", "normals", "drop_flying"):
+        del data["export"][name]
     path.write_text(json.dumps(data))
     record = read_record(path)
     assert (record.schema, record.dense, record.options.expected_error) == (0, False, False)
+    assert (record.options.mesh, record.options.normals, record.options.drop_flying) == (None, False, False)
     assert (record.depth_sha256, record.outputs, record.networks, record.processor) == (None, {}, {}, "")
     assert read_record(changed(path, "export", "dense", True)).dense
 
@@ -179,6 +181,8 @@ def test_records_of_before_there_were_schemas_are_read(tmp_path):
         ("export", "depth_formats", "png"),
         ("export", "depth_formats", [1]),
         ("export", "cloud", "obj"),
+        ("export", "mesh", "stl"),
+        ("export", "normals", 1),
         ("export", "labels", None),
         ("blocks_outcome", {}),
         ("blocks_outcome", 0, "status", "splendid"),
@@ -250,7 +254,7 @@ def test_versions_are_those_of_the_distribution_that_is_there(monkeypatch):
     monkeypatch.setattr(importlib.metadata, "version", version)
     versions = library_versions()
     assert versions.pop("python") == platform.python_version()
-    assert versions == {"numpy": "2.1", "scipy": None, "opencv": "4.9", "scikit-image": None}
+    assert versions == {"numpy": "2.1", "scipy": None, "opencv": "4.9", "scikit-image": None, "numba": None}
 
 
 @pytest.mark.parametrize(

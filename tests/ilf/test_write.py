@@ -15,10 +15,11 @@ from ilf.confidence import expected_error, unvouched
 from ilf.errors import ExportError, InputError, ParameterError
 from ilf.io import load_frame, read_colour, read_depth_values, read_labels
 from ilf.outcomes import compose
-from ilf.run import ExportOptions, check_write, filenames, staging, write
+from ilf.run import ExportOptions, check_write, filenames, space_files, staging, write
 from ilf.run import writing as module
 
 from .small_runs import contents, distrusting, drawn, small_run
+from .space_formats import read_pcd, read_ply
 
 ALL = ExportOptions(depth_formats=("png", "tiff", "npy"), cloud="xyz")
 BARE = replace(ALL, run_record=False)
@@ -110,6 +111,60 @@ def test_a_ply_is_binary_or_text_as_asked_for(run, completion, tmp_path, cloud, 
     assert path.read_bytes().splitlines()[1] == kind
 
 
+@pytest.mark.parametrize("cloud", ["ply", "pcd"])
+def test_points_tell_all_that_is_known_of_them(run, completion, tmp_path, cloud):
+    options = replace(BARE, cloud=cloud, mesh="ply", cloud_unit="mm", normals=True)
+    out = tmp_path / "out"
+    write(out, run, completion, options)
+    rows = read_ply(out / "cloud.ply")[0] if cloud == "ply" else read_pcd(out / "cloud.pcd")
+    vertices, faces = read_ply(out / "mesh.ply")
+    known = np.isfinite(completion.depth)
+    assert len(rows) == np.count_nonzero(known)
+    np.testing.assert_array_equal(rows["z"], completion.depth[known] * np.float32(1000))
+    error = np.nan_to_num(expected_error(run.frame, completion))
+    for found, pixels in ((rows, known), (vertices, _pixels_of(vertices, run, completion))):
+        np.testing.assert_array_equal(found["scalar_expected_error"], error[pixels] * np.float32(1000))
+        np.testing.assert_array_equal(found["quality"], found["scalar_expected_error"])
+        np.testing.assert_array_equal(found["scalar_filled"], completion.filled[pixels])
+        np.testing.assert_array_equal(found["scalar_block"], run.blocks[pixels])
+        np.testing.assert_array_equal(found["scalar_unvouched"], unvouched(run.frame, completion)[pixels])
+        assert all(np.isfinite(found[name]).all() for name in found.dtype.names if name != "rgb")
+    np.testing.assert_array_equal(np.unique(faces), np.arange(len(vertices)))
+    write(out, run, completion, replace(options, cloud="ply", expected_error=False))
+    assert "scalar_filled" in read_ply(out / "cloud.ply")[0].dtype.names
+    assert not {"quality", "scalar_expected_error", "scalar_unvouched"} & {*read_ply(out / "cloud.ply")[0].dtype.names}
+
+
+def _pixels_of(vertices, run, completion):
+    """Which pixels (H, W) the vertices [mm] are seen at."""
+    camera, pixels = run.frame.intrinsics, np.zeros(run.frame.shape, bool)
+    rows = np.rint(vertices["y"] / vertices["z"] * camera.fy + camera.cy).astype(int)
+    columns = np.rint(vertices["x"] / vertices["z"] * camera.fx + camera.cx).astype(int)
+    pixels[rows, columns] = True
+    np.testing.assert_array_equal(completion.depth[rows, columns] * np.float32(1000), vertices["z"])
+    return pixels
+
+
+def test_points_in_mid_air_are_left_out_and_counted(run, completion, tmp_path):
+    depth = completion.depth.copy()
+    depth[20, 40] = 9.0
+    flying = replace(completion, depth=depth)
+    options = replace(BARE, cloud="ply", mesh="obj", drop_flying=True, depth_formats=("npy",))
+    (note,) = [note for note in write(tmp_path / "out", run, flying, options).notes if "mid-air" in note]
+    count = int(note.removeprefix("Left out of cloud and mesh: ").split()[0])
+    left = np.count_nonzero(np.isfinite(depth)) - count
+    rows, _ = read_ply(tmp_path / "out" / "cloud.ply")
+    assert len(rows) == left
+    assert rows["z"].max() < 9
+    assert np.load(tmp_path / "out" / "depth.npy")[20, 40] == 9
+    assert "\nf " in (tmp_path / "out" / "mesh.obj").read_text()
+
+
+def test_a_format_without_place_for_normals_is_noted(run, completion, tmp_path):
+    notes = write(tmp_path, run, completion, replace(BARE, normals=True)).notes
+    assert "cloud.xyz has no place for normals: choose PLY or PCD." in notes
+
+
 def test_guesses_and_distrusted_depth_have_masks(run, tmp_path):
     dense = replace(distrusting(run), dense=True, only=frozenset({2}))
     found = write(tmp_path / "out", dense, dense.complete(), BARE)
@@ -167,7 +222,7 @@ def test_failing_writer_leaves_the_folder_as_it_was(run, completion, tmp_path, m
     def fails(path, *_, **__):
         raise ExportError(f"Could not write {path}: the disk is full.")
 
-    monkeypatch.setattr(module, "write_cloud", fails)
+    monkeypatch.setattr(space_files, "write_cloud", fails)
     other = replace(completion, depth=completion.depth + 1)
     with pytest.raises(ExportError) as caught:
         write(out, run, other, ALL)
@@ -206,8 +261,9 @@ def test_failing_move_takes_the_earlier_ones_back(run, completion, tmp_path, mon
 
 def test_cloud_without_intrinsics_writes_nothing(run, completion, tmp_path):
     bare = replace(run, frame=ilf.RGBDFrame(run.frame.rgb, run.frame.depth))
-    with pytest.raises(InputError, match="intrinsics"):
-        write(tmp_path / "out", bare, completion, ALL)
+    for options, what in ((ALL, "point cloud"), (replace(ALL, cloud=None, mesh="glb"), "mesh")):
+        with pytest.raises(InputError, match=f"A {what} needs the camera's intrinsics"):
+            write(tmp_path / "out", bare, completion, options)
     assert not (tmp_path / "out").exists()
 
 
@@ -257,7 +313,7 @@ def test_files_of_part_of_a_run_come_from_what_there_is(run, tmp_path):
 @pytest.mark.parametrize(
     "wrong",
     [
-        *({"depth_formats": ("jpg",)}, {"cloud": "obj"}, {"axes": "z"}, {"cloud_unit": "in"}),
+        *({"depth_formats": ("jpg",)}, {"cloud": "obj"}, {"mesh": "stl"}, {"axes": "z"}, {"cloud_unit": "in"}),
         *({"depth_units": units} for units in (0.0, -1000.0, float("nan"), float("inf"))),
     ],
 )

@@ -5,24 +5,21 @@ import errno
 import io
 import math
 import os
-import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from ilf.cloud import PointCloud
+from ilf.cloud import Mesh, PointCloud
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
 from ilf.filter.edge_aware.record import EdgeAwareRecord
 from ilf.filter.pass_band.record import PassBandRecord
 from ilf.io import (
     CLOUD_SUFFIXES,
     DEPTH_SUFFIXES,
+    MESH_SUFFIXES,
     UINT16_MAX,
     atomic_path,
-    check_cloud_format,
-    cloud_files,
     coarser_units,
     load_open3d,
     png_fit,
@@ -31,15 +28,18 @@ from ilf.io import (
     write_cloud,
     write_depth,
     write_labels,
+    write_mesh,
 )
-from ilf.io.ply_files import ply_content
 from ilf.run.curve_files import write_curves
+
+from .space_formats import read_ply
 
 RNG = np.random.default_rng(3)
 DEPTH = RNG.uniform(0.4, 9.0, (20, 30)).astype(np.float32)
 DEPTH[2:5, 3:9] = np.nan
 LABELS = RNG.integers(0, 40_000, (20, 30)).astype(np.int32)
 CLOUD = PointCloud(RNG.uniform(-3, 3, (200, 3)).astype(np.float32), RNG.integers(0, 256, (200, 3)).astype(np.uint8))
+MESH = Mesh(CLOUD, RNG.integers(0, 200, (90, 3)).astype(np.int32))
 HISTORY = {
     2: (
         PassBandRecord(
@@ -65,6 +65,7 @@ HISTORY = {
 WRITERS = {
     **{f"depth{s}": lambda p: write_depth(p, DEPTH) for s in DEPTH_SUFFIXES},
     **{f"cloud{s}": lambda p: write_cloud(p, CLOUD) for s in CLOUD_SUFFIXES},
+    **{f"mesh{s}": lambda p: write_mesh(p, MESH) for s in MESH_SUFFIXES},
     "text.ply": lambda p: write_cloud(p, CLOUD, ascii=True),
     "text.pcd": lambda p: write_cloud(p, CLOUD, ascii=True),
     "labels.png": lambda p: write_labels(p, LABELS),
@@ -231,6 +232,8 @@ def test_what_is_not_an_export_is_refused(tmp_path):
         lambda: write_labels(tmp_path / "l.png", LABELS + 65_535),
         lambda: write_cloud(tmp_path / "c.obj", CLOUD),
         lambda: write_cloud(tmp_path / "c.ply", PointCloud(CLOUD.points[:0], CLOUD.colours[:0])),
+        lambda: write_mesh(tmp_path / "m.stl", MESH),
+        lambda: write_mesh(tmp_path / "m.ply", Mesh(CLOUD, MESH.faces[:0])),
     ):
         with pytest.raises(ExportError):
             call()
@@ -238,6 +241,8 @@ def test_what_is_not_an_export_is_refused(tmp_path):
         write_cloud(tmp_path / "c.ply", CLOUD, unit="inch")
     with pytest.raises(ParameterError, match="axes"):
         write_cloud(tmp_path / "c.ply", CLOUD, axes="z-up")
+    with pytest.raises(ParameterError, match="axes"):
+        write_mesh(tmp_path / "c.obj", MESH, axes="z-up")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -289,42 +294,6 @@ def test_curves_keep_every_digit_and_no_time(tmp_path):
 
 # --- clouds
 
-PLY_TYPES = {"float": "<f4", "double": "<f8", "uchar": "u1"}
-
-
-def read_ply(path):
-    """A PLY file by its specification, independent of the writer: one array with a field per property."""
-    header, _, body = path.read_bytes().partition(b"end_header\n")
-    lines = header.decode("ascii").splitlines()
-    assert lines[0] == "ply"
-    (form,) = (line.split()[1] for line in lines if line.startswith("format"))
-    (count,) = (int(line.split()[2]) for line in lines if line.startswith("element vertex"))
-    fields = [(line.split()[2], PLY_TYPES[line.split()[1]]) for line in lines if line.startswith("property")]
-    if form == "ascii":
-        rows = [tuple(line.split()) for line in body.decode("ascii").splitlines()]
-        assert len(rows) == count
-        return np.array(rows, fields)
-    assert form == "binary_little_endian"
-    dtype = np.dtype(fields)
-    assert len(body) == count * dtype.itemsize
-    return np.frombuffer(body, dtype)
-
-
-@pytest.mark.parametrize("ascii", [False, True])
-@pytest.mark.parametrize("colours", [CLOUD.colours, None])
-def test_a_ply_is_float32_and_comes_back_exactly(ascii, colours, tmp_path):
-    path = tmp_path / "c.ply"
-    path.write_bytes(ply_content(CLOUD.points, colours, ascii=ascii))
-    found = read_ply(path)
-    assert [found.dtype[name] for name in "xyz"] == [np.float32] * 3
-    np.testing.assert_array_equal(np.column_stack([found[name] for name in "xyz"]), CLOUD.points)
-    if colours is None:
-        assert found.dtype.itemsize == 12
-        assert found.dtype.names == ("x", "y", "z")
-    else:
-        assert found.dtype.itemsize == 15
-        np.testing.assert_array_equal(np.column_stack([found[name] for name in ("red", "green", "blue")]), colours)
-
 
 @pytest.mark.parametrize(("axes", "signs"), [("camera", [1, 1, 1]), ("y-up", [1, -1, -1])])
 @pytest.mark.parametrize(("unit", "scale"), [("m", 1), ("mm", 1000)])
@@ -332,7 +301,7 @@ def test_a_ply_is_float32_and_comes_back_exactly(ascii, colours, tmp_path):
 def test_a_ply_file_takes_15_bytes_a_point(axes, signs, unit, scale, ascii, tmp_path):
     path = tmp_path / "c.ply"
     write_cloud(path, CLOUD, axes=axes, unit=unit, ascii=ascii)
-    found = read_ply(path)
+    found, _ = read_ply(path)
     expected = (CLOUD.points.astype(float) * signs * scale).astype(np.float32)
     np.testing.assert_allclose(np.column_stack([found[name] for name in "xyz"]), expected, rtol=2e-7)
     if not ascii:
@@ -353,58 +322,3 @@ def test_clouds_come_back_in_open3d(suffix, ascii, axes, signs, unit, scale, tmp
         assert not found.has_colors()
     else:
         np.testing.assert_array_equal(np.rint(np.asarray(found.colors) * 255), CLOUD.colours)
-
-
-@pytest.mark.parametrize("ascii", [False, True])
-def test_a_pcd_cut_short_by_a_full_disk_is_noticed(ascii, tmp_path, monkeypatch):
-    real = load_open3d()
-
-    def write_and_cut(path, geometry, **options):
-        real.io.write_point_cloud(path, geometry, **options)
-        os.truncate(path, os.path.getsize(path) - 9)
-        return True
-
-    fake = SimpleNamespace(
-        geometry=real.geometry, utility=real.utility, io=SimpleNamespace(write_point_cloud=write_and_cut)
-    )
-    monkeypatch.setattr(cloud_files, "load_open3d", lambda: fake)
-    target = tmp_path / "c.pcd"
-    target.write_bytes(b"old")
-    with pytest.raises(ExportError, match=r"incomplete.*disk"):
-        write_cloud(target, CLOUD, ascii=ascii)
-    assert target.read_bytes() == b"old"
-    assert list(tmp_path.iterdir()) == [target]
-
-
-def test_without_open3d_all_clouds_but_pcd_are_written(monkeypatch, tmp_path):
-    monkeypatch.setitem(sys.modules, "open3d", None)  # as where it is not installed
-    monkeypatch.setitem(sys.modules, "libusb_package", None)
-    for name in ("c.ply", "c.xyz", "c.xyzrgb"):
-        check_cloud_format(name)
-        write_cloud(tmp_path / name, CLOUD)
-    with pytest.raises(ExportError, match=r"open3d.*pip install 'ilf-studio\[cloud\]'; or write PLY"):
-        check_cloud_format("c.pcd")
-    with pytest.raises(ExportError, match="open3d"):
-        write_cloud(tmp_path / "c.pcd", CLOUD)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["c.ply", "c.xyz", "c.xyzrgb"]
-
-
-@pytest.mark.parametrize(
-    ("said", "way_out"),
-    [
-        ("libGL.so.1: cannot open shared object file: No such file or directory", "sudo apt install libgl1"),
-        ("libX11.so.6: cannot open shared object file: No such file or directory", "sudo apt install libx11-6"),
-        ("libodd.so.7: cannot open shared object file: No such file or directory", r"libodd\.so\.7"),
-    ],
-)
-def test_open3d_that_cannot_be_loaded_names_library_and_package(said, way_out, monkeypatch):
-    class Refusing:
-        def find_spec(self, name, path=None, target=None):
-            if name == "open3d":
-                raise OSError(said)
-
-    monkeypatch.delitem(sys.modules, "open3d", raising=False)
-    monkeypatch.setattr(sys, "platform", "linux")
-    monkeypatch.setattr(sys, "meta_path", [Refusing(), *sys.meta_path])
-    with pytest.raises(ExportError, match=way_out):
-        check_cloud_format("c.pcd")

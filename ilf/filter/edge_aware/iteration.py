@@ -12,7 +12,7 @@ import math
 import time
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -31,6 +31,7 @@ from ..sums import inner
 from .denoising import Denoising
 from .flying import flying_pixels
 from .guiding import FittedGuide, fit_guide
+from .kernels import tally
 from .noise import Noise, frame_noise
 from .own_word import WIDE, own_distance
 from .parting import Parting
@@ -151,7 +152,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self._levelling = np.float32(_LEVELLING * max(1.0, self._slope, self._bending))
         self._jump = max(noise, parameters.jump_share * max(depth, _NEAREST)) if parameters.jump_share else math.inf
 
-        self._grids = [self._view.grid(trend, edges, parameters)]
+        self._grids = [self._view.grid(np.ascontiguousarray(trend), edges, parameters)]
         finest = self._grids[0]
         self._known_squares = inner(finest.totals, finest.totals)
         self._held_out_squares = inner(finest.held_out[1], finest.held_out[1]) if finest.held_out else 0.0
@@ -213,23 +214,29 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
             raise StopIteration
         grid, previous, u = next(self._steps)
         self._iterations += 1
-        change = u - previous
-        self._sigma = math.sqrt(inner(grid.inside, change * change) / self._pixels)
-        l1 = inner(grid.inside, np.abs(u + grid.trend)) + self._outside
+        changes, sizes, misfits = tally(u, previous, grid.inside, grid.trend, grid.counts, grid.totals)
+        self._sigma = math.sqrt(changes / self._pixels)
         # one assignment, so that another thread may look at the surface while an iteration is under way
         self._current = grid, u
         return EdgeAwareRecord(
             i=self._iterations,
             stage=self._stage,
             sigma_i=self._sigma,
-            l1=l1,
-            residual=_misfit(u, grid.counts, grid.totals, self._known_squares),
-            held_out=_misfit(u, *grid.held_out, self._held_out_squares) if grid.held_out else math.nan,
+            l1=sizes + self._outside,
+            residual=_root_mean(misfits + self._known_squares, grid.samples),
+            held_out=self._held_out(grid, u),
             seconds=time.perf_counter() - self._start,
             error=self._error(),
             cell=grid.cell,
             round=self._round,
         )
+
+    def _held_out(self, grid: _Grid, u: Array) -> float:
+        if grid.held_out is None:
+            return math.nan
+        counts, totals = grid.held_out
+        squares = inner(counts * u - 2 * totals, u) + self._held_out_squares
+        return _root_mean(squares, float(counts.sum(dtype=np.float64)))
 
     def judge(self, pixels: NDArray[np.bool_], truth: NDArray[np.float64]) -> None:
         """Let records tell the error against a truth from now on, see `Stepper`."""
@@ -254,7 +261,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         coarsest, *others = reversed(self._grids)
         self._stage = 1
         u = self._energy(coarsest).minimum()
-        yield coarsest, coarsest.samples(), u
+        yield coarsest, coarsest.start, u
         for coarser, grid in pairwise((coarsest, *others)):
             limit = _STEPS if grid is not self._grids[0] else self._finest_steps
             u = yield from self._descend(grid, self._energy(grid), coarser.level.enlarged(u, grid.level), limit)
@@ -340,7 +347,13 @@ class _Grid:
     held_out: tuple[Array, Array] | None
     parting: Parting | None
 
-    def samples(self) -> Array:
+    @cached_property
+    def samples(self) -> float:
+        """How many pixels of known depth there are."""
+        return float(self.counts.sum(dtype=np.float64))
+
+    @property
+    def start(self) -> Array:
         """The cells' known depth less the trend; 0 where there is none."""
         return np.divide(self.totals, np.maximum(self.counts, 1))
 
@@ -549,10 +562,6 @@ def _samples(values: Array) -> tuple[Array, Array]:
     return known.astype(np.float32), np.where(known, values, np.float32(0))
 
 
-def _misfit(u: Array, counts: Array, totals: Array, squares: float) -> float:
-    """Root mean square of u - sample, from the samples' count and sum in every cell and the sum of their squares."""
-    samples = float(counts.sum(dtype=np.float64))
-    if samples == 0:
-        return math.nan
-    total = inner(counts * u - 2 * totals, u) + squares
-    return math.sqrt(max(total, 0.0) / samples)
+def _root_mean(squares: float, samples: float) -> float:
+    """Of so many squares; rounding may have left less than nothing of them."""
+    return math.sqrt(max(squares, 0.0) / samples) if samples else math.nan

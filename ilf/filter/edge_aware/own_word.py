@@ -33,5 +33,7 @@ def own_distance(distance: Array, inside: Mask) -> Array:
     inside : ndarray of bool, shape (H, W)
         The block's pixels.
     """
+    if not (distance >= WIDE).any():
+        return distance
     own = cv2.distanceTransform((~(inside & (distance == 0))).astype(np.uint8), cv2.DIST_L2, 5)
     return np.where(inside & around_wide_gaps(distance), own, distance).astype(np.float32)

@@ -73,6 +73,9 @@ def beyond_reach(frame: RGBDFrame, block: Block) -> Beyond | None:
     guide = fit_guide(frame)
     if guide is not None and guide.carries(block):
         return None
+    at_reach = _AT_REACH * reach_of(frame)
+    if not (frame.depth[block.box][block.mask] >= at_reach).any():
+        return None
     rows, columns = (slice(max(side.start - _BACK[1], 0), side.stop + _BACK[1]) for side in block.box)
     depth, known = frame.depth[rows, columns], frame.known[rows, columns]
     inside = np.zeros(frame.shape, bool)
@@ -91,7 +94,7 @@ def beyond_reach(frame: RGBDFrame, block: Block) -> Beyond | None:
         if rim.size < _LEAST_RIM or back.size == 0 or known[part][(off <= _RIM) & ~hole].mean() < _DENSE:
             continue
         limit = float(np.median(rim))
-        if limit < max(_AT_REACH * reach_of(frame), _RISING * float(np.median(back))):
+        if limit < max(at_reach, _RISING * float(np.median(back))):
             continue
         pixels[rows, columns][part] |= hole
         in_front[rows, columns][part] |= (off <= _BACK[0]) & (there < _NEARER * limit)

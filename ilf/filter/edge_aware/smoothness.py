@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.linalg import splu
 
+from ..banded import solve_grid
 from ..sums import inner
+from .kernels import advance, let_go, pull, spread, turn
 
 Array = NDArray[np.float32]
 
@@ -56,13 +56,12 @@ class Weights:
         slope_jumps : float
             The same for first differences, in units of `scale`.
         """
-        x, y = u[:, 1:] - u[:, :-1], u[1:] - u[:-1]
-        slope_scale = np.float32(slope_jumps) * scale
+        one, times = np.float32(1), np.float32(slope_jumps)
         return Weights(
-            _let_go(self.slope_x, x, slope_scale[:, 1:]),
-            _let_go(self.slope_y, y, slope_scale[1:]),
-            _let_go(self.bend_x, x[:, 1:] - x[:, :-1], scale[:, 1:-1]),
-            _let_go(self.bend_y, y[1:] - y[:-1], scale[1:-1]),
+            let_go(self.slope_x, 0, 1, False, u, scale, times),
+            let_go(self.slope_y, 1, 0, False, u, scale, times),
+            let_go(self.bend_x, 0, 1, True, u, scale, one),
+            let_go(self.bend_y, 1, 0, True, u, scale, one),
         )
 
 
@@ -110,82 +109,47 @@ class SmoothnessEnergy:
 
         Ends by itself where float32 can come no nearer.
         """
-        inverse = 1 / self._diagonal(np.float32)
+        inverse = np.reciprocal(self._diagonal(np.float32))
         u = start
-        residual = self._totals - self._image(u)
-        scaled = inverse * residual
-        direction = scaled.copy()
-        size = inner(residual, scaled)
+        image = np.empty_like(u)
+        self._pull(u, image)
+        residual = self._totals - image
+        direction = inverse * residual
+        size = inner(residual, direction)
         least = _CONVERGED * size
         while size > least:
-            image = self._image(direction)
-            curvature = inner(direction, image)
+            curvature = self._pull(direction, image)
             if curvature <= 0:
                 return  # rounding is all that is left
-            length = np.float32(size / curvature)
-            u = np.add(u, length * direction)
+            previous, better = size, np.empty_like(u)
+            size = advance(inverse, direction, image, np.float32(size / curvature), u, better, residual)
+            u = better
             yield u
-            residual -= length * image
-            scaled = inverse * residual
-            previous, size = size, inner(residual, scaled)
-            direction *= np.float32(size / previous)
-            direction += scaled
+            turn(inverse, residual, np.float32(size / previous), direction)
 
     def minimum(self) -> Array:
-        """The minimum itself, by a sparse direct solution; for small grids."""
-        height, width = self._counts.shape
-        size = height * width
-        near_x, far_x = _couplings(self._weights.slope_x, self._weights.bend_x, (height, width))
-        down = _couplings(self._weights.slope_y.T, self._weights.bend_y.T, (width, height))
-        numbers = np.arange(size)
-        rows, columns = [numbers], [numbers]
-        entries = [self._diagonal(np.float64).ravel()]
-        for values, offset in ((near_x, 1), (far_x, 2), (down[0].T, width), (down[1].T, 2 * width)):
-            here, there = numbers[:-offset], numbers[offset:]
-            band = values.ravel()[: here.size]
-            rows += [here, there]
-            columns += [there, here]
-            entries += [band, band]
-        places = np.concatenate(rows), np.concatenate(columns)
-        matrix = coo_array((np.concatenate(entries), places), shape=(size, size)).tocsc()
-        factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-        found = factors.solve(self._totals.astype(np.float64).ravel())
-        return found.reshape(height, width).astype(np.float32)
-
-    def _image(self, u: Array) -> Array:
-        """Half the gradient of the quadratic part."""
+        """The minimum itself, by a direct solution; for small grids."""
         weights = self._weights
-        result = self._counts * u
-        # the transposes give views: what is added along y lands in the same array
-        for values, out, slope, bend in (
-            (u, result, weights.slope_x, weights.bend_x),
-            (u.T, result.T, weights.slope_y.T, weights.bend_y.T),
-        ):
-            step = values[:, 1:] - values[:, :-1]
-            flow = slope * step
-            turn = bend * (step[:, 1:] - step[:, :-1])
-            flow[:, :-1] -= turn
-            flow[:, 1:] += turn
-            out[:, :-1] -= flow
-            out[:, 1:] += flow
-        return result
+        shape = self._counts.shape
+        along_x = _couplings(weights.slope_x, weights.bend_x, shape)
+        along_y = _couplings(weights.slope_y.T, weights.bend_y.T, shape[::-1])
+        wanted = self._totals.astype(np.float64)[None]
+        found = solve_grid(self._diagonal(np.float64), along_x, (along_y[0].T, along_y[1].T), wanted)
+        return found[0].astype(np.float32)
+
+    def _pull(self, u: Array, out: Array) -> float:
+        """Half the gradient of the quadratic part at u, written to `out`, and its inner product with u."""
+        weights = self._weights
+        return pull(self._counts, weights.slope_x, weights.slope_y, weights.bend_x, weights.bend_y, u, out)
 
     def _diagonal(self, dtype: type[np.floating]) -> NDArray[Any]:
         weights = self._weights
         result = self._counts.astype(dtype)
-        for out, slope, bend in (
-            (result, weights.slope_x, weights.bend_x),
-            (result.T, weights.slope_y.T, weights.bend_y.T),
-        ):
-            out[:, 1:] += slope
-            out[:, :-1] += slope
-            out[:, 2:] += bend
-            out[:, 1:-1] += 4 * bend
-            out[:, :-2] += bend
+        spread(weights.slope_x, weights.slope_y, weights.bend_x, weights.bend_y, result)
         return result
 
 
-def _couplings(slope: Array, bend: Array, shape: tuple[int, int]) -> tuple[NDArray[Any], NDArray[Any]]:
+def _couplings(slope: Array, bend: Array, shape: tuple[int, ...]) -> tuple[NDArray[Any], NDArray[Any]]:
     """Matrix entries between a pixel and the next, and the one after that, along the second axis."""
     near, far = np.zeros(shape), np.zeros(shape)
     near[:, :-1] -= slope
@@ -193,8 +157,3 @@ def _couplings(slope: Array, bend: Array, shape: tuple[int, int]) -> tuple[NDArr
     near[:, 1:-1] -= 2 * bend
     far[:, :-2] += bend
     return near, far
-
-
-def _let_go(weights: Array, difference: Array, scale: Array) -> Array:
-    ratio = difference / scale
-    return weights / (1 + ratio * ratio)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import cv2
@@ -172,8 +173,12 @@ def _medians(values: NDArray[np.float32], cell: int) -> NDArray[np.float32]:
     return medians.repeat(cell, axis=0).repeat(cell, axis=1)[:height, :width]
 
 
+@lru_cache(maxsize=32)
 def _third_differences(shape: tuple[int, int]) -> csr_array:
-    """Operator of the sum of squared third differences, the mixed ones weighted most: f(x) + g(y) is smooth."""
+    """Operator of the sum of squared third differences, the mixed ones weighted most: f(x) + g(y) is smooth.
+
+    Kept for the latest shapes: a block that is solved again and again has the same.
+    """
     height, width = shape
     total = csr_array((height * width, height * width))
     for order, times in enumerate((1, _MIXED, _MIXED, 1)):

@@ -52,16 +52,21 @@ class DepthEdgeModel(nn.Module):
     The image is (N, 3, H, W), RGB in [0, 1], the features are (N, 6, H, W), H and W multiples of 32. `forward` gives
     the logits of jump and crease, (N, 2, H, W), and the coarse depth, (N, 2, H/4, W/4): the log depth less the filled
     one of the features, and the log of its mean error.
+
+    Parameters
+    ----------
+    inputs : int
+        Channels of image and features.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, inputs: int = 3 + len(CHANNELS)) -> None:
         super().__init__()
         last = len(WIDTHS) - 1
-        entries = (3 + len(CHANNELS), *WIDTHS[:-1])
+        entries = (inputs, *WIDTHS[:-1])
         self.stages = nn.ModuleList(
             # The first convolution sees each pixel of the full size, six to a side around two.
-            _stage(inputs, width, blocks, 4 if k else 6, 2 if k == last else 1)
-            for k, (inputs, width, blocks) in enumerate(zip(entries, WIDTHS, BLOCKS, strict=True))
+            _stage(before, width, blocks, 4 if k else 6, 2 if k == last else 1)
+            for k, (before, width, blocks) in enumerate(zip(entries, WIDTHS, BLOCKS, strict=True))
         )
         self.across = nn.ModuleList(nn.Conv2d(*pair, 1) for pair in zip(WIDTHS, UP_WIDTHS, strict=False))
         self.up = nn.ModuleList(
@@ -75,14 +80,22 @@ class DepthEdgeModel(nn.Module):
             self.coarse.bias.copy_(torch.tensor((0.0, _AT_FIRST)))
 
     def forward(self, image: Tensor, features: Tensor) -> tuple[Tensor, Tensor]:
+        return self.heads(*self.levels(image, features))
+
+    def heads(self, half: Tensor, quarter: Tensor) -> tuple[Tensor, Tensor]:
+        """Logits of lines, and coarse depth, from what `levels` gives."""
+        return functional.pixel_shuffle(self.lines(half), 2), self.coarse(quarter)
+
+    def levels(self, image: Tensor, features: Tensor) -> tuple[Tensor, Tensor]:
+        """What the trunk says at 1/2 and 1/4 of the picture's size."""
         x = torch.cat([(image - 0.45) * 4, features], 1)
         finer = []
         for stage in self.stages:
             x = stage(x)
             finer.append(x)
-        levels = []
         for k in reversed(range(len(UP_WIDTHS))):
             above = functional.interpolate(self.up[k](x), scale_factor=2.0, mode="bilinear", align_corners=False)
             x = self.refine[k](functional.relu(above + self.across[k](finer[k])))
-            levels.append(x)
-        return functional.pixel_shuffle(self.lines(levels[-1]), 2), self.coarse(levels[-2])
+            if k == 1:
+                quarter = x
+        return x, quarter

@@ -69,19 +69,27 @@ class Picture:
         rows, columns = (
             slice(start, start + size // 2) for start, size in zip((top, left), self.part.shape, strict=True)
         )
-        quarter = Picture(
+        return self.window(rows, columns).enlarged
+
+    def window(self, rows: slice, columns: slice) -> Picture:
+        """A part of the picture."""
+        return Picture(
             self.rgb[rows, columns],
             self.exact[rows, columns],
             self.measured[rows, columns],
             self.part[rows, columns],
             self.lines[rows, columns],
         )
+
+    @property
+    def enlarged(self) -> Picture:
+        """The picture at twice its size."""
         return Picture(
-            np.asarray(cv2.resize(quarter.rgb, None, fx=2, fy=2, interpolation=cv2.INTER_LINEAR), np.uint8),
-            _twice_the_depth(quarter.exact),
-            _twice_the_depth(quarter.measured),
-            _twice(quarter.part),
-            quarter._lines_of(_twice_the_pairs),
+            np.asarray(cv2.resize(self.rgb, None, fx=2, fy=2, interpolation=cv2.INTER_LINEAR), np.uint8),
+            _twice_the_depth(self.exact),
+            _twice_the_depth(self.measured),
+            _twice(self.part),
+            self._lines_of(_twice_the_pairs),
         )
 
     def _lines_of(self, change: Callable[[NDArray[np.bool_], NDArray[np.bool_]], Pairs]) -> NDArray[np.uint8]:
@@ -177,7 +185,7 @@ def random_sample(picture: Picture, rng: np.random.Generator) -> tuple[Array, Ar
         picture = picture.mirrored
     if rng.random() < DETAILS:
         picture = picture.detail(*(int(rng.integers(size // 2 + 1)) for size in picture.part.shape))
-    return sample_of(picture, _random_colour(picture.rgb, rng), less_known(picture, rng))
+    return sample_of(picture, random_colour(picture.rgb, rng), less_known(picture, rng))
 
 
 def less_known(picture: Picture, rng: np.random.Generator) -> Array:
@@ -193,7 +201,8 @@ def sample_of(picture: Picture, image: Array, depth: Array) -> tuple[Array, Arra
     return image, features, picture.lines.astype(np.float32), log_depth[..., None]
 
 
-def _random_colour(rgb: NDArray[np.uint8], rng: np.random.Generator) -> Array:
+def random_colour(rgb: NDArray[np.uint8], rng: np.random.Generator) -> Array:
+    """The colours under other light, by another camera: in [0, 1]."""
     if rng.random() < 0.1:
         rgb = np.broadcast_to(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)[..., None], rgb.shape)
     levels = np.linspace(0, 1, 256, dtype=np.float32)[:, None]

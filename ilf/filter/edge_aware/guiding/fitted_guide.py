@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from ....blocks import Block, Box
 from ....frame import RGBDFrame
+from ....nearest import nearest_values
 from ....per_frame import once_per_frame
 from .belief import Trial, try_guide
-from .fitting import Array, Mask, fitted
+from .fitting import Array, fitted
 from .sharpening import sharpened
 
 _LEFT_ASIDE = "The guide was left aside: where known depth is hidden for a test, it does not come back better with it."
@@ -81,15 +81,5 @@ def fit_guide(frame: RGBDFrame) -> FittedGuide | None:
         confidence = said.astype(np.float32)
     else:
         confidence = np.where(said, guide.confidence, np.float32(0))
-    values = np.where(said, sharpened(_filled(guide.values, said)), np.float32(np.nan))
+    values = np.where(said, sharpened(nearest_values(guide.values, said, 3)[1]), np.float32(np.nan))
     return FittedGuide(fitted(values, frame.depth, confidence), confidence, try_guide(values, frame.depth, confidence))
-
-
-def _filled(values: Array, said: Mask) -> Array:
-    """What is not said, as at the nearest pixel."""
-    places = cv2.distanceTransformWithLabels((~said).astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL)[
-        1
-    ]
-    of_place = np.zeros(int(places.max()) + 1, np.float32)
-    of_place[places[said]] = values[said]
-    return of_place[places]

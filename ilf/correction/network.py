@@ -1,0 +1,106 @@
+"""The correction network in use: how far completed depth is to be changed, from colour, known and completed depth."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..edges.onnx_network import OnnxNetwork, reflected
+from ..errors import FormatError
+from .features import correction_features
+from .spreading import spread
+
+Array = NDArray[np.float32]
+
+CELL = 4
+"""So many pixels one of the cells has to a side that changes spread between."""
+
+MULTIPLE = 32
+"""What the sides of the network's input are multiples of."""
+
+LONGEST_SIDE = 640
+"""A frame with a longer side [px] is looked at as large as that: the network has learnt from such."""
+
+_LINKS, _AROUND = 6, 9
+_TRIAL_SHAPES = ((64, 64), (64, 96))
+
+
+class CorrectionNetwork(OnnxNetwork):
+    """A correction network, ready to run. `load` makes one; it may be used from any thread.
+
+    The file is an ONNX network of two inputs, `image`, RGB in [0, 1] as float32 (1, 3, H, W), and `features`, the
+    `correction_features`, H and W multiples of 32. Its outputs are `links`, (1, 6, H/4, W/4), in the order that
+    `spread` takes, and `weights`, (1, 9, H, W): of whose change each pixel takes how much, of the cells around it.
+    """
+
+    KIND = "correction network"
+
+    def change(self, rgb: NDArray[np.uint8], depth: Array, completed: Array, contours: Array) -> Array:
+        """How far the logarithm of completed depth is to be changed.
+
+        Parameters
+        ----------
+        rgb : ndarray of uint8, shape (H, W, 3)
+        depth : ndarray of float32, shape (H, W)
+            Known depth [m], NaN = missing; at least one known pixel.
+        completed : ndarray of float32, shape (H, W)
+            Completed depth [m], NaN where it is not.
+        contours : ndarray of float32, shape (H, W)
+            Strength of the contours that the filter saw, in [0, 1].
+
+        Returns
+        -------
+        ndarray of float32, shape (H, W)
+        """
+        height, width = depth.shape
+        scale = LONGEST_SIDE / max(height, width)
+        if scale < 1:
+            size = max(1, round(width * scale)), max(1, round(height * scale))
+            rgb, contours = (cv2.resize(one, size, interpolation=cv2.INTER_AREA) for one in (rgb, contours))  # type: ignore[assignment]
+            small = cv2.resize(depth, size, interpolation=cv2.INTER_NEAREST)
+            if np.isfinite(small).any():
+                completed = cv2.resize(completed, size, interpolation=cv2.INTER_NEAREST)  # type: ignore[assignment]
+                found = self._look(rgb, np.asarray(small, np.float32), completed, contours)
+                return np.asarray(cv2.resize(found, (width, height), interpolation=cv2.INTER_LINEAR), np.float32)
+            return np.zeros(depth.shape, np.float32)
+        return self._look(rgb, depth, completed, contours)
+
+    def _look(self, rgb: NDArray[np.uint8], depth: Array, completed: Array, contours: Array) -> Array:
+        image, window = reflected(rgb, MULTIPLE)
+        features, _ = reflected(np.moveaxis(correction_features(depth, completed, contours)[0], 0, 2), MULTIPLE)
+        size = image.shape[:2]
+        inputs = {"image": cv2.dnn.blobFromImage(image, 1 / 255), "features": np.moveaxis(features, 2, 0)[None]}
+        try:
+            outputs = self._forward({name: np.ascontiguousarray(one) for name, one in inputs.items()})
+        except cv2.error as error:
+            raise FormatError(
+                f"{self.path.name} is no correction network: it does not take an image of {size} and its depth."
+            ) from error
+        shapes = [one.shape for one in outputs]
+        cells = size[0] // CELL, size[1] // CELL
+        if shapes != [(1, _LINKS, *cells), (1, _AROUND, *size)]:
+            raise FormatError(f"{self.path.name} is no correction network: it makes {shapes} of an image of {size}.")
+        links, weights = outputs[0][0], outputs[1][0]
+        return _weighted(spread(links), weights)[window]
+
+    def _try(self) -> None:
+        for height, width in _TRIAL_SHAPES:
+            ramp = np.linspace(0, 255, height * width * 3).astype(np.uint8).reshape(height, width, 3)
+            depth = np.asarray(1 + ramp[..., 0] / 255, np.float32)
+            known = np.where(ramp[..., 1] > 128, depth, np.float32(np.nan))
+            found = self._look(ramp, known, depth, np.zeros_like(depth))
+            if not np.isfinite(found).all():
+                raise FormatError(f"{self.path.name} is no correction network: its changes are not finite.")
+
+
+def _weighted(cells: Array, weights: Array) -> Array:
+    """Of every pixel the weighted mean of what its cell and those around it have."""
+    around = np.pad(cells, 1, mode="edge")
+    height, width = cells.shape
+    grid = weights.reshape(_AROUND, height, CELL, width, CELL)
+    total = np.zeros(grid.shape[1:], np.float32)
+    for k in range(_AROUND):
+        row, column = divmod(k, 3)
+        total += grid[k] * around[row : row + height, column : column + width][:, None, :, None]
+    return total.reshape(weights.shape[1:])

@@ -1,0 +1,238 @@
+"""Depth encodings: how the values of a depth file become metres, and which of them stand for missing."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import FormatError, ParameterError
+from ..frame import FrameInputs
+from ..numbers import as_float
+from .bop import camera_of_image
+from .depth_files import checked_units, default_depth_units, depth_in_metres
+
+FARTHEST_DEPTH = 300.0
+"""Depth [m] beyond what any sensor of frames gives; markers such as FLT_MAX and 1000 m lie there."""
+
+_FARTHEST_KINECT = 10.0
+_BOP = "bop"
+
+EncodingSpec = str | float
+"""A name of `ENCODINGS`, "bop", "bop:SCALE", or a number of file units per metre."""
+
+
+@dataclass(frozen=True)
+class DepthEncoding:
+    """How the values of a depth file become metres.
+
+    Most files hold depth times a number: these encodings are told by `units` alone. Of the others, each has a name.
+
+    Attributes
+    ----------
+    name : str or None
+        None where `units` say it all.
+    units : float
+        File units per metre; of the others, of what is decoded, and 1 where that has no fixed steps.
+    is_swapped : bool
+        The two bytes of a value are in the other order.
+    is_rotated : bool
+        The lowest three bits of a value are its highest, as SUN RGB-D and SUN3D have it.
+    is_disparity : bool
+        Values are the raw disparity of a Kinect v1, with the constants of NYU Depth V2's toolbox.
+    invalid : float or None
+        The file's value that stands for missing, beside zero, negative and not finite ones.
+    """
+
+    name: str | None
+    units: float
+    is_swapped: bool = False
+    is_rotated: bool = False
+    is_disparity: bool = False
+    invalid: float | None = None
+
+    @property
+    def text(self) -> str:
+        """In words."""
+        way = f"{self.units:g} units per metre" if self.name is None else f"{self.name}, {MEANINGS[self.name]}"
+        return way if not self.invalid else f"{way}, {self.invalid:g} is missing"
+
+    @property
+    def farthest(self) -> float:
+        """Depth [m] beyond which nothing can have been measured."""
+        return _FARTHEST_KINECT if self.is_disparity else FARTHEST_DEPTH
+
+    def metres(self, values: NDArray[Any]) -> NDArray[np.float32]:
+        """Values of a file as depth [m], float32 of the same shape; NaN = missing.
+
+        Raises
+        ------
+        FormatError
+            If the encoding is one of whole numbers of 16 bits, and the values are not.
+        """
+        metres = self._decoded(values)
+        if self.invalid is not None:
+            metres[values == self.invalid] = np.nan
+        return metres
+
+    def _decoded(self, values: NDArray[Any]) -> NDArray[np.float32]:
+        if self.name is None:
+            return depth_in_metres(values, self.units)
+        if values.dtype != np.uint16:
+            raise FormatError(f"The encoding {self.name} is one of whole numbers of 16 bits, not of {values.dtype}.")
+        if self.is_swapped:
+            values = values.byteswap()
+        if self.is_rotated:
+            values = (values >> 3) | (values << 13)
+        if not self.is_disparity:
+            return depth_in_metres(values, self.units)
+        with np.errstate(divide="ignore"):
+            return depth_in_metres(351.3 / (1092.5 - values.astype(np.float64)), 1.0)
+
+
+ENCODINGS: dict[str, DepthEncoding] = {
+    "mm": DepthEncoding(None, 1000.0),
+    "0.1mm": DepthEncoding(None, 10_000.0),
+    "cm": DepthEncoding(None, 100.0),
+    "m": DepthEncoding(None, 1.0),
+    "tum": DepthEncoding(None, 5000.0),
+    "matterport": DepthEncoding(None, 4000.0),
+    "replica": DepthEncoding(None, 6553.5),
+    "kitti": DepthEncoding(None, 256.0),
+    "sun": DepthEncoding("sun", 1000.0, is_rotated=True),
+    "nyu-raw": DepthEncoding("nyu-raw", 1.0, is_swapped=True, is_disparity=True),
+    "kinect-raw": DepthEncoding("kinect-raw", 1.0, is_disparity=True),
+    "mm-swapped": DepthEncoding("mm-swapped", 1000.0, is_swapped=True),
+}
+"""Name -> encoding. Beside these there is "bop", whose scale stands in the scene_camera.json of the scene."""
+
+MEANINGS: dict[str, str] = {
+    "mm": "millimetres",
+    "0.1mm": "tenths of a millimetre",
+    "cm": "centimetres",
+    "m": "metres",
+    "tum": "5000 per metre (TUM, Bonn, ICL)",
+    "matterport": "4000 per metre (Matterport3D)",
+    "replica": "6553.5 per metre (Replica)",
+    "kitti": "256 per metre (KITTI)",
+    "sun": "millimetres with rotated bits (SUN RGB-D, SUN3D)",
+    "nyu-raw": "disparity with swapped bytes (raw files of NYU Depth V2)",
+    "kinect-raw": "disparity of a Kinect v1",
+    "mm-swapped": "millimetres with swapped bytes",
+    _BOP: "by the depth_scale in scene_camera.json (BOP)",
+}
+"""Name -> what it is, in words, for all names that `encoding_of` takes."""
+
+
+def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
+    """The encoding that a name or a number means.
+
+    Parameters
+    ----------
+    spec : str or float
+        A name of `ENCODINGS`; a number of file units per metre, also as text; "bop:SCALE" for millimetres = value times
+        SCALE; or "bop", which takes it from the scene's scene_camera.json.
+    depth : Path, optional
+        The depth file, for "bop".
+
+    Raises
+    ------
+    ParameterError
+        If it means nothing.
+    InputError
+        If it is "bop", and the file is in no such scene.
+
+    Examples
+    --------
+    >>> encoding_of("tum").units, encoding_of(4000).units, encoding_of("bop:0.1").units
+    (5000.0, 4000.0, 10000.0)
+    >>> encoding_of("sun").metres(np.array([[15024]], np.uint16))
+    array([[1.878]], dtype=float32)
+    """
+    if not isinstance(spec, str):
+        return DepthEncoding(None, checked_units(spec))
+    name = spec.strip().lower()
+    if name in ENCODINGS:
+        return ENCODINGS[name]
+    if name == _BOP:
+        return DepthEncoding(None, 1000 / _scale_beside(depth))
+    try:
+        if name.startswith(f"{_BOP}:"):
+            return DepthEncoding(None, 1000 / checked_units(float(name.removeprefix(f"{_BOP}:"))))
+        return DepthEncoding(None, checked_units(float(name)))
+    except ValueError as error:
+        near = difflib.get_close_matches(name, MEANINGS, 1)
+        hint = f"Did you mean {near[0]}? " if near else ""
+        raise ParameterError(
+            f"There is no depth encoding {spec!r:.60}. {hint}Give one of {', '.join(MEANINGS)}, or a number of file "
+            "units per metre."
+        ) from error
+
+
+def is_name(spec: EncodingSpec | None) -> bool:
+    """Whether it names an encoding, and is not just a number of units."""
+    return isinstance(spec, str) and spec.strip().lower().partition(":")[0] in MEANINGS
+
+
+def chosen_encoding(
+    values: NDArray[Any],
+    depth: Path,
+    given: EncodingSpec | None,
+    stated: EncodingSpec | None,
+    invalid: float | None,
+) -> DepthEncoding:
+    """The encoding of a file's values: what is given, else what is stated beside them, else what is usual for their
+    type (`default_depth_units`); raises as `encoding_of`, and ParameterError if `invalid` is no number."""
+    spec = next((spec for spec in (given, stated) if spec is not None), default_depth_units(values))
+    return replace(encoding_of(spec, depth), invalid=None if invalid is None else checked_invalid(invalid))
+
+
+def one_encoding(encoding: EncodingSpec | None, depth_units: float | None) -> EncodingSpec | None:
+    """What either of two ways to say the same says; ParameterError if both are used."""
+    if encoding is not None and depth_units is not None:
+        raise ParameterError(
+            f"Both a depth encoding ({encoding}) and depth units ({depth_units}) are given. Units per metre are an "
+            "encoding, too: give one of them."
+        )
+    return encoding if depth_units is None else checked_units(depth_units)
+
+
+def encoding_of_inputs(inputs: FrameInputs) -> DepthEncoding:
+    """The encoding that a frame's depth file was read by."""
+    spec = inputs.depth_units if inputs.encoding is None else inputs.encoding
+    return replace(encoding_of(spec), invalid=inputs.invalid)
+
+
+def checked_invalid(value: object) -> float:
+    """A file's value that stands for missing, as float; ParameterError unless it is a finite number."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        raise ParameterError(f"The invalid value must be a number, not {value!r:.60}.")
+    number = as_float(value)
+    if not math.isfinite(number):
+        raise ParameterError("The invalid value must be a finite number: what is not finite is missing anyway.")
+    return number
+
+
+def beyond_sensors(metres: NDArray[np.floating], farthest: float = FARTHEST_DEPTH) -> NDArray[np.bool_] | None:
+    """Pixels whose depth [m] no sensor can have given; None if there are none, or if rather the scale is to be doubted.
+
+    That is so where most of the depth lies there, and does not stand on one value, as a mark for missing does.
+    """
+    far = metres > farthest
+    count = int(np.count_nonzero(far))
+    if not count:
+        return None
+    values = metres[far]
+    is_mark = count < np.count_nonzero(np.isfinite(metres)) and bool((values == values[0]).all())
+    return far if is_mark or 2 * count < np.count_nonzero(np.isfinite(metres)) else None
+
+
+def _scale_beside(depth: Path | None) -> float:
+    if depth is None:
+        raise ParameterError('"bop" needs the depth file of a scene; give "bop:SCALE" otherwise.')
+    return camera_of_image(depth)[1]

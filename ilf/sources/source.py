@@ -1,0 +1,193 @@
+"""A source: frames that have keys, and are read one by one."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..camera import CameraIntrinsics
+from ..errors import InputError
+from ..frame import RGBDFrame
+from ..io import Listing, frame_folder, list_frames
+from ..io.camera_files import IntrinsicsSpec, intrinsics_from
+from ..io.encodings import EncodingSpec
+from ..io.frame_source import FrameSource
+from ..io.poses import camera_pose
+from ..io.time_lists import MOST_APART_S
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """The two cameras of a frame.
+
+    Attributes
+    ----------
+    colour, depth : CameraIntrinsics or None
+        None where it is not known. Where depth is registered to colour, both are the same.
+    depth_to_colour : ndarray of float64, shape (4, 4), or None
+        Takes points [m] of the depth camera to the colour camera; None where it is not known.
+    """
+
+    colour: CameraIntrinsics | None
+    depth: CameraIntrinsics | None
+    depth_to_colour: NDArray[np.float64] | None
+
+
+class Source:
+    """Frames of a folder, a data set or a recording. Opening it lists them; nothing is decoded until it is read.
+
+    Attributes
+    ----------
+    path : Path
+        Absolute.
+    keys : tuple of str
+        One for each frame, in the order of time or of names: the path of its colour file in the source, without ending,
+        or that of its folder. They stay the same as long as the files do.
+    timestamps : tuple of float or None
+        [s]; None where they are not known.
+    notes : tuple of str
+        What the user should know, a sentence each.
+    is_registered : bool
+        Whether colour and depth show the same pixels. Where they do not, they are read as they are.
+    """
+
+    def __init__(self, path: Path, listing: Listing) -> None:
+        self.path = path
+        self._frames = _by_key(path, listing.sources)
+        self.keys = tuple(self._frames)
+        self.timestamps = listing.times or None
+        self.notes = listing.notes
+        self.is_registered = listing.is_registered
+
+    def __len__(self) -> int:
+        return len(self.keys)
+
+    def find(self, name: str) -> str:
+        """The key that is called so, or alone ends so.
+
+        Raises
+        ------
+        InputError
+            If there is none, or several.
+        """
+        if name in self._frames:
+            return name
+        ending = [key for key in self.keys if key.endswith(f"/{name}")]
+        if len(ending) == 1:
+            return ending[0]
+        if ending:
+            raise InputError(f"{len(ending)} frames of {self.path} end in {name!r:.60}: {', '.join(ending[:3])}, ...")
+        raise InputError(
+            f"{self.path} has no frame {name!r:.60}. It has {len(self)}, from {self.keys[0]} to {self.keys[-1]}."
+        )
+
+    def frame_source(self, key: str) -> FrameSource:
+        """Where a frame is and how it is read; raises InputError as `find`."""
+        return self._frames[self.find(key)]
+
+    def calibration(self, key: str) -> Calibration:
+        """The cameras of a frame, without decoding it.
+
+        Raises
+        ------
+        InputError
+            If there is no such frame, or what holds its calibration cannot be read.
+        """
+        source = self.frame_source(key)
+        camera = intrinsics_from(source.intrinsics)
+        if camera is None and source.depth is None:
+            camera = frame_folder(source.rgb).intrinsics
+        return Calibration(camera, camera, np.eye(4)) if self.is_registered else Calibration(None, camera, None)
+
+    def pose(self, key: str) -> NDArray[np.float64] | None:
+        """Where the camera of a frame was, (4, 4), from its points [m] to the world's; None where it is not known."""
+        source = self.frame_source(key)
+        return camera_pose(source.depth or frame_folder(source.rgb).depth)
+
+    def read(self, key: str) -> RGBDFrame:
+        """Read a frame.
+
+        Parameters
+        ----------
+        key : str
+            One of `keys`, or what only one of them ends in.
+
+        Returns
+        -------
+        RGBDFrame
+            Depth [m], NaN = missing; what is doubtful about it is in its `notes`.
+
+        Raises
+        ------
+        InputError
+            If there is no such frame, or as `ilf.load_frame` does.
+        """
+        return self.frame_source(key).load()
+
+
+def open_source(
+    path: str | os.PathLike[str],
+    *,
+    depth_units: float | None = None,
+    encoding: EncodingSpec | None = None,
+    invalid: float | None = None,
+    intrinsics: IntrinsicsSpec | None = None,
+    max_gap: float = MOST_APART_S,
+) -> Source:
+    """Open a folder of frames or a data set.
+
+    Paired folders and files, matched by name, number or time; a folder per frame; sequences of TUM, Bonn and ICL-NUIM;
+    scenes of BOP; frames of SUN RGB-D; sequences of 7-Scenes.
+
+    Parameters
+    ----------
+    path : path-like
+        See `ilf.io.list_frames`.
+    depth_units, encoding, invalid, intrinsics : optional
+        How depth is read and which camera has seen it, as for `ilf.load_frame`, for all frames. None takes what the
+        layout of the source says.
+    max_gap : float
+        How far apart in time [s] colour and depth of one frame may be, where they are matched by time. Each file is
+        used once.
+
+    Raises
+    ------
+    InputError
+        If there is no such folder, or it holds no frames.
+    FormatError
+        If its lists or calibrations are damaged.
+    ParameterError
+        If there are both units and an encoding, or `max_gap` is no length of time.
+
+    Examples
+    --------
+    >>> from ilf.assets import asset_path
+    >>> source = open_source(asset_path("samples"))
+    >>> len(source), source.keys, source.calibration("room").colour.fx, source.read("room").shape
+    (1, ('room',), 525.0, (480, 640))
+    """
+    listing = list_frames(
+        path, depth_units=depth_units, encoding=encoding, invalid=invalid, intrinsics=intrinsics, max_gap=max_gap
+    )
+    return Source(Path(path).absolute(), listing)
+
+
+def _by_key(root: Path, sources: Sequence[FrameSource]) -> dict[str, FrameSource]:
+    """Frames by their keys; one whose key is another's already keeps its ending."""
+    found: dict[str, FrameSource] = {}
+    for source in sources:
+        key = _key(root, source)
+        found[key if key not in found else Path(os.path.relpath(source.rgb, root)).as_posix()] = source
+    return found
+
+
+def _key(root: Path, source: FrameSource) -> str:
+    path = Path(os.path.relpath(source.rgb, root))
+    if source.depth is not None:
+        path = path.with_suffix("")
+    return root.name if path == Path(".") else path.as_posix()

@@ -1,0 +1,56 @@
+"""What the learned correction does to hidden depth: `python -m tests.bench.correction_effect FRAME ... [--seeds 1 2]`.
+
+Depth of every frame is hidden, and the rest completed with and without the correction. Printed are the errors without
+it, their ratios, geometric means over frames and seeds, and how often it is the better one.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
+
+from ilf.bench import find_frames, load_bench_frame, make_task, score
+from ilf.completion import complete
+from ilf.correction import UNCORRECTED, CorrectionNetwork
+from ilf.ebs import extract_blocks
+
+
+def main() -> None:
+    """Print every frame's ratio of error with the correction to error without, RMSE and MAE, and geometric means."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("frames", nargs="+", type=Path)
+    parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2])
+    parser.add_argument("--pattern", default="areas")
+    parser.add_argument("--network", type=Path, help="another correction network than the bundled one")
+    arguments = parser.parse_args()
+    network = arguments.network and CorrectionNetwork.load(arguments.network)
+    ratios = []
+    with patch("ilf.completion.load_correction_network", lambda: network) if network else patch.dict({}):
+        for folder in find_frames(arguments.frames):
+            source = load_bench_frame(folder)
+            for seed in arguments.seeds:
+                task = make_task(source, arguments.pattern, seed)
+                blocks = extract_blocks(task.frame)
+                without, found = (
+                    score(complete(task.frame, blocks, parameters).depth, task).errors
+                    for parameters in (UNCORRECTED, None)
+                )
+                ratios.append((found.rmse / without.rmse, found.mae / without.mae))
+                print(
+                    f"{folder.name:26} seed {seed}  {1000 * without.rmse:6.1f} {1000 * without.mae:6.1f} mm  "
+                    f"{ratios[-1][0]:.3f} {ratios[-1][1]:.3f}",
+                    flush=True,
+                )
+    rmse, mae = np.exp(np.mean(np.log(ratios), axis=0))
+    better = np.mean(np.less(ratios, 1), axis=0)
+    print(
+        f"\nErrors with the correction / without, geometric mean: RMSE {rmse:.3f}, MAE {mae:.3f}; smaller in "
+        f"{better[0]:.0%} and {better[1]:.0%} of {len(ratios)}; largest {np.max(ratios):.2f}"
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,69 @@
+"""Which depth encodings are recognised: python -m tests.bench.encodings FOLDER...
+
+Of every frame folder, its depth is read as its meta.json says, stored anew in every way that is told from the others,
+and read as if nobody knew. Prints a line for each frame, and how many were recognised; depth as it is must not be
+doubted.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ilf.io import frame_folder
+from ilf.io.depth_files import read_depth_values
+from ilf.io.doubts import Doubt, doubts_of
+from ilf.io.encodings import DepthEncoding, encoding_of
+
+NOTHING_SEEN = 2047
+
+
+def stored(metres: NDArray[np.float32]) -> dict[str, NDArray[np.uint16]]:
+    """Depth [m] as files of each kind have it, by what should be proposed for them."""
+    known = np.isfinite(metres)
+    depth = np.where(known, metres, 1)
+    mm = np.where(known, np.rint(1000 * depth), 0).astype(np.uint16)
+    disparity = np.where(known, np.rint(1092.5 - 351.3 / depth).clip(0), NOTHING_SEEN).astype(np.uint16)
+    return {
+        "65535": np.where(known, mm, 65535).astype(np.uint16),
+        "sun": (mm << 3) | (mm >> 13),
+        "mm-swapped": mm.byteswap(),
+        "nyu-raw": disparity.byteswap(),
+        "kinect-raw": disparity,
+    }
+
+
+def main(folders: list[str]) -> None:
+    """Print the table."""
+    right, frames = Counter[str](), 0
+    for folder in folders:
+        try:
+            files = frame_folder(folder)
+        except Exception as error:
+            print(f"{Path(folder).name}: left out ({error})")
+            continue
+        frames += 1
+        values, own = read_depth_values(files.depth), encoding_of(files.stated_encoding or 1000.0)
+        found = {"plain": _proposed(_doubts(values, own)) or "plain"}
+        for name, file in stored(own.metres(values)).items():
+            found[name] = _proposed(_doubts(file, encoding_of("mm")))
+        right.update(name for name, what in found.items() if what == name)
+        wrong = {name: what for name, what in found.items() if what != name}
+        print(f"{files.name}: {wrong or 'all as they are'}")
+    print(", ".join(f"{name} {count} of {frames}" for name, count in right.items()))
+
+
+def _doubts(values: NDArray[np.uint16], encoding: DepthEncoding) -> tuple[Doubt, ...]:
+    return doubts_of(values, encoding.metres(values), encoding, is_named=False)
+
+
+def _proposed(doubts: tuple[Doubt, ...]) -> str:
+    return ",".join(doubt.encoding or ("?" if doubt.invalid is None else f"{doubt.invalid:.9g}") for doubt in doubts)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

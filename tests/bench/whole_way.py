@@ -1,0 +1,133 @@
+"""What the whole way of a frame costs: edges, blocks, completion, expected error, and one block solved again.
+
+    python -m tests.bench.whole_way [FRAME] [--sizes 640x480 3840x2160] [--threads 1 2] [--rounds 5]
+
+Every size and number of threads is measured in a process of its own, which has warmed up on the frame at 160 x 120.
+Times are wall clock and processor time [s], the least of all rounds, and as ratios to 100 `scipy.fft.dctn` of a
+640 x 480 float64 array with one thread, timed between the rounds of the same run. The peak is that of the process's
+memory. After "depth" stands a hash of depth and expected error: for one size it must be the same for any number of
+threads. "block again" is what a slider of the window sets off: 200 x 200 px, another value of the filter, one thread.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+PARTS = ("edges", "blocks", "completion", "error", "block again")
+WAY = PARTS[:4]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("frame", nargs="?", help="a frame's folder; the bundled sample if left out")
+    parser.add_argument("--sizes", nargs="+", default=["640x480", "3840x2160"])
+    parser.add_argument("--threads", nargs="+", type=int, default=[1, 2])
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
+    given = parser.parse_args()
+    if given.child:
+        print(json.dumps(_measured(given.frame, given.sizes[0], given.threads[0], given.rounds)))
+        return
+    for size in given.sizes:
+        for threads in given.threads:
+            _show(size, threads, _in_a_process_of_its_own(given.frame, size, threads, given.rounds))
+
+
+def _in_a_process_of_its_own(frame: str | None, size: str, threads: int, rounds: int) -> dict[str, object]:
+    command = [sys.executable, "-m", "tests.bench.whole_way", *([frame] if frame else []), "--child"]
+    command += ["--sizes", size, "--threads", str(threads), "--rounds", str(rounds)]
+    alone = {name: str(threads) for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
+    run = subprocess.run(command, env={**os.environ, **alone}, stdout=subprocess.PIPE, text=True, check=True)
+    return json.loads(run.stdout.splitlines()[-1])
+
+
+def _show(size: str, threads: int, found: dict) -> None:
+    machine = "machine code" if found["compiled"] else "numpy"
+    print(
+        f"{size}, {threads} thread{'s' * (threads > 1)}, inner loops in {machine}: peak {found['peak']:.0f} MB, "
+        f"100 DCTs {found['dct'][0]:.3f} s, depth {found['hash']}"
+    )
+    print(f"    {'':12} {'wall [s]':>9} {'ratio':>7} {'processor':>10} {'ratio':>7}")
+    rows = {name: found["times"][name] for name in PARTS}
+    rows["whole way"] = [sum(found["times"][name][clock] for name in WAY) for clock in (0, 1)]
+    yard, processor_yard = found["dct"]
+    for name, (wall, processor) in rows.items():
+        print(f"    {name:12} {wall:9.3f} {wall / yard:7.2f} {processor:10.3f} {processor / processor_yard:7.2f}")
+
+
+def _measured(folder: str | None, size: str, threads: int, rounds: int) -> dict[str, object]:
+    import resource
+
+    import cv2
+    import numpy as np
+
+    import ilf
+    from ilf.assets import asset_path
+    from ilf.compiling import is_compiled
+    from ilf.completion import complete
+
+    cv2.setNumThreads(threads)
+    frame = ilf.load_frame(Path(folder) if folder else asset_path("samples/room"))
+    width, height = map(int, size.split("x"))
+
+    def scaled(width: int, height: int) -> ilf.RGBDFrame:
+        """A frame that nothing is known of yet."""
+        rgb = cv2.resize(frame.rgb, (width, height), interpolation=cv2.INTER_AREA)
+        depth = cv2.resize(np.nan_to_num(frame.depth), (width, height), interpolation=cv2.INTER_NEAREST)
+        return ilf.RGBDFrame(rgb, depth)
+
+    def way(frame: ilf.RGBDFrame) -> tuple[dict[str, list[float]], ilf.Completion, np.ndarray]:
+        times = {}
+        times["edges"], _ = _timed(lambda: ilf.edge_strength(frame))
+        times["blocks"], blocks = _timed(lambda: ilf.extract_blocks(frame))
+        times["completion"], result = _timed(lambda: complete(frame, blocks, threads=threads))
+        times["error"], error = _timed(lambda: ilf.expected_error(frame, result))
+        return times, result, error
+
+    way(scaled(160, 120))
+    found, yards = [], []
+    for _ in range(rounds):
+        yards.append(_timed(_hundred_dcts)[0])
+        new = scaled(width, height)
+        times, result, error = way(new)
+        one = np.zeros(new.shape, np.int32)
+        top, left = height // 2 - 100, width // 2 - 100
+        one[max(top, 0) : top + 200, max(left, 0) : left + 200] = 1
+        complete(new, one, threads=1)
+        times["block again"], _ = _timed(partial(complete, new, one, ilf.preset(noise=0.004), threads=1))
+        found.append(times)
+    return {
+        "times": {name: [min(times[name][clock] for times in found) for clock in (0, 1)] for name in PARTS},
+        "dct": [min(clocks) for clocks in zip(*yards, strict=True)],
+        "peak": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3,
+        "hash": hashlib.sha256(result.depth.tobytes() + error.tobytes()).hexdigest()[:12],
+        "compiled": is_compiled(),
+    }
+
+
+def _timed(work: Callable[[], object]) -> tuple[list[float], object]:
+    wall, processor = time.perf_counter(), time.process_time()
+    result = work()
+    return [time.perf_counter() - wall, time.process_time() - processor], result
+
+
+def _hundred_dcts() -> None:
+    import numpy as np
+    import scipy.fft
+
+    values = np.random.default_rng(0).random((480, 640))
+    for _ in range(100):
+        scipy.fft.dctn(values, workers=1)
+
+
+if __name__ == "__main__":
+    main()

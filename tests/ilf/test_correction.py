@@ -1,0 +1,246 @@
+"""The learned correction: its arithmetic against direct formulas, what it may touch, and what its result depends on."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ilf
+from ilf import completion as completing
+from ilf.assets import asset_path
+from ilf.blocks import Block, find_blocks
+from ilf.completion import CompletionRun
+from ilf.correction import CorrectionNetwork, load_correction_network, made_of
+from ilf.correction.correction import LARGEST, Correction
+from ilf.correction.features import CHANNELS, correction_features
+from ilf.correction.network import CELL, _weighted
+from ilf.correction.spreading import spread
+from ilf.errors import FormatError, InputError
+from ilf.filter.stepper import is_guided
+from ilf.models import CORRECTION
+from ilf.run.networks import present_sha256
+
+RNG = np.random.default_rng(7)
+
+
+def links_of(height: int, width: int) -> np.ndarray:
+    links = RNG.uniform(0.01, 1, (6, height, width)).astype(np.float32)
+    links[2:4] = RNG.normal(0, 0.1, (2, height, width))
+    links[5] = RNG.normal(0, 0.1, (height, width))
+    return links
+
+
+@pytest.mark.parametrize("shape", [(5, 7), (7, 5), (1, 4), (4, 1), (1, 1)])
+def test_changes_spread_as_the_least_sum_says(shape: tuple[int, int]) -> None:
+    """Against the normal equations of the sum, written out cell by cell."""
+    height, width = shape
+    links = links_of(height, width)
+    size = height * width
+    matrix, load = np.zeros((size, size)), links[5].ravel().astype(float)
+    matrix[np.diag_indices(size)] = links[4].ravel()
+    for row in range(height):
+        for column in range(width):
+            for conductance, rise, below, right in ((0, 2, 0, 1), (1, 3, 1, 0)):
+                if row + below >= height or column + right >= width:
+                    continue
+                one, other = row * width + column, (row + below) * width + column + right
+                weight, up = links[conductance, row, column], links[rise, row, column]
+                matrix[[one, other], [one, other]] += weight
+                matrix[[one, other], [other, one]] -= weight
+                load[[one, other]] += [-weight * up, weight * up]
+    np.testing.assert_allclose(spread(links).ravel(), np.linalg.solve(matrix, load), rtol=1e-4, atol=1e-6)
+
+
+def test_a_pixel_takes_a_mean_of_the_cells_around_it() -> None:
+    cells = RNG.normal(size=(3, 4)).astype(np.float32)
+    weights = RNG.uniform(size=(9, 3 * CELL, 4 * CELL)).astype(np.float32)
+    found = _weighted(cells, weights)
+    for row, column in ((0, 0), (5, 9), (11, 15)):
+        around = np.pad(cells, 1, mode="edge")[row // CELL : row // CELL + 3, column // CELL : column // CELL + 3]
+        assert found[row, column] == pytest.approx(float((around.ravel() * weights[:, row, column]).sum()), rel=1e-5)
+
+
+def test_small_changes_and_those_near_known_depth_fade_and_large_ones_end() -> None:
+    change = np.array([[0, 0.001, -0.001, 0.1, 5]], np.float32)
+    everywhere = np.zeros((30, 5), np.float32) + change
+    known = np.zeros(everywhere.shape, bool)
+    known[0] = True
+    found = made_of(everywhere, known)
+    assert np.all(found[:, 0] == 0)
+    assert np.all(np.abs(found[:, 1:3]) < 2e-5)
+    np.testing.assert_array_equal(found[:3], 0)
+    assert found[5, 3] == pytest.approx(0.5 * found[8, 3], rel=0.02)
+    np.testing.assert_allclose(found[8:, 3], 0.085, rtol=1e-3)
+    np.testing.assert_array_equal(found[8:, 4], LARGEST)
+
+
+def test_features_know_no_scale() -> None:
+    depth = RNG.uniform(1, 3, (40, 50)).astype(np.float32)
+    known = np.where(RNG.random(depth.shape) < 0.6, depth, np.float32(np.nan))
+    contours = RNG.random(depth.shape).astype(np.float32)
+    one, other = (correction_features(known * k, depth * k, contours) for k in (np.float32(1), np.float32(4)))
+    assert one[0].shape == (len(CHANNELS), 40, 50)
+    np.testing.assert_allclose(one[0], other[0], atol=1e-4)
+    unfilled = correction_features(known, known, contours)
+    assert np.isfinite(unfilled[0]).all(), "what has not been completed is filled from around"
+
+
+def room_block() -> tuple[Block, np.ndarray]:
+    mask = np.ones((4, 5), bool)
+    return find_blocks(mask.astype(np.int32))[1], mask
+
+
+def test_a_block_takes_a_change_as_far_as_it_is_what_the_network_has_seen() -> None:
+    block, mask = room_block()
+    opinion = np.full(mask.shape, 2, np.float32)
+    correction = Correction(opinion, np.full(mask.shape, 0.1, np.float32), "")
+    depth = np.full(mask.size, 2, np.float32)
+    raw = np.full(mask.size, np.nan, np.float32)
+    raw[0] = 2
+    depth[1], depth[2], depth[3] = 2.04, 3, np.nan
+    found = correction.applied(block, raw, depth)
+    assert found[0] == 2, "known depth stays"
+    assert found[1] == pytest.approx(2.04 * np.exp(0.1 * np.exp(-(np.log(1.02) ** 2) / 0.02**2)))
+    assert found[2] == 3, "another surface than the network has seen stays"
+    assert np.isnan(found[3])
+    np.testing.assert_allclose(found[4:], 2 * np.exp(0.1), rtol=1e-6)
+    unseen = replace(correction, opinion=np.full(mask.shape, np.nan, np.float32))
+    np.testing.assert_array_equal(unseen.applied(block, raw, depth), depth)
+
+
+@pytest.fixture(scope="module")
+def frame() -> ilf.RGBDFrame:
+    """A quarter of the sample room."""
+    room = ilf.load_frame(asset_path("samples/room"))
+    return ilf.RGBDFrame(room.rgb[100:340, 200:520], room.depth[100:340, 200:520])
+
+
+@pytest.fixture(scope="module")
+def blocks(frame: ilf.RGBDFrame) -> np.ndarray:
+    return ilf.extract_blocks(frame)
+
+
+@pytest.fixture(scope="module")
+def corrected(frame: ilf.RGBDFrame, blocks: np.ndarray) -> ilf.Completion:
+    return ilf.complete(frame, blocks)
+
+
+def anew(frame: ilf.RGBDFrame) -> ilf.RGBDFrame:
+    """The same frame, of which nothing is remembered."""
+    return ilf.RGBDFrame(frame.rgb.copy(), frame.depth.copy())
+
+
+def test_known_depth_stays_and_missing_depth_is_corrected(
+    frame: ilf.RGBDFrame, blocks: np.ndarray, corrected: ilf.Completion
+) -> None:
+    plain = ilf.complete(frame, blocks, ilf.preset("best", correction=False))
+    np.testing.assert_array_equal(corrected.depth[frame.known], frame.depth[frame.known])
+    np.testing.assert_array_equal(np.isnan(corrected.depth), np.isnan(plain.depth))
+    assert np.any(corrected.depth[corrected.filled] != plain.depth[corrected.filled])
+    sha256 = present_sha256(CORRECTION)
+    assert {result.correction for result in corrected.results.values() if result.outcome.recovered} == {sha256}
+    assert {result.correction for result in plain.results.values()} == {None}
+
+
+def test_a_block_run_alone_is_what_it_is_among_all(
+    frame: ilf.RGBDFrame, blocks: np.ndarray, corrected: ilf.Completion
+) -> None:
+    """It depends on nothing but frame and block, whatever else is run, in how many threads, and what is remembered."""
+    largest = max(corrected.results, key=lambda label: corrected.results[label].outcome.recovered)
+    for threads in (1, 2):
+        with CompletionRun(anew(frame), blocks, ilf.preset(), {largest}, threads) as run:
+            for _ in run:
+                pass
+        assert not run.uncorrected
+        np.testing.assert_array_equal(run.results[largest].depth, corrected.results[largest].depth)
+    np.testing.assert_array_equal(ilf.complete(anew(frame), blocks, threads=2).depth, corrected.depth)
+
+
+def test_blocks_that_are_as_extracted_are_iterated_on_only_once(
+    frame: ilf.RGBDFrame, blocks: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = []
+    real = completing.make_stepper
+    monkeypatch.setattr(completing, "make_stepper", lambda *args: made.append(args[1].label) or real(*args))
+    ilf.complete(anew(frame), blocks)
+    assert len(made) == len(set(made))
+    other = blocks.copy()
+    first, second = np.unique(blocks[blocks > 0])[:2]
+    other[other == second] = first
+    made.clear()
+    ilf.complete(anew(frame), other)
+    assert len(made) > len(np.unique(other[other > 0])), "the network sees them as extracted"
+
+
+def test_a_block_whose_border_was_drawn_is_what_the_user_has_made_it(
+    frame: ilf.RGBDFrame, blocks: np.ndarray, corrected: ilf.Completion
+) -> None:
+    largest = max(corrected.results, key=lambda label: corrected.results[label].outcome.recovered)
+    drawn = blocks == largest
+    found, plain = (
+        ilf.complete(frame, blocks, ilf.preset("best", correction=on), drawn=drawn).results[largest]
+        for on in (True, False)
+    )
+    assert found.correction is None
+    np.testing.assert_array_equal(found.depth, plain.depth)
+
+
+def test_no_hidden_depth_and_no_truth_gets_in(frame: ilf.RGBDFrame) -> None:
+    hidden = frame.depth.copy()
+    hidden[60:120, 80:200] = np.nan
+    with_truth = ilf.RGBDFrame(frame.rgb, hidden).with_truth(frame.depth, None)
+    never = ilf.RGBDFrame(frame.rgb, hidden)
+    found = [ilf.complete(one, ilf.extract_blocks(one)).depth for one in (with_truth, never)]
+    np.testing.assert_array_equal(*found)
+
+
+def test_a_frame_with_a_guide_that_is_followed_is_left_to_it(frame: ilf.RGBDFrame, blocks: np.ndarray) -> None:
+    guided = frame.with_guide(np.where(frame.known, frame.depth, ilf.complete(frame, blocks).depth))
+    assert is_guided(guided)
+    assert not is_guided(frame)
+    results = ilf.complete(guided, blocks).results.values()
+    assert {result.correction for result in results} == {None}
+
+
+def test_without_its_network_depth_stays_as_the_filter_leaves_it(
+    frame: ilf.RGBDFrame, blocks: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def missing() -> CorrectionNetwork:
+        raise InputError("There is no correction network at here.")
+
+    monkeypatch.setattr(completing, "load_correction_network", missing)
+    fresh = anew(frame)
+    found = ilf.complete(fresh, blocks)
+    assert "Depth is not corrected: There is no correction network at here." in found.notes
+    plain = ilf.complete(fresh, blocks, ilf.preset("best", correction=False))
+    np.testing.assert_array_equal(found.depth, plain.depth)
+
+
+def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(FormatError, match="is no correction network"):
+        CorrectionNetwork.load(asset_path("models/depth-edges.onnx"))
+    broken = tmp_path / "correction.onnx"
+    broken.write_bytes(asset_path("models/correction.onnx").read_bytes()[:1000])
+    with pytest.raises(FormatError, match="cannot be read"):
+        CorrectionNetwork.load(broken)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 50), (33, 7), (30, 1000)])
+def test_frames_of_any_size_are_looked_at(shape: tuple[int, int]) -> None:
+    rgb = RNG.integers(0, 255, (*shape, 3)).astype(np.uint8)
+    depth = np.full(shape, 2, np.float32)
+    depth.ravel()[1::3] = np.nan
+    found = load_correction_network().change(rgb, depth, np.full(shape, 2, np.float32), np.zeros(shape, np.float32))
+    assert found.shape == shape
+    assert np.isfinite(found).all()
+
+
+def test_presets_of_the_paper_and_older_parameters_are_not_corrected() -> None:
+    assert ilf.preset("best").correction
+    assert not ilf.preset("paper").correction
+    assert not ilf.preset("released-code").correction
+    older = {name: value for name, value in ilf.preset("best").to_dict().items() if name != "correction"}
+    assert not ilf.Parameters.from_dict(older).correction

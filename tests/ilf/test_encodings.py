@@ -1,0 +1,339 @@
+"""Depth encodings: every way that a file's values become metres, what is missing in it, and what is doubted."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import warnings
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import ilf
+from ilf.cli import main
+from ilf.errors import DepthWarning, FormatError, InputError, ParameterError
+from ilf.frame import FrameInputs, InputFile
+from ilf.io.depth_reading import decoded
+from ilf.io.encodings import ENCODINGS, MEANINGS, encoding_of, encoding_of_inputs
+from ilf.run.record import inputs_to_dict
+from ilf.run.record_file import parsed_inputs, read_record
+from ilf.sections import Section
+
+H, W = 60, 80
+HOLE = np.s_[10:20, 30:50]
+NEVER = 2047  # what a Kinect v1 gives where it sees nothing
+
+
+def _millimetres() -> np.ndarray:
+    """A slanted floor and a box, with a hole: 1.3 to 3.6 m."""
+    y, x = np.mgrid[:H, :W]
+    depth = (1300 + 26 * y + 9 * x).astype(np.uint16)
+    depth[35:50, 10:40] = 1600 + x[35:50, 10:40]
+    depth[HOLE] = 0
+    return depth
+
+
+MM = _millimetres()
+KNOWN = MM > 0
+DISPARITY = np.where(KNOWN, np.rint(1092.5 - 351.3e3 / np.maximum(MM, 1)), NEVER).astype(np.uint16)
+STORED = {
+    "mm": MM,
+    "sun": (MM << 3) | (MM >> 13),
+    "mm-swapped": MM.byteswap(),
+    "kinect-raw": DISPARITY,
+    "nyu-raw": DISPARITY.byteswap(),
+}
+
+
+@pytest.fixture
+def save(tmp_path: Path):
+    cv2.imwrite(str(tmp_path / "rgb.png"), np.full((H, W, 3), 90, np.uint8))
+
+    def write(values: np.ndarray, name: str = "depth.png") -> tuple[Path, Path]:
+        path = tmp_path / name
+        if path.suffix == ".npy":
+            np.save(path, values)
+        else:
+            cv2.imwrite(str(path), values)
+        return tmp_path / "rgb.png", path
+
+    return write
+
+
+@pytest.mark.parametrize("name", STORED)
+def test_each_storage_gives_the_same_metres(save, name):
+    frame = ilf.load_frame(*save(STORED[name], "depth.pgm"), encoding=name)
+    assert np.array_equal(frame.known, KNOWN)
+    step = 0.025 if "raw" in name else 0.0005  # of the disparity
+    assert np.nanmax(np.abs(frame.depth - MM / 1000)) < step
+    assert frame.notes == ()
+
+
+def test_named_scales_are_numbers_of_units(save):
+    files = save(MM)
+    for name, units in {"mm": 1000, "tum": 5000, "0.1mm": 10_000, "bop:0.5": 2000, "4000": 4000, 256: 256}.items():
+        frame = ilf.load_frame(*files, encoding=name, warn=False)
+        assert (frame.inputs.depth_units, frame.inputs.encoding) == (units, None)
+        assert np.array_equal(frame.depth, ilf.load_frame(*files, depth_units=units, warn=False).depth, equal_nan=True)
+
+
+def test_every_name_has_a_meaning():
+    assert set(MEANINGS) == {*ENCODINGS, "bop"}
+    assert all(encoding.name in {None, name} for name, encoding in ENCODINGS.items())
+
+
+@given(st.integers(1, 65535))
+def test_bits_of_sun_rgbd_turn_back_whatever_the_depth(depth):
+    stored = np.array([[(depth << 3 | depth >> 13) & 0xFFFF]], np.uint16)
+    assert ENCODINGS["sun"].metres(stored)[0, 0] == np.float32(depth / 1000)
+
+
+def test_bop_takes_the_scale_of_the_very_image(tmp_path, save):
+    scene = {
+        str(number): {"cam_K": [500, 0, 40, 0, 500, 30, 0, 0, 1], "depth_scale": scale}
+        for number, scale in ((3, 0.5), (12, 2.0))
+    }
+    (tmp_path / "scene_camera.json").write_text(json.dumps(scene))
+    (tmp_path / "depth").mkdir()
+    for number, scale in ((3, 0.5), (12, 2.0)):
+        rgb, depth = save(np.where(KNOWN, 2000 / scale, 0).astype(np.uint16), f"depth/{number:06d}.png")
+        frame = ilf.load_frame(rgb, depth, encoding="bop")
+        assert float(np.nanmedian(frame.depth)) == 2.0
+        assert frame.inputs.depth_units == 1000 / scale
+    rgb, depth = save(MM, "depth/000004.png")
+    with pytest.raises(InputError, match="no entry for 000004"):
+        ilf.load_frame(rgb, depth, encoding="bop")
+    for broken in ('{"4": {"cam_K": [1], "depth_scale": 1}}', '{"4": []}', '{"4": {"depth_scale": 0}}', "[]", "{"):
+        (tmp_path / "scene_camera.json").write_text(broken)
+        with pytest.raises(FormatError, match=r"scene_camera\.json"):
+            ilf.load_frame(rgb, depth, encoding="bop")
+    with pytest.raises(InputError, match="in no BOP scene"):
+        ilf.load_frame(*save(MM), encoding="bop")
+
+
+# what is missing
+
+
+@pytest.mark.parametrize("dtype", [np.uint16, np.float32])
+def test_an_invalid_value_is_missing(save, dtype):
+    values = np.where(KNOWN, MM, 65535).astype(dtype)
+    files = save(values, "depth.npy")
+    frame = ilf.load_frame(*files, encoding="mm", invalid=65535)
+    assert np.array_equal(frame.known, KNOWN)
+    assert frame.inputs.invalid == 65535
+    assert frame.sources["invalid"] == 65535
+    again = ilf.load_frame(**frame.sources)
+    assert np.array_equal(again.depth, frame.depth, equal_nan=True)
+
+
+@pytest.mark.parametrize("mark", [np.finfo(np.float32).max, 1e6, 1000.0])
+def test_what_no_sensor_gives_is_missing_and_told(save, mark):
+    files = save(np.where(KNOWN, MM / 1000, mark).astype(np.float32), "depth.npy")
+    with pytest.warns(DepthWarning, match=r"beyond 300 m.*is missing: 200 pixels \(4\.2%\)"):
+        frame = ilf.load_frame(*files)
+    assert np.array_equal(frame.known, KNOWN)
+
+
+def test_a_mark_may_fill_most_of_the_frame():
+    values = np.where(np.arange(H * W).reshape(H, W) % 10 == 0, 2.0, 1e6)
+    metres, told = decoded(values, ENCODINGS["m"])
+    assert np.isfinite(metres).mean() == 0.1
+    assert "90.0%" in told
+
+
+def test_depth_that_is_all_too_far_is_a_matter_of_units(save):
+    with pytest.raises(InputError, match="try a larger value of file units"):
+        ilf.load_frame(*save(MM), encoding="m")
+
+
+def test_disparity_beyond_what_a_kinect_sees_is_missing():
+    values = np.full((2, 500), 900, np.uint16)
+    values[0, 0] = 1080  # 28 m
+    metres, told = decoded(values, ENCODINGS["kinect-raw"])
+    assert np.isnan(metres[0, 0])
+    assert "beyond 10 m" in told
+
+
+def test_truth_beyond_all_sensors_is_unknown(save):
+    truth = np.where(KNOWN, MM / 1000, 1e6).astype(np.float32)
+    files = save(MM)
+    _, path = save(truth, "laser.npy")
+    frame = ilf.load_frame(*files, truth=path)
+    assert np.array_equal(np.isfinite(frame.truth), KNOWN)
+
+
+# what is doubted
+
+
+@pytest.mark.parametrize(
+    ("name", "sign"),
+    [
+        ("sun", "lowest three bits"),
+        ("mm-swapped", "two bytes"),
+        ("nyu-raw", "two bytes"),
+        ("kinect-raw", "end at 2047"),
+    ],
+)
+def test_another_storage_is_recognised_and_named(save, name, sign):
+    # a floor that is long enough for the many values that real depth has
+    wide = np.repeat(np.repeat(STORED[name], 4, 0), 4, 1)
+    cv2.imwrite(str(save(wide)[0]), np.zeros((4 * H, 4 * W, 3), np.uint8))
+    rgb, depth = save(wide)
+    try:
+        with pytest.warns(DepthWarning, match=sign) as told:
+            ilf.load_frame(rgb, depth)
+        text = str(told[0].message)
+    except InputError as error:  # its scale is absurd, too
+        text = str(error)
+    assert sign in text
+    assert f"most likely {name}, and the median 2." in text
+    assert ilf.load_frame(rgb, depth, encoding=name).notes == ()
+
+
+def test_a_mark_for_missing_is_recognised(save):
+    files = save(np.where(KNOWN, MM, 65535).astype(np.uint16))
+    with pytest.warns(
+        DepthWarning, match=r"65535 fills 4\.2% of the pixels and would be 65\.5 m.*as the invalid value"
+    ):
+        frame = ilf.load_frame(*files)
+    assert np.nanmax(frame.depth) > 65, "it is asked about, not decided"
+    assert ilf.load_frame(*files, invalid=65535).notes == ()
+    assert ilf.load_frame(*files, invalid=0).notes == (), "0 says that there is none"
+
+
+def test_a_mark_is_recognised_under_rotated_bits(save):
+    files = save(np.where(KNOWN, STORED["sun"], 65535).astype(np.uint16))
+    with pytest.warns(DepthWarning, match=r"65535 fills 4\.2% .* all else is at most 3\.\d+ m"):
+        ilf.load_frame(*files, encoding="sun")
+
+
+def test_doubts_need_not_warn(save):
+    files = save(np.where(KNOWN, MM, 65535).astype(np.uint16))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        frame = ilf.load_frame(*files, warn=False)
+    assert len(frame.notes) == 1
+    assert frame.distrusting(~KNOWN).notes == frame.notes
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        MM,
+        MM // 8 * 8 + 1,  # another step of eight
+        MM // 16 * 16,
+        np.where(KNOWN, 2000, 0),
+        np.where(np.arange(W) < W // 2, 1000, 4000) + np.zeros((H, 1), int),
+        np.where(KNOWN, np.minimum(MM, 2500), 0),  # all that is farther is cut off
+        np.where(KNOWN, MM, 8000),  # a wall, as far as one sees
+        MM // 10 * 5 * 5,
+    ],
+    ids=["plain", "odd", "sixteen", "level", "two walls", "cut off", "wall", "coarse"],
+)
+def test_plain_depth_is_not_doubted(save, values):
+    assert ilf.load_frame(*save(values.astype(np.uint16))).notes == ()
+
+
+def test_an_unusual_scale_is_doubted_unless_it_is_named(save):
+    files = save((MM * 5).astype(np.uint16))
+    with pytest.warns(DepthWarning, match="with 5000 units per metre it would be"):
+        ilf.load_frame(*files)
+    assert ilf.load_frame(*files, encoding="mm").notes == ()
+    assert len(ilf.load_frame(*files, depth_units=1000).notes) == 1, "whoever states units is not warned by Python"
+
+
+# how it is said
+
+
+def test_units_and_encoding_are_one_thing(save):
+    files = save(MM)
+    with pytest.raises(ParameterError, match="give one of them"):
+        ilf.load_frame(*files, depth_units=1000, encoding="mm")
+    with pytest.raises(ParameterError, match="Did you mean nyu-raw"):
+        ilf.load_frame(*files, encoding="nyu_raw")
+    with pytest.raises(ParameterError, match="Did you mean sun"):
+        encoding_of("suns")
+    for wrong in (0, -1, float("nan"), "-5", "bop:0", "bop:x", True):
+        with pytest.raises(ParameterError):
+            ilf.load_frame(*files, encoding=wrong)
+    for wrong in (float("inf"), "65535", True):
+        with pytest.raises(ParameterError, match="invalid value must be a"):
+            ilf.load_frame(*files, invalid=wrong)
+
+
+def test_bits_of_floats_have_no_order(save):
+    with pytest.raises(FormatError, match="whole numbers of 16 bits, not of float32"):
+        ilf.load_frame(*save((MM / 1000).astype(np.float32), "depth.npy"), encoding="sun")
+
+
+def test_meta_json_says_it_and_what_is_given_goes_first(tmp_path, save):
+    save(np.where(KNOWN, STORED["sun"], 65535).astype(np.uint16))
+    meta = tmp_path / "meta.json"
+    meta.write_text(json.dumps({"depth_encoding": "sun", "depth_invalid": 65535}))
+    for paths in ((tmp_path,), (tmp_path / "rgb.png", tmp_path / "depth.png")):
+        frame = ilf.load_frame(*paths)
+        assert np.array_equal(np.nan_to_num(frame.depth * 1000).round(), MM)
+        assert np.nanmedian(ilf.load_frame(*paths, depth_units=8000).depth) == np.nanmedian(frame.depth)
+    for wrong in (
+        {"depth_encoding": "sun", "depth_units_per_m": 1000},
+        {"depth_encoding": ["sun"]},
+        {"depth_encoding": "sun", "depth_invalid": "no"},
+    ):
+        meta.write_text(json.dumps(wrong))
+        with pytest.raises(FormatError, match=r"meta\.json"):
+            ilf.load_frame(tmp_path)
+    meta.write_text(json.dumps({"depth_encoding": "sunny"}))
+    with pytest.raises(ParameterError, match="no depth encoding 'sunny'"):
+        ilf.load_frame(tmp_path)
+
+
+def test_a_record_keeps_the_encoding_in_place_of_units():
+    file = InputFile("a.png", "0" * 64)
+    for inputs in (
+        FrameInputs(file, file, 1000.0, None),
+        FrameInputs(file, file, 1000.0, None, encoding="sun", invalid=8.0),
+        FrameInputs(file, file, 5000.0, None, invalid=65535.0),
+    ):
+        data = inputs_to_dict(inputs)
+        assert ("depth_units" in data) != ("encoding" in data)
+        assert ("invalid" in data) == (inputs.invalid is not None)
+        assert parsed_inputs(Section("inputs", json.loads(json.dumps(data)))) == inputs
+    assert encoding_of_inputs(inputs).text == "5000 units per metre, 65535 is missing"
+    with pytest.raises(FormatError, match="no depth encoding 'later'"):
+        parsed_inputs(Section("inputs", inputs_to_dict(dataclasses.replace(inputs, encoding="later"))))
+
+
+def test_command_line_reads_records_and_replays_it(tmp_path, save, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    values = np.where(KNOWN, STORED["sun"], 65535).astype(np.uint16)
+    save(values)
+    files = ["rgb.png", "depth.png"]
+    assert main(["info", *files]) == 0
+    assert "doubt:        65535 fills 4.2% of the pixels" in capsys.readouterr().out
+    how = ["--depth-encoding", "sun", "--invalid", "65535"]
+    assert main(["info", *files, *how]) == 0
+    told = capsys.readouterr().out
+    assert "encoding:     sun, millimetres with rotated bits (SUN RGB-D, SUN3D), 65535 is missing" in told
+    assert "doubt" not in told
+    assert main(["complete", *files, *how, "--out", "out", "--max-iterations", "20", "--quiet"]) == 0
+    assert "warning: No point cloud" in capsys.readouterr().err
+    inputs = read_record("out/run.json").inputs
+    assert (inputs.encoding, inputs.invalid) == ("sun", 65535)
+    assert main(["complete", "--replay", "out/run.json", "--out", "again", "--no-cloud", "--quiet"]) == 0
+    assert capsys.readouterr().err == ""
+    assert Path("again/depth.npy").read_bytes() == Path("out/depth.npy").read_bytes()
+    assert main(["complete", "--replay", "out/run.json", *how]) == 2
+    assert "leave out --depth-encoding, --invalid" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main(["info", *files, "--depth-encoding", "sun", "--depth-units", "1000"])
+    assert "not allowed with" in capsys.readouterr().err
+
+
+def test_command_line_warns_of_what_it_doubts(tmp_path, save, capsys):
+    files = save(np.where(KNOWN, MM, 65535).astype(np.uint16))
+    assert main(["blocks", *map(str, files), "--out", str(tmp_path / "blocks.png")]) == 0
+    assert "ilf: warning: 65535 fills" in capsys.readouterr().err

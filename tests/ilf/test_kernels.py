@@ -1,0 +1,145 @@
+"""The inner loops: as they are compiled, as they are written, and in numpy they give the same."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from ilf.compiling import compiled, is_compiled
+from ilf.filter import banded
+from ilf.filter.edge_aware import kernels
+
+SHAPES = [(1, 1), (1, 4), (5, 1), (2, 2), (3, 2), (7, 9)]
+
+
+def _ways(name: str) -> list[Callable[..., Any]]:
+    """A kernel in numpy, as loops in plain Python, and as it runs here."""
+    chosen = getattr(kernels, name)
+    return [chosen.__wrapped__, getattr(kernels, f"_{name}"), chosen]
+
+
+def _arrays(shape: tuple[int, int], count: int) -> list[np.ndarray]:
+    return list(np.random.default_rng(shape).random((count, *shape), np.float32) + np.float32(0.5))
+
+
+def _weights(shape: tuple[int, int]) -> list[np.ndarray]:
+    rng, (height, width) = np.random.default_rng(shape), shape
+    shapes = (height, width - 1), (height - 1, width), (height, max(width - 2, 0)), (max(height - 2, 0), width)
+    return [rng.random(some, np.float32) for some in shapes]
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_pull(shape: tuple[int, int]) -> None:
+    counts, u = _arrays(shape, 2)
+    found = []
+    for way in _ways("pull"):
+        out = np.empty_like(u)
+        found.append((way(counts, *_weights(shape), u, out), out))
+    for total, out in found[1:]:
+        assert total == pytest.approx(found[0][0], rel=1e-5)
+        assert_allclose(out, found[0][1], atol=1e-5)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_step(shape: tuple[int, int]) -> None:
+    inverse, direction, image, u, residual = _arrays(shape, 5)
+    found = []
+    for advance, turn in zip(_ways("advance"), _ways("turn"), strict=True):
+        out, left, next_direction = np.empty_like(u), residual.copy(), direction.copy()
+        size = advance(inverse, direction, image, np.float32(0.3), u, out, left)
+        turn(inverse, left, np.float32(0.7), next_direction)
+        found.append((size, out, left, next_direction))
+    for other in found[1:]:
+        for one, expected in zip(other, found[0], strict=True):
+            assert_allclose(one, expected, rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_tally(shape: tuple[int, int]) -> None:
+    expected, *others = (way(*_arrays(shape, 6)) for way in _ways("tally"))
+    for found in others:
+        assert found == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_spread(shape: tuple[int, int], dtype: type[np.floating]) -> None:
+    found = []
+    for way in _ways("spread"):
+        out = np.ones(shape, dtype)
+        way(*_weights(shape), out)
+        found.append(out)
+    for out in found[1:]:
+        assert_allclose(out, found[0], rtol=1e-6)
+
+
+@pytest.mark.parametrize("second", [False, True])
+@pytest.mark.parametrize(("down", "right"), [(0, 1), (1, 0)])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_letting_go(shape: tuple[int, int], down: int, right: int, second: bool) -> None:
+    u, scale = _arrays(shape, 2)
+    weights = _weights(shape)[2 * second + down]
+    expected, *others = (way(weights, down, right, second, u, scale, np.float32(0.3)) for way in _ways("let_go"))
+    for found in others:
+        assert_allclose(found, expected, rtol=1e-5)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 6), (6, 1), (2, 3), (5, 4), (4, 7)])
+@pytest.mark.parametrize("as_written", [False, True])
+def test_grids_are_solved(shape: tuple[int, int], as_written: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Against the dense matrix of the same entries."""
+    if as_written:
+        monkeypatch.setattr(banded, "_solve_band", banded._cholesky)
+    rng, (height, width) = np.random.default_rng(shape), shape
+    along_x, along_y = ([-rng.random(shape), 0.3 * rng.random(shape)] for _ in range(2))
+    for step in (1, 2):
+        along_x[step - 1][:, max(width - step, 0) :] = 0
+        along_y[step - 1][max(height - step, 0) :] = 0
+    diagonal = 6 + rng.random(shape)
+    matrix = np.diag(diagonal.ravel())
+    numbers = np.arange(height * width).reshape(shape)
+    for y, x in np.ndindex(shape):
+        for step in (1, 2):
+            if x + step < width:
+                matrix[numbers[y, x], numbers[y, x + step]] = along_x[step - 1][y, x]
+            if y + step < height:
+                matrix[numbers[y, x], numbers[y + step, x]] = along_y[step - 1][y, x]
+    matrix = np.triu(matrix) + np.triu(matrix, 1).T
+    wanted = rng.random((3, *shape))
+    found = banded.solve_grid(diagonal, tuple(along_x), tuple(along_y), wanted)
+    expected = np.linalg.solve(matrix, wanted.reshape(3, -1).T).T.reshape(wanted.shape)
+    assert_allclose(found, expected, rtol=1e-10)
+
+
+def test_numba_is_asked_for_when_a_loop_is_first_run() -> None:
+    """Importing it takes longer than all of the library's own files."""
+    program = "import sys, ilf, ilf.filter.edge_aware.iteration; sys.exit('numba' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", program]).returncode == 0
+
+
+def test_without_machine_code_the_plain_function_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+    program = "from ilf.compiling import is_compiled; import sys; sys.exit(is_compiled())"
+    assert subprocess.run([sys.executable, "-c", program]).returncode == 0
+
+
+@pytest.mark.skipif(not is_compiled(), reason="numba is not installed")
+def test_code_that_cannot_be_kept_is_made_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    from numba.core.registry import CPUDispatcher
+
+    def nowhere(_: object) -> None:
+        raise RuntimeError("no locator available")
+
+    monkeypatch.setattr(CPUDispatcher, "enable_caching", nowhere)
+
+    @compiled(lambda value: value + 1)
+    def after(value: int) -> int:
+        raise AssertionError("the plain function runs")
+
+    assert after(1) == 2

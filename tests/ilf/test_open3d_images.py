@@ -1,0 +1,93 @@
+"""Frames to Open3D and back."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+
+import ilf
+from ilf.cloud import point_cloud
+from ilf.errors import ExportError, InputError
+from ilf.io import load_open3d
+
+CAMERA = ilf.CameraIntrinsics(50.0, 52.0, 9.5, 7.0)
+RNG = np.random.default_rng(4)
+DEPTH = RNG.uniform(0.4, 9.0, (15, 20)).astype(np.float32)
+DEPTH[2:5, 3:9] = np.nan
+FRAME = ilf.RGBDFrame(RNG.integers(0, 256, (15, 20, 3), dtype=np.uint8), DEPTH, CAMERA)
+
+
+def test_a_frame_comes_back_from_open3d():
+    again = ilf.RGBDFrame.from_open3d(FRAME.to_open3d(), FRAME.open3d_camera(), name="again")
+    np.testing.assert_array_equal(again.rgb, FRAME.rgb)
+    np.testing.assert_array_equal(again.depth, FRAME.depth)
+    assert (again.intrinsics.fx, again.intrinsics.fy, again.intrinsics.cx, again.intrinsics.cy) == (50, 52, 9.5, 7)
+    assert again.name == "again"
+
+
+def test_open3d_makes_the_same_cloud_of_it():
+    o3d = load_open3d()
+    theirs = o3d.geometry.PointCloud.create_from_rgbd_image(FRAME.to_open3d(), FRAME.open3d_camera())
+    ours = point_cloud(FRAME.depth, FRAME.rgb, CAMERA)
+    np.testing.assert_allclose(np.asarray(theirs.points), ours.points, atol=1e-5)
+    np.testing.assert_array_equal(np.rint(np.asarray(theirs.colors) * 255), ours.colours)
+
+
+def test_tensor_images_and_whole_numbers_are_read_with_their_units():
+    o3d = load_open3d()
+    raw = np.round(np.nan_to_num(DEPTH) * 5000).astype(np.uint16)
+    image = o3d.t.geometry.RGBDImage(
+        o3d.t.geometry.Image(o3d.core.Tensor(FRAME.rgb)), o3d.t.geometry.Image(o3d.core.Tensor(raw))
+    )
+    matrix = o3d.core.Tensor([[50.0, 0, 9.5], [0, 52.0, 7.0], [0, 0, 1]])
+    frame = ilf.RGBDFrame.from_open3d(image, matrix, depth_units=5000)
+    np.testing.assert_allclose(frame.depth, DEPTH, atol=0.00011)
+    np.testing.assert_array_equal(frame.rgb, FRAME.rgb)
+    assert frame.intrinsics.fy == 52
+    assert ilf.RGBDFrame.from_open3d(image, CAMERA, depth_units=5000).intrinsics is CAMERA
+    assert ilf.RGBDFrame.from_open3d(image, depth_units=5000).intrinsics is None
+    with pytest.raises(InputError, match=r"depth is uint16: give depth_units"):
+        ilf.RGBDFrame.from_open3d(image)
+
+
+def test_grey_images_and_other_things_are_refused():
+    o3d = load_open3d()
+    grey = o3d.geometry.RGBDImage.create_from_color_and_depth(
+        o3d.geometry.Image(np.array(FRAME.rgb)), o3d.geometry.Image(np.nan_to_num(DEPTH)), depth_scale=1.0
+    )
+    with pytest.raises(InputError, match="convert_rgb_to_intensity=False"):
+        ilf.RGBDFrame.from_open3d(grey)
+    with pytest.raises(InputError, match="no RGBDImage of Open3D, but ndarray"):
+        ilf.RGBDFrame.from_open3d(DEPTH)
+    with pytest.raises(InputError, match="intrinsics are not known"):
+        ilf.RGBDFrame(FRAME.rgb, DEPTH).open3d_camera()
+
+
+def test_without_open3d_the_message_names_the_extra(monkeypatch):
+    monkeypatch.setitem(sys.modules, "open3d", None)  # as where it is not installed
+    monkeypatch.setitem(sys.modules, "libusb_package", None)
+    with pytest.raises(ExportError, match=r"open3d.*pip install 'ilf-studio\[cloud\]'"):
+        FRAME.to_open3d()
+
+
+@pytest.mark.parametrize(
+    ("said", "way_out"),
+    [
+        ("libGL.so.1: cannot open shared object file: No such file or directory", "sudo apt install libgl1"),
+        ("libX11.so.6: cannot open shared object file: No such file or directory", "sudo apt install libx11-6"),
+        ("libodd.so.7: cannot open shared object file: No such file or directory", r"libodd\.so\.7"),
+    ],
+)
+def test_open3d_that_cannot_be_loaded_names_library_and_package(said, way_out, monkeypatch):
+    class Refusing:
+        def find_spec(self, name, path=None, target=None):
+            if name == "open3d":
+                raise OSError(said)
+
+    monkeypatch.delitem(sys.modules, "open3d", raising=False)
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(sys, "meta_path", [Refusing(), *sys.meta_path])
+    with pytest.raises(ExportError, match=way_out):
+        load_open3d()
