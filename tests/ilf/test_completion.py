@@ -343,7 +343,8 @@ def test_a_block_without_depth_cannot_be_iterated_on(small_frame: RGBDFrame) -> 
 
 
 @pytest.mark.parametrize(
-    "parameters", [ilf.preset("best"), ilf.preset("released-code"), ilf.preset("paper", precision="float32")]
+    "parameters",
+    [ilf.preset("best", correction=False), ilf.preset("released-code"), ilf.preset("paper", precision="float32")],
 )
 def test_a_truth_gives_every_record_its_error_and_changes_nothing_else(
     small_frame: RGBDFrame, small_labels: np.ndarray, parameters: ilf.Parameters

@@ -199,6 +199,11 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         return Snapshot(partial(pixels.on_block, coarseness, held), held.nbytes, pixels.nbytes)
 
     @property
+    def explained(self) -> bool:
+        """Whether the trend explains all of the known depth, up to its noise; in the mode fill+denoise."""
+        return self._denoising is not None and self._denoising.explained
+
+    @property
     def remark(self) -> str:
         """Said of an iteration whose last stage was not steady at its end."""
         if self._steady:
