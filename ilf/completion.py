@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping
+from contextlib import closing
 from dataclasses import replace
 from typing import Self
 
@@ -78,7 +79,6 @@ class CompletionRun(Iterator[Progress]):
         self.blocks = find_blocks(checked_labels(labels, frame.shape), only)
         self.results: dict[int, BlockResult] = {}
         self._parameters = {label: _parameters_for(parameters, label) for label in self.blocks}
-        self.ended: set[int] = set()
         self.uncorrected: dict[int, BlockResult] = {}
         """Blocks that have been iterated on and wait for the correction, as they are without it."""
         self._live: dict[int, Stepper] = {}
@@ -120,14 +120,16 @@ class CompletionRun(Iterator[Progress]):
         self.close()
 
     def preview(self) -> list[tuple[Block, NDArray[np.float32]]]:
-        """The running blocks and what their depth [m] would be if they stopped now. From any thread."""
-        return [
+        """The running blocks, those that wait for the correction among them, and what their depth [m] would be if they
+        stopped now. From any thread."""
+        running = [
             (
                 self.blocks[label],
                 block_depth(self._frame, self.blocks[label], iteration.surface, self._parameters[label].mode),
             )
             for label, iteration in list(self._live.items())
         ]
+        return running + [(result.block, result.depth) for result in list(self.uncorrected.values())]
 
 
 def complete(
@@ -317,13 +319,14 @@ def _and_correct(
 ) -> Steps[Progress]:
     """The same steps, but that results which are to be corrected are, and come last."""
     waiting: list[BlockResult] = []
-    for progress in steps:
-        result = progress.result
-        if result is not None and _to_be_corrected(result):
-            waiting.append(result)
-            uncorrected[progress.label] = replace(result, parameters=result.parameters.replace(correction=False))
-        else:
-            yield progress
+    with closing(steps):
+        for progress in steps:
+            result = progress.result
+            if result is not None and _to_be_corrected(result):
+                waiting.append(result)
+                uncorrected[progress.label] = replace(result, parameters=result.parameters.replace(correction=False))
+            else:
+                yield progress
     if waiting:
         correction, notes = yield from _correction_steps(frame, extraction, list(uncorrected.values()), threads)
         for result in waiting:

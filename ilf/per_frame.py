@@ -39,26 +39,31 @@ def once_per_image(work_out: Callable[Concatenate[Colour, P], T]) -> Callable[Co
 
 
 class Memory(Generic[Owner, T]):
-    """What is known of owners, of each the latest few; arrays in it, also in a dataclass or tuple, are read-only."""
+    """What is known of owners, of each the latest few; arrays in it, also in a dataclass or tuple, are read-only. From
+    any thread."""
 
     def __init__(self) -> None:
+        self._lock = Lock()
         # by identity, since arrays cannot be hashed; the reference takes the entry away when its owner goes
         self._known: dict[int, tuple[weakref.ref[Any], OrderedDict[Hashable, T]]] = {}
 
     def find(self, owner: Owner, key: Hashable) -> T | None:
         """What is known of an owner under a key; None if nothing is."""
-        known = self._of(owner)
-        if key in known:
-            known.move_to_end(key)
-        return known.get(key)
+        with self._lock:
+            known = self._of(owner)
+            if key in known:
+                known.move_to_end(key)
+            return known.get(key)
 
     def keep(self, owner: Owner, key: Hashable, value: T) -> T:
         """Know something of an owner, and no longer what was asked for least lately."""
-        known = self._of(owner)
         _freeze(value)
-        known[key] = value
-        if len(known) > _KEPT:
-            known.popitem(last=False)
+        with self._lock:
+            known = self._of(owner)
+            known[key] = value
+            known.move_to_end(key)
+            if len(known) > _KEPT:
+                known.popitem(last=False)
         return value
 
     def _of(self, owner: Owner) -> OrderedDict[Hashable, T]:
@@ -70,7 +75,7 @@ class Memory(Generic[Owner, T]):
 
 def _once(work_out: Callable[Concatenate[Owner, P], T]) -> Callable[Concatenate[Owner, P], T]:
     known = Memory[Owner, tuple[T]]()
-    lock = Lock()
+    lock = Lock()  # beside the memory's own: nothing is worked out twice at the same time
 
     @wraps(work_out)
     def remembered(owner: Owner, *args: P.args, **kwargs: P.kwargs) -> T:

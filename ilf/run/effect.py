@@ -77,8 +77,7 @@ def edit_effect(
     filled, expected = None, None
     if completed[0] is not None and completed[1] is not None:
         filled, expected = _filled_and_expected((before, completed[0]), (after, completed[1]), touched)
-    hidden = _near(changed) & after.frame.known
-    errors = [_errors(run, hidden) for run in (before, after)]
+    errors = _errors((before, after), _near(changed) & after.frame.known)
     both = np.isfinite(errors[0]) & np.isfinite(errors[1])
     count = int(np.count_nonzero(both))
     if count < _FEWEST:
@@ -91,16 +90,19 @@ def _near(changed: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return cv2.dilate(changed.astype(np.uint8), disk).astype(bool)
 
 
-def _errors(run: Run, hidden: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Errors [m] of the hidden pixels, completed without them; NaN where they come to no depth."""
-    truth = run.frame.depth[hidden]
-    blocks = {*np.unique(run.blocks[hidden]).tolist()} - {0}
-    try:
-        frame = run.frame.distrusting(hidden if run.frame.distrusted is None else hidden | run.frame.distrusted)
+def _errors(runs: tuple[Run, Run], hidden: NDArray[np.bool_]) -> list[NDArray[np.float32]]:
+    """Errors [m] of the hidden pixels, completed without them by each run; NaN where they come to no depth."""
+    frame = runs[0].frame
+    truth = frame.depth[hidden]
+    try:  # one for both runs, so that what is worked out once for a frame is
+        without = frame.distrusting(hidden if frame.distrusted is None else hidden | frame.distrusted)
     except InputError:  # nothing would be left
-        return np.full(truth.shape, np.nan, np.float32)
-    alone = replace(run, frame=frame, only=frozenset(blocks), dense=False)
-    return alone.complete(threads=1).depth[hidden] - truth
+        return [np.full(truth.shape, np.nan, np.float32)] * len(runs)
+    alone = [
+        replace(run, frame=without, only=frozenset(np.unique(run.blocks[hidden]).tolist()) - {0}, dense=False)
+        for run in runs
+    ]
+    return [run.complete(threads=1).depth[hidden] - truth for run in alone]
 
 
 def _filled_and_expected(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -173,6 +174,25 @@ def test_blocks_that_are_as_extracted_are_iterated_on_only_once(
     made.clear()
     ilf.complete(anew(frame), other)
     assert len(made) > len(np.unique(other[other > 0])), "the network sees them as extracted"
+
+
+def test_a_block_that_waits_for_the_correction_is_to_be_seen(frame: ilf.RGBDFrame, blocks: np.ndarray) -> None:
+    with CompletionRun(anew(frame), blocks, ilf.preset(), threads=1) as run:
+        for _ in run:
+            if run.uncorrected:
+                break
+        label, waits = next(iter(run.uncorrected.items()))
+        depths = {block.label: depth for block, depth in run.preview()}
+    assert label not in run.results
+    np.testing.assert_array_equal(depths[label], waits.depth)
+
+
+def test_a_run_that_is_left_leaves_no_thread(frame: ilf.RGBDFrame, blocks: np.ndarray) -> None:
+    before = set(threading.enumerate())
+    run = CompletionRun(anew(frame), blocks, ilf.preset(), threads=2)
+    next(run)
+    run.close()
+    assert set(threading.enumerate()) <= before
 
 
 def test_a_block_whose_border_was_drawn_is_what_the_user_has_made_it(

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import ilf
+from ilf import completion as completing
 from ilf.ebs.edit import LabelPatch, patch_between
 from ilf.run import Effect, Run, edit_effect
 
@@ -99,3 +102,14 @@ def test_expected_errors_are_compared_where_both_states_are_filled(small_frame: 
     both = done[0].filled & done[1].filled
     rms = [float(np.sqrt(np.nanmean(ilf.expected_error(small_frame, one)[both] ** 2))) for one in done]
     assert effect.expected == pytest.approx(rms, rel=1e-5)
+
+
+def test_the_correction_network_is_asked_once_for_both_states(
+    moved: tuple[Run, Run, LabelPatch], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+    real = completing.load_correction_network
+    monkeypatch.setattr(completing, "load_correction_network", lambda: asked.append(1) or real())
+    before, after = (replace(run, parameters=ilf.preset(), drawn=None) for run in moved[:2])
+    assert edit_effect(before, after, moved[2]).held_out is not None
+    assert len(asked) == 1

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 import ilf
+from ilf import compiling
 from ilf.assets import asset_path
 from ilf.ebs import extract
 from ilf.ebs.drawn import border_pixels
@@ -163,6 +164,12 @@ def held() -> dict[str, Any]:
 
 def numbers(values: list[Any]) -> np.ndarray:
     return np.array([np.nan if value is None else value for value in values], float)
+
+
+@pytest.fixture(autouse=True)
+def _loops_as_they_are_written(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is held comes from numpy; machine code, which sums in another order, is held to numpy elsewhere."""
+    monkeypatch.setattr(compiling, "is_compiled", lambda: False)
 
 
 @pytest.mark.parametrize("name", EXTRACTIONS)

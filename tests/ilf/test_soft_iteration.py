@@ -24,8 +24,7 @@ HOLE = (ROWS >= 30) & (ROWS < 90) & (COLUMNS >= 40) & (COLUMNS < 120)
 
 
 def _best(**changes: object) -> Parameters:
-    """Parameters of the filter alone: what a network makes of its depth is another test's."""
-    return ilf.preset("best", correction=False, **changes)
+    return ilf.preset("best", **({"correction": False} | changes))
 
 
 def _grey(depth: np.ndarray) -> RGBDFrame:

@@ -1,0 +1,62 @@
+"""What is remembered of a frame, and from where it may be asked."""
+
+from __future__ import annotations
+
+from threading import Thread
+
+import numpy as np
+import pytest
+
+from ilf.per_frame import Memory
+
+
+class Owner:
+    """Something that can be remembered of, as a frame is."""
+
+
+def test_of_each_owner_the_latest_few_are_kept() -> None:
+    memory, one, other = Memory[Owner, tuple[int]](), Owner(), Owner()
+    for key in range(3):
+        memory.keep(one, key, (key,))
+    assert memory.find(one, 0) == (0,), "which makes it a late one"
+    memory.keep(one, 3, (3,))
+    assert [memory.find(one, key) for key in range(4)] == [(0,), None, (2,), (3,)]
+    assert memory.find(other, 0) is None
+
+
+def test_what_is_kept_again_is_the_latest() -> None:
+    memory, owner = Memory[Owner, int](), Owner()
+    for key in (0, 1, 2, 0, 3):
+        memory.keep(owner, key, key)
+    assert [memory.find(owner, key) for key in range(4)] == [0, None, 2, 3]
+
+
+def test_arrays_in_it_are_read_only() -> None:
+    kept = Memory[Owner, np.ndarray]().keep(Owner(), 0, np.zeros(3))
+    with pytest.raises(ValueError, match="read-only"):
+        kept[0] = 1
+
+
+class Awaited:
+    """A key that another thread would displace between two looks at it."""
+
+    def __init__(self, memory: Memory[Owner, int], owner: Owner) -> None:
+        self.looks = 0
+        self.other = Thread(target=lambda: [memory.keep(owner, key, key) for key in range(3)])
+
+    def __hash__(self) -> int:
+        self.looks += 1
+        if self.looks == 3:  # the first was that of `keep`
+            self.other.start()
+            self.other.join(0.1)
+        return 0
+
+
+def test_a_thread_that_displaces_what_another_one_looks_at_waits() -> None:
+    memory, owner = Memory[Owner, int](), Owner()
+    key = Awaited(memory, owner)
+    memory.keep(owner, key, 7)
+    key.looks = 1
+    assert memory.find(owner, key) == 7
+    key.other.join()
+    assert memory.find(owner, key) is None
