@@ -296,7 +296,16 @@ def _block_steps(
     depth = block_depth(frame, block, stepper.surface, parameters.mode)
     outcome = _outcome(block, raw, depth, history, stepper)
     result = BlockResult(
-        block, depth, outcome, CompactHistory(history), parameters, stepper.network, stepper.notes, edges, drawn
+        block,
+        depth,
+        outcome,
+        CompactHistory(history),
+        parameters,
+        stepper.network,
+        stepper.notes,
+        edges,
+        drawn,
+        explained=stepper.explained,
     )
     yield Progress(block.label, result=result)
 
@@ -326,8 +335,10 @@ def _and_correct(
 
 
 def _to_be_corrected(result: BlockResult) -> bool:
-    """Not a block whose border was drawn by hand: it is what the user has made it, and no depth gets across there."""
-    return corrects(result.parameters) and result.outcome.recovered > 0 and result.drawn is None
+    """Not a block whose border was drawn by hand: it is what the user has made it, and no depth gets across there. Nor
+    one whose known depth a smooth surface explains."""
+    own = result.drawn is not None or result.explained
+    return corrects(result.parameters) and result.outcome.recovered > 0 and not own
 
 
 def _corrected(

@@ -85,6 +85,9 @@ class BlockResult:
         (`drawn_of`); None if none was.
     correction : str or None
         SHA-256 of the correction network that had a part in it; None if none had.
+    explained : bool
+        Whether a smooth surface explains all of the block's known depth: nothing is left that a network could correct.
+        Told of the run alone, and not kept.
     """
 
     block: Block
@@ -97,6 +100,7 @@ class BlockResult:
     edges: BlockParameters | None = None
     drawn: NDArray[np.bool_] | None = None
     correction: str | None = None
+    explained: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -65,6 +65,11 @@ class Stepper(Iterator[IterationRecord], Protocol):
         ...
 
     @property
+    def explained(self) -> bool:
+        """Whether a smooth surface explains all of the known depth up to its noise; False where none is looked for."""
+        ...
+
+    @property
     def network(self) -> str | None:
         """SHA-256 of the edge network that had a part in it; None if none had."""
         ...

@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import dctn, idctn
-from skimage.restoration import denoise_nl_means, denoise_tv_chambolle
 
 Depth = NDArray[np.float64]
 
@@ -53,11 +52,15 @@ def guided(depth: Depth, noise: float) -> Depth:
 
 def total_variation(depth: Depth, noise: float) -> Depth:
     """Chambolle, "An algorithm for total variation minimization and applications", 2004."""
+    from skimage.restoration import denoise_tv_chambolle  # takes long to load
+
     return np.asarray(denoise_tv_chambolle(depth / noise, weight=_TV_WEIGHT, max_num_iter=300, eps=2e-5) * noise)
 
 
 def nonlocal_means(depth: Depth, noise: float) -> Depth:
     """Buades, Coll and Morel, "A non-local algorithm for image denoising", 2005."""
+    from skimage.restoration import denoise_nl_means
+
     scaled = denoise_nl_means(
         depth / noise, patch_size=_PATCH, patch_distance=_SEARCH, h=_LIKENESS, sigma=1.0, fast_mode=True
     )

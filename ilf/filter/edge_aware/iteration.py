@@ -135,7 +135,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         noise = parameters.noise or noise_of(self._view.depth, self._view.mask)
         shaped = parameters.trend and self._view.gap >= WIDE
         found = None if parameters.mode == "fill" else self._noise(frame)
-        explained = polynomial_trend(self._view.depth, self._view.mask, found) if found and parameters.trend else None
+        explained = polynomial_trend(self._view.raw, self._view.mask, found) if found and parameters.trend else None
         if explained is not None:
             trend, stiffness, follows = explained[self._view.place], 1.0, True
         else:
@@ -144,7 +144,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
             trend = self._view.guided(trend, guide)
         self._denoising = None
         if found is not None:
-            self._denoising = Denoising.of(self._view.raw, trend, found, parameters, follows)
+            self._denoising = Denoising.of(self._view.raw[self._view.place], trend, found, parameters, follows)
         self._least = parameters.s_criteria
         self._finest_steps = _FINEST_STEPS if self._denoising is None else _BEFORE_ROUNDS
         weights = parameters.smoothness * stiffness
@@ -197,6 +197,11 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         coarseness = self._grids.index(grid)
         held = u if coarseness else pixels.of(u)  # which later iterations leave as it is
         return Snapshot(partial(pixels.on_block, coarseness, held), held.nbytes, pixels.nbytes)
+
+    @property
+    def explained(self) -> bool:
+        """Whether the trend explains all of the known depth, up to its noise; in the mode fill+denoise."""
+        return self._denoising is not None and self._denoising.explained
 
     @property
     def remark(self) -> str:
@@ -426,8 +431,9 @@ class _View:
         self.depth = np.where(trusted, frame.depth[around], np.float32(np.nan))
         """Depth [m] in that box, without flying pixels and what is held out."""
         self.depth[self.place][self._held_out] = np.nan
-        self.raw = np.where(self._held_out, np.float32(np.nan), frame.depth[self._window])
-        """Depth [m] in the window, without what is held out."""
+        self.raw = frame.depth[around].copy()
+        """Depth [m] in the box around block and window, without what is held out."""
+        self.raw[self.place][self._held_out] = np.nan
         unknown = np.isnan(self.depth[self.place])
         self._distance = cv2.distanceTransform(unknown.astype(np.uint8), cv2.DIST_L2, 5).astype(np.float32, copy=False)
         self.gap = float(self._distance[self._mask].max())

@@ -97,6 +97,7 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self.settled = False
         """Whether the last iteration was the schedule's end: steady at the last radius, or the last of a linear one."""
         self.remark = ""
+        self.explained = False
         self.network: str | None = None
         self.notes: tuple[str, ...] = ()
         self._ended = False
