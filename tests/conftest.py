@@ -52,7 +52,8 @@ def nothing_left_running(request: pytest.FixtureRequest) -> Iterator[None]:
     # now, rather than in the middle of the next test, which would be slower for a second window
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
     gc.collect()
-    timers = [item for item in gc.get_objects() if isinstance(item, QTimer) and _is_active(item)]
+    # not isinstance, which follows weak proxies to what may be gone
+    timers = [item for item in gc.get_objects() if issubclass(type(item), QTimer) and _is_active(item)]
     assert not timers, f"timers left running: {[timer.parent() for timer in timers]}"
 
 

@@ -14,12 +14,6 @@ from ..per_frame import Memory
 
 Array = NDArray[np.float32]
 
-LARGEST = 1.0
-"""Change of log depth that is not exceeded."""
-
-_CLEAR = 0.008
-"""Change of log depth from which on most of it is made: what a network says of smaller ones is no better than noise."""
-
 _SHARE = 0.85
 """Of every change so much is made: on frames of real sensors the network goes a little too far."""
 
@@ -63,15 +57,14 @@ class Correction:
         opinion, change = self.opinion[block.box][block.mask], self.change[block.box][block.mask]
         with np.errstate(invalid="ignore", divide="ignore"):
             off = np.log(depth / opinion)
-        agreement = np.exp(-np.square(np.nan_to_num(off / np.float32(_ALIKE), nan=np.inf)))
+        agreement = np.exp(-np.square(np.where(np.isnan(off), np.inf, off / np.float32(_ALIKE))))
         return np.where(np.isnan(raw), depth * np.exp(agreement * change), depth).astype(np.float32)
 
 
 def made_of(change: Array, known: NDArray[np.bool_]) -> Array:
     """The changes that are made of those that the network asks for.
 
-    Large ones end, all are a little less, small ones fade, and so do those near known depth, which the filter follows
-    better.
+    All are a little less, and those near known depth, which the filter follows better, fade.
 
     Parameters
     ----------
@@ -80,9 +73,8 @@ def made_of(change: Array, known: NDArray[np.bool_]) -> Array:
     known : ndarray of bool, shape (H, W)
     """
     distance = cv2.distanceTransform((~known).astype(np.uint8), cv2.DIST_L2, 5)
-    far = np.clip((distance - _FADED) / (_FAR - _FADED), 0, 1)
-    share = np.float32(_SHARE) * far * -np.expm1(-np.square(change / np.float32(_CLEAR)))
-    return np.asarray(np.clip(share * change, -LARGEST, LARGEST), np.float32)
+    share = np.float32(_SHARE) * np.clip((distance - _FADED) / (_FAR - _FADED), 0, 1)
+    return np.asarray(share * change, np.float32)
 
 
 corrections = Memory[RGBDFrame, Correction]()

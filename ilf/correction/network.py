@@ -19,10 +19,24 @@ CELL = 4
 MULTIPLE = 32
 """What the sides of the network's input are multiples of."""
 
+LARGEST = 1.0
+"""Change of log depth that is not exceeded."""
+
 LONGEST_SIDE = 640
 """A frame with a longer side [px] is looked at as large as that: the network has learnt from such."""
 
 _LINKS, _AROUND = 6, 9
+
+_CLEAR = 0.008
+"""Change of log depth from which on most of it is made: what a network says of smaller ones is no better than noise."""
+
+_MEDIAN = 5
+"""Side [px] of the median that takes away what single cells say."""
+
+_WINDOW, _ALIKE, _NEAR = 13, 0.03, 4.0
+"""Of the bilateral filter that takes away the cells' grid: its side [px], and how far changes of log depth, and places
+[px], may lie apart to count as one."""
+
 _TRIAL_SHAPES = ((64, 64), (64, 96))
 
 
@@ -82,7 +96,7 @@ class CorrectionNetwork(OnnxNetwork):
         if shapes != [(1, _LINKS, *cells), (1, _AROUND, *size)]:
             raise FormatError(f"{self.path.name} is no correction network: it makes {shapes} of an image of {size}.")
         links, weights = outputs[0][0], outputs[1][0]
-        return _weighted(spread(links), weights)[window]
+        return smoothed(_weighted(spread(links), weights))[window]
 
     def _try(self) -> None:
         for height, width in _TRIAL_SHAPES:
@@ -92,6 +106,15 @@ class CorrectionNetwork(OnnxNetwork):
             found = self._look(ramp, known, depth, np.zeros_like(depth))
             if not np.isfinite(found).all():
                 raise FormatError(f"{self.path.name} is no correction network: its changes are not finite.")
+
+
+def smoothed(change: Array) -> Array:
+    """Changes without small ones, without specks, and without the grid of the cells; their edges stay."""
+    change = np.clip(change, -LARGEST, LARGEST)
+    found = np.asarray(change * -np.expm1(-np.square(change / np.float32(_CLEAR))), np.float32)
+    for _ in range(2):
+        found = np.asarray(cv2.medianBlur(found, _MEDIAN), np.float32)
+    return np.asarray(cv2.bilateralFilter(found, _WINDOW, _ALIKE, _NEAR), np.float32)
 
 
 def _weighted(cells: Array, weights: Array) -> Array:

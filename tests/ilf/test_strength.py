@@ -152,14 +152,14 @@ def test_without_the_network_canny_is_taken_and_that_is_said(
         path.write_bytes(b"no network")
     monkeypatch.setattr("ilf.models.asset_path", lambda name: path)
     frame, labels = _holed()
-    result = ilf.complete(frame, labels)
+    result = ilf.complete(frame, labels, ilf.preset(correction=False))
     assert np.isfinite(result.depth).all()
     (note,) = result.notes
     assert note.startswith("Canny's edges stand in for the network's: ")
     assert "edges.onnx" in note
     assert result.results[1].network is None
     assert result.results[1].notes == extract(frame).notes == ilf.iterate(frame, labels, 1).notes == (note,)
-    canny = ilf.complete(frame, labels, ilf.preset(edges="canny"))
+    canny = ilf.complete(frame, labels, ilf.preset(edges="canny", correction=False))
     assert np.array_equal(canny.depth, result.depth)
     assert canny.notes == ()
     assert canny.outcomes == result.outcomes
@@ -169,7 +169,7 @@ def test_a_note_on_many_blocks_is_said_once(monkeypatch: pytest.MonkeyPatch, tmp
     monkeypatch.setattr("ilf.models.asset_path", lambda name: tmp_path / "none.onnx")
     frame, labels = _holed()
     labels[:, 25:] = 2
-    with CompletionRun(frame, labels, ilf.preset()) as run:
+    with CompletionRun(frame, labels, ilf.preset(correction=False)) as run:
         assert run.notes == ()
         for _ in run:
             pass
@@ -221,9 +221,10 @@ def test_a_completion_follows_the_extraction() -> None:
     depth[20:40, 30:50] = np.nan
     frame, labels = RGBDFrame(np.full((64, 80, 3), 90, np.uint8), depth), np.ones((64, 80), np.int32)
     own = BlockParameters(depth_jump=0.5, depth_jump_share=0.5)
-    usual = ilf.complete(frame, labels, extraction=BlockParameters()).depth
-    assert np.array_equal(ilf.complete(frame, labels).depth, usual)
-    other = ilf.complete(frame, labels, extraction=own).depth
+    plain = ilf.preset(correction=False)
+    usual = ilf.complete(frame, labels, plain, extraction=BlockParameters()).depth
+    assert np.array_equal(ilf.complete(frame, labels, plain).depth, usual)
+    other = ilf.complete(frame, labels, plain, extraction=own).depth
     assert not np.array_equal(other, usual)
     stepper = ilf.iterate(frame, labels, 1, extraction=own)
     for _ in stepper:
