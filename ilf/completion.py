@@ -377,7 +377,10 @@ def _correction_steps(
         for _ in run:
             yield NO_BLOCK
     completed = compose(frame, results | run.results).depth
-    change = made_of(network.change(frame.rgb, frame.depth, completed, edges.detected), frame.known)
+    try:
+        change = made_of(network.change(frame.rgb, frame.depth, completed, edges.detected), frame.known)
+    except InputError as error:
+        return None, (f"Depth is not corrected: {error}",)
     return corrections.keep(frame, chosen, Correction(completed, change, network.sha256)), ()
 
 

@@ -95,6 +95,8 @@ class CorrectionNetwork(OnnxNetwork):
         cells = size[0] // CELL, size[1] // CELL
         if shapes != [(1, _LINKS, *cells), (1, _AROUND, *size)]:
             raise FormatError(f"{self.path.name} is no correction network: it makes {shapes} of an image of {size}.")
+        if not all(np.isfinite(one).all() for one in outputs):
+            raise FormatError(f"{self.path.name} gives no numbers for this frame.")
         links, weights = outputs[0][0], outputs[1][0]
         return smoothed(_weighted(spread(links), weights))[window]
 

@@ -93,14 +93,21 @@ class OnnxNetwork:
     def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         """All outputs; raises cv2.error where the network does not take these inputs. "" is the first input."""
         with self._lock:
-            for name, values in inputs.items():
-                self._net.setInput(values, name)
-            # The net writes its next results to the same memory.
-            found = [np.array(one, np.float32) for one in self._net.forward(self._outputs)]
+            found = self._results(inputs)
+            if not all(np.isfinite(one).all() for one in found):
+                # seen once in hundreds of looks, of sizes that had not been looked at; never twice
+                self._net = cv2.dnn.readNetFromONNX(self._content)
+                found = self._results(inputs)
             if any(values[0, 0].size >= _LARGE for values in inputs.values()):
                 # only with the net goes what it has worked in
                 self._net = cv2.dnn.readNetFromONNX(self._content)
             return found
+
+    def _results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
+        for name, values in inputs.items():
+            self._net.setInput(values, name)
+        # the net writes its next results to the same memory
+        return [np.array(one, np.float32) for one in self._net.forward(self._outputs)]
 
     def _try(self) -> None:
         """Raise FormatError for a network that is none of this kind, before it is used."""

@@ -260,6 +260,31 @@ def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
         CorrectionNetwork.load(broken)
 
 
+def answers(network: CorrectionNetwork, broken: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the network's next looks give no numbers, so many of them."""
+    left, real = [broken], network._results
+
+    def results(inputs: dict[str, np.ndarray]) -> list[np.ndarray]:
+        found = real(inputs)
+        if left[0]:
+            left[0] -= 1
+            found[0][..., 0] = np.inf
+        return found
+
+    monkeypatch.setattr(network, "_results", results)
+
+
+def test_a_look_that_gives_no_numbers_is_taken_again(
+    frame: ilf.RGBDFrame, blocks: np.ndarray, corrected: ilf.Completion, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    network = load_correction_network()
+    answers(network, 1, monkeypatch)
+    np.testing.assert_array_equal(ilf.complete(anew(frame), blocks).depth, corrected.depth)
+    answers(network, 2, monkeypatch)
+    notes = ilf.complete(anew(frame), blocks).notes
+    assert "Depth is not corrected: correction.onnx gives no numbers for this frame." in notes
+
+
 @pytest.mark.parametrize("shape", [(1, 1), (1, 50), (33, 7), (30, 1000)])
 def test_frames_of_any_size_are_looked_at(shape: tuple[int, int]) -> None:
     rgb = RNG.integers(0, 255, (*shape, 3)).astype(np.uint8)
