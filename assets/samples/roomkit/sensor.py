@@ -5,6 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from ilf.bench.sensor_noise import StructuredLight
+
 from .light import OFF_SURFACE
 from .room import BACK, DOOR, SPOT, SPOT_RADIUS, Room
 from .scene import Hits, dot
@@ -64,16 +66,7 @@ def holes(
 
 def measured(depth: np.ndarray, intrinsics: tuple[float, ...], rng: np.random.Generator) -> np.ndarray:
     """Depth [m], float (H, W), with lateral jitter, correlated disparity noise and disparity steps."""
-    height, width = depth.shape
-    rows, columns = np.mgrid[:height, :width]
-    jitter = np.round(0.45 * rng.standard_normal((2, height, width))).astype(int)
-    seen = depth[np.clip(rows + jitter[0], 0, height - 1), np.clip(columns + jitter[1], 0, width - 1)]
-    # Neighbours share most of their matching window, hence most of their error.
-    shared = cv2.GaussianBlur(rng.standard_normal(depth.shape), (0, 0), 1.2)
-    error = 0.8 * shared / shared.std() + 0.6 * rng.standard_normal(depth.shape)
-    scale = STEPS_PER_PIXEL * intrinsics[0] * BASELINE
-    steps = np.round(scale / seen + DISPARITY_NOISE * error)
-    return scale / np.maximum(steps, 1)
+    return StructuredLight(intrinsics[0], BASELINE, STEPS_PER_PIXEL, DISPARITY_NOISE).measured(depth, rng)
 
 
 def _halogen(hits: Hits, ragged: np.ndarray) -> np.ndarray:

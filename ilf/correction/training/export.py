@@ -9,6 +9,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from ...edges.training.onnx_files import write_onnx
 from ..features import CHANNELS
 from .model import CorrectionModel
 
@@ -34,15 +35,5 @@ def deployable(model: CorrectionModel) -> nn.Module:
 
 
 def export_onnx(model: CorrectionModel, path: Path) -> None:
-    """Write the model to an ONNX file whose height and width are free; normalisation is folded into the weights."""
-    names = ("image", "features", "links", "weights")
-    torch.onnx.export(
-        deployable(model),
-        (torch.zeros(1, 3, 64, 64), torch.zeros(1, len(CHANNELS), 64, 64)),
-        str(path),
-        input_names=names[:2],
-        output_names=names[2:],
-        dynamic_axes={name: {2: f"{name} height", 3: f"{name} width"} for name in names},
-        opset_version=17,
-        dynamo=False,
-    )
+    """Write the model to an ONNX file (`write_onnx`)."""
+    write_onnx(deployable(model), path, {"image": 3, "features": len(CHANNELS)}, ("links", "weights"))
