@@ -159,13 +159,14 @@ def _moved(
     depth: NDArray[np.float32], fine: _FineView, colour: Camera, motion: NDArray[np.float64]
 ) -> NDArray[np.float32]:
     """The depth [m] of the nearest surface that comes to each pixel of the colour camera, NaN where none does."""
-    samples = cv2.remap(depth, fine.columns, fine.rows, cv2.INTER_NEAREST, None, cv2.BORDER_CONSTANT, np.nan)
+    split = cv2.remap(depth, fine.columns, fine.rows, cv2.INTER_NEAREST, None, cv2.BORDER_CONSTANT, np.nan)
+    samples = np.asarray(split, np.float32)
     turned = (colour.matrix @ motion[:3, :3] @ np.linalg.inv(fine.matrix)).astype(np.float32)
     shift = (colour.matrix @ motion[:3, 3]).astype(np.float32)
     across = np.arange(samples.shape[1], dtype=np.float32)
     step = max(_AT_ONCE // samples.shape[1], 1)
     parts = [
-        _hits(samples[start : start + step], across, np.float32(start), turned, shift, colour.size)
+        _hits(samples[start : start + step], across, start, turned, shift, colour.size)
         for start in range(0, samples.shape[0], step)
     ]
     pixels = colour.size[0] * colour.size[1]
@@ -186,14 +187,14 @@ def _moved(
 def _hits(
     samples: NDArray[np.float32],
     across: NDArray[np.float32],
-    first: np.float32,
+    first: int,
     turned: NDArray[np.float32],
     shift: NDArray[np.float32],
     size: tuple[int, int],
 ) -> tuple[NDArray[np.int32], NDArray[np.float32], NDArray[np.float32]]:
     """Of the samples in some rows that come to lie in the colour image: the pixel, the depth [m], and the square of the
     distance to the pixel's centre [px]."""
-    down = first + np.arange(len(samples), dtype=np.float32)[:, None]
+    down = np.arange(first, first + len(samples), dtype=np.float32)[:, None]
     known = np.isfinite(samples)
     z = samples[known]
     x, y, away = (
