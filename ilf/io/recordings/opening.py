@@ -10,10 +10,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ...errors import InputError
+from .nyu_raw import NyuRawFolder
 from .recording import Recording
 from .ros import RosBag
 
-KINDS: tuple[type[Recording], ...] = (RosBag,)
+KINDS: tuple[type[Recording], ...] = (RosBag, NyuRawFolder)
 """All kinds, in the order in which they are tried."""
 
 _MOST_OPEN = 2
