@@ -432,9 +432,10 @@ def _refusal(frame: RGBDFrame, block: Block, parameters: Parameters) -> BlockOut
     """Why a block is not iterated on, or None if it is."""
     pixels = int(np.count_nonzero(block.mask))
     known = int(np.count_nonzero(np.isfinite(frame.depth[block.box][block.mask])))
-    outside = _outside(frame, block, parameters)
-    if known + outside == pixels and parameters.mode == "fill":
-        message = _told_outside(outside) or "All depth is known."
+    outside = _outside(frame, block)
+    left = 0 if parameters.outside_view else int(np.count_nonzero(outside))
+    if known + left == pixels and parameters.mode == "fill":
+        message = _told_outside(outside, parameters) or "All depth is known."
         return BlockOutcome(block.label, Status.NOTHING_MISSING, message, pixels, known)
     needed = int(known_needed(pixels, parameters))
     if known < needed and not guide_carries(frame, block, parameters):
@@ -482,16 +483,20 @@ def block_depth(
     return np.where(replace, surface, raw).astype(np.float32)
 
 
-def _outside(frame: RGBDFrame, block: Block, parameters: Parameters) -> int:
-    """How many of the block's pixels stay missing because they lie outside the depth camera's view."""
-    left = frame.left_missing(parameters.outside_view)
-    return 0 if left is None else int(np.count_nonzero(left[block.box][block.mask]))
+def _outside(frame: RGBDFrame, block: Block) -> NDArray[np.bool_]:
+    """Which of the block's pixels lie outside the depth camera's view, in the order of `block.mask`'s True values."""
+    if frame.outside_view is None:
+        return np.zeros(np.count_nonzero(block.mask), bool)
+    return frame.outside_view[block.box][block.mask]
 
 
-def _told_outside(pixels: int) -> str:
-    if not pixels:
+def _told_outside(outside: NDArray[np.bool_], parameters: Parameters) -> str:
+    """What becomes of the pixels outside the depth camera's view, as a sentence; "" if there are none."""
+    if not outside.any():
         return ""
-    return f"{counted(pixels, 'pixel')} outside the depth camera's view {'stays' if pixels == 1 else 'stay'} missing."
+    pixels = counted(int(np.count_nonzero(outside)), "pixel")
+    how = "filled, though nothing could be measured there" if parameters.outside_view else "left missing"
+    return f"{pixels} outside the depth camera's view {how}."
 
 
 def _outcome(
@@ -503,19 +508,20 @@ def _outcome(
     parameters: Parameters,
 ) -> BlockOutcome:
     raw = frame.depth[block.box][block.mask]
-    missing, outside = np.isnan(raw), _outside(frame, block, parameters)
-    left = int(np.count_nonzero(np.isnan(completed))) - outside
+    outside = _outside(frame, block)
+    missing = np.isnan(raw) & ~outside
+    left = int(np.count_nonzero(missing & np.isnan(completed)))
     message = stepper.remark if stepper.settled else f"Not steady after {len(history)} iterations."
     if left:
         message = f"{message} {left} pixels stay missing: the filter gave no positive depth there.".strip()
-    message = f"{message} {_told_outside(outside)}".strip()
+    message = f"{message} {_told_outside(outside, parameters)}".strip()
     return BlockOutcome(
         label=block.label,
         status=Status.COMPLETED if stepper.settled else Status.ITERATION_LIMIT,
         message=message,
         pixels=raw.size,
-        known=raw.size - int(np.count_nonzero(missing)),
-        recovered=int(np.count_nonzero(missing)) - left - outside,
+        known=int(np.count_nonzero(np.isfinite(raw))),
+        recovered=int(np.count_nonzero(missing)) - left,
         iterations=len(history),
         stages=history[-1].stage,
         sigma_i=history[-1].sigma_i,

@@ -9,12 +9,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ...errors import InputError
+from ...errors import FormatError, InputError
+from .azure_kinect import AzureKinect
 from .nyu_raw import NyuRawFolder
 from .recording import Recording
 from .ros import RosBag
 
-KINDS: tuple[type[Recording], ...] = (RosBag, NyuRawFolder)
+KINDS: tuple[type[Recording], ...] = (RosBag, AzureKinect, NyuRawFolder)
 """All kinds, in the order in which they are tried."""
 
 _MOST_OPEN = 2
@@ -63,6 +64,8 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
         )
     with _access:
         state = found.stat()
+        if found.is_file() and state.st_size == 0:
+            raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")
         name = os.getpid(), str(found), state.st_mtime_ns, state.st_size
         recording = _open.pop(name, None) or kind(found)
         _open[name] = recording
