@@ -12,6 +12,7 @@ from typing import Any
 from ..errors import DepthWarning, FormatError, InputError, ParameterError
 from ..frame import CameraIntrinsics, FrameInputs, InputFile, RGBDFrame
 from .camera_files import IntrinsicsSpec, intrinsics_from
+from .colmap_files import COLMAP_SUFFIX
 from .depth_files import checked_units
 from .depth_reading import DepthReading, read_depth
 from .encodings import EncodingSpec, checked_invalid, encoding_of, needs_its_scene, one_encoding
@@ -23,7 +24,7 @@ from .truth_files import is_truth, with_truth_file
 
 META_NAME = "meta.json"
 COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
-DEPTH_FILE_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy")
+DEPTH_FILE_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy", ".npz", ".exr", ".pfm", COLMAP_SUFFIX)
 
 
 @dataclass(frozen=True)
@@ -93,14 +94,14 @@ def load_frame(
         Colour PNG, JPEG or TIFF; or, without `depth`, a folder with meta.json, a colour image `rgb.*` and
         depth `depth.*`.
     depth : path-like, optional
-        Depth as 16-bit PNG, 16-bit or float TIFF, 16-bit PGM, or NPY.
+        Depth as 16-bit PNG, 16-bit or float TIFF, 16-bit PGM, NPY or NPZ, EXR, PFM, or a depth map of COLMAP (.bin).
     depth_units : float, optional
         File units per metre: the encoding of most files, as a number.
     encoding : str or float, optional
         How the values of the depth file become metres: a name of `ilf.io.ENCODINGS` ("mm", "tum", "sun", "nyu-raw",
-        ...), "bop", "bop:SCALE", or file units per metre. It goes in place of `depth_units`. Without both, what
-        meta.json says counts, also for two files that lie beside it (see `frame_beside`); without that, 1000 units per
-        metre if they hold integers and 1 if they hold floats. An encoding that is named is not doubted.
+        ...), "bop", "bop:SCALE", "disparity:FB", or file units per metre. It goes in place of `depth_units`. Without
+        both, what meta.json says counts, also for two files that lie beside it (see `frame_beside`); without that, 1000
+        units per metre if they hold integers and 1 if they hold floats. An encoding that is named is not doubted.
     invalid : float, optional
         The file's value that stands for missing, beside zero, negative and not finite ones; 0 says that there is none.
         None takes what meta.json says.
