@@ -108,6 +108,7 @@ def _parser() -> argparse.ArgumentParser:
     how.add_argument("--depth-encoding", metavar="NAME", help="how depth files become metres, as for `ilf complete`")
     how.add_argument("--depth-units", type=float, help="the same for most files: units per metre (1000: millimetres)")
     parser.add_argument("--invalid", type=float, metavar="N", help="value of depth files that stands for missing")
+    parser.add_argument("--min-confidence", type=float, metavar="N", help="depth of a lower confidence counts as missing")
     parser.add_argument("--intrinsics", help="camera preset, fx,fy,cx,cy or a JSON file, for a colour and depth file")
     parser.add_argument("--truth", metavar="FILE", help="true depth of the (one) frame, to judge results by")
     parser.add_argument("--truth-units", type=float, help="file units per metre of the truth (1000: millimetres)")
@@ -154,7 +155,7 @@ def _inputs(options: argparse.Namespace) -> tuple[list[Path], list[Path], list[F
     """Project files, run records, frames, and a colour or depth file that has no partner."""
     how = (
         *(options.depth_units, options.intrinsics, options.truth, options.truth_units, options.guide),
-        *(options.depth_encoding, options.invalid),
+        *(options.depth_encoding, options.invalid, None, options.min_confidence),
     )
     projects, folders, records, files = sorted_out(options.frames)
     sources = [FrameSource(str(path), None, *how) for path in folders]
@@ -188,6 +189,7 @@ def _without_display(options: argparse.Namespace, problem: str) -> int:
     reading = ["--depth-units", str(options.depth_units)] if options.depth_units else []
     reading += ["--depth-encoding", options.depth_encoding] if options.depth_encoding else []
     reading += ["--invalid", str(options.invalid)] if options.invalid is not None else []
+    reading += ["--min-confidence", str(options.min_confidence)] if options.min_confidence is not None else []
     reading += ["--intrinsics", options.intrinsics] if options.intrinsics else []
     reading += ["--truth", options.truth] if options.truth else []
     reading += ["--truth-units", str(options.truth_units)] if options.truth_units else []

@@ -9,10 +9,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..errors import DepthWarning, FormatError, InputError, ParameterError
 from ..frame import CameraIntrinsics, FrameInputs, InputFile, RGBDFrame
 from .camera_files import IntrinsicsSpec, intrinsics_from
 from .colmap_files import COLMAP_SUFFIX
+from .confidence_files import CONFIDENCE_SUFFIXES, NO_MAP, UNUSED, below, checked_least, read_confidence
 from .depth_files import checked_units
 from .depth_reading import DepthReading, read_depth
 from .encodings import EncodingSpec, checked_invalid, encoding_of, needs_its_scene, one_encoding
@@ -51,6 +55,10 @@ class FrameFiles:
         Its file units per metre, if stated.
     guide : Path or None
         Of a guide, if there is any.
+    confidence : Path or None
+        Of a confidence map, if there is any.
+    min_confidence : float or None
+        The confidence below which depth counts as missing, if stated.
     """
 
     rgb: Path
@@ -64,6 +72,8 @@ class FrameFiles:
     guide: Path | None = None
     encoding: EncodingSpec | None = None
     invalid: float | None = None
+    confidence: Path | None = None
+    min_confidence: float | None = None
 
     @property
     def stated_encoding(self) -> EncodingSpec | None:
@@ -83,6 +93,8 @@ def load_frame(
     truth: str | os.PathLike[str] | None = None,
     truth_units: float | None = None,
     guide: str | os.PathLike[str] | None = None,
+    confidence: str | os.PathLike[str] | None = None,
+    min_confidence: float | None = None,
     beside: bool = True,
     warn: bool = True,
 ) -> RGBDFrame:
@@ -116,6 +128,12 @@ def load_frame(
         integers, 1 if it holds floats.
     guide : path-like, optional
         What something else says of the depth, see `ilf.io.load_guide`. None takes that of the folder, if it has any.
+    confidence : path-like, optional
+        How sure the sensor was of its depth, see `ilf.io.read_confidence`. None takes that of the folder, if it has
+        any.
+    min_confidence : float, optional
+        Depth of a lower confidence counts as missing: it is the frame's distrusted depth. None takes what meta.json
+        says; without that, all depth counts. Where there is no confidence map it changes nothing, which is a note.
     beside : bool
         Whether a meta.json that lies beside two files counts.
     warn : bool
@@ -130,13 +148,13 @@ def load_frame(
     Raises
     ------
     InputError
-        If a file is missing, the sizes differ, no depth is known, the depth scale is absurd, or that of the truth does
-        not fit it.
+        If a file is missing, the sizes differ, no depth is known or none that is sure enough, the depth scale is
+        absurd, or that of the truth does not fit it.
     FormatError
         If a file is damaged or holds something other than its role asks for.
     ParameterError
         If depth or truth units are not a positive number, there is no such encoding, there are both units and an
-        encoding, or there are units of a truth that there is not.
+        encoding, there are units of a truth that there is not, or the least confidence is no number.
 
     Examples
     --------
@@ -167,6 +185,8 @@ def load_frame(
             "Correct its size, or load the two files by themselves."
         )
     camera = intrinsics_from(intrinsics, values.shape) or files.intrinsics
+    least = files.min_confidence if min_confidence is None else checked_least(min_confidence)
+    low, told = _low_confidence(files.confidence if confidence is None else confidence, least, read.metres)
     try:
         frame = RGBDFrame(
             rgb=colour,
@@ -181,7 +201,8 @@ def load_frame(
                 encoding=read.encoding.name,
                 invalid=read.encoding.invalid,
             ),
-            notes=read.notes,
+            distrusted=low,
+            notes=(*read.notes, *told),
         )
     except InputError as error:
         others = "".join(f" {doubt.text}" for doubt in read.doubts if doubt.encoding is not None)
@@ -199,6 +220,18 @@ def load_frame(
         return frame
     stated = files.truth_units if truth is None else None
     return with_truth_file(frame, chosen, stated if truth_units is None else truth_units)
+
+
+def _low_confidence(
+    path: str | os.PathLike[str] | None, least: float | None, depth: NDArray[np.float32]
+) -> tuple[NDArray[np.bool_] | None, tuple[str, ...]]:
+    """The mask of depth that is not sure enough, and what to say of it."""
+    if path is None:
+        return None, () if least is None else (NO_MAP,)
+    if least is None:
+        return None, (UNUSED,)
+    low, told = below(read_confidence(path, (depth.shape[0], depth.shape[1])), least, depth)
+    return low, (told,)
 
 
 def read_frame_depth(rgb: str, depth: str | None, given: EncodingSpec | None, invalid: float | None) -> DepthReading:
@@ -238,7 +271,8 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         fy, cx, cy], `rgb` and `depth` (where the images are; `rgb.*` and `depth.*` in the folder if left out), `gt`
         (where the truth is, `gt.*` in the folder if left out; or, in words, what that is worth: nothing if they say
         that it was filled in, or are empty), `gt_units_per_m`, `guide` (where a guide is, `guide.*` in the folder if
-        left out), and `run` (the record without which the folder is a half-written one).
+        left out), `confidence` (where a confidence map is, `confidence.*` in the folder if left out), `min_confidence`
+        (below which depth counts as missing), and `run` (the record without which the folder is a half-written one).
 
     Raises
     ------
@@ -264,8 +298,9 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         one_encoding(encoding, units)
         invalid = None if meta.get("depth_invalid") is None else checked_invalid(meta["depth_invalid"])
         camera = None if meta.get("K") is None else intrinsics_from({"K": meta["K"]})
+        least = None if meta.get("min_confidence") is None else checked_least(meta["min_confidence"])
         size, name = _meta_size(meta.get("size")), meta.get("name") or root.name
-        named = {key: meta.get(key) for key in ("rgb", "depth", "gt", "guide", "run")}
+        named = {key: meta.get(key) for key in ("rgb", "depth", "gt", "guide", "confidence", "run")}
         for key, value in {"name": name, **named}.items():
             if not isinstance(value, str | None):
                 raise InputError(f"{key} must be text, not {value!r:.60}.")
@@ -286,7 +321,10 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     depth = _named_image(root, named["depth"]) or _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint)
     guide = _named_image(root, named["guide"]) or _found(root, "guide", GUIDE_SUFFIXES)
     truth = _truth_in(root, named["gt"])
-    return FrameFiles(rgb, depth, units, camera, size, name, truth, truth_units, guide, encoding, invalid)
+    confidence = _named_image(root, named["confidence"]) or _found(root, "confidence", CONFIDENCE_SUFFIXES)
+    return FrameFiles(
+        *(rgb, depth, units, camera, size, name, truth, truth_units, guide, encoding, invalid, confidence, least)
+    )
 
 
 def _truth_in(root: Path, worth: str | None) -> Path | None:

@@ -137,6 +137,7 @@ def open_source(
     encoding: EncodingSpec | None = None,
     invalid: float | None = None,
     intrinsics: IntrinsicsSpec | None = None,
+    min_confidence: float | None = None,
     max_gap: float = MOST_APART_S,
 ) -> Source:
     """Open a folder of frames or a data set.
@@ -148,9 +149,9 @@ def open_source(
     ----------
     path : path-like
         See `ilf.io.list_frames`.
-    depth_units, encoding, invalid, intrinsics : optional
-        How depth is read and which camera has seen it, as for `ilf.load_frame`, for all frames. None takes what the
-        layout of the source says.
+    depth_units, encoding, invalid, intrinsics, min_confidence : optional
+        How depth is read, which camera has seen it, and how sure it must be, as for `ilf.load_frame`, for all frames.
+        None takes what the layout of the source says.
     max_gap : float
         How far apart in time [s] colour and depth of one frame may be, where they are matched by time. Each file is
         used once.
@@ -162,7 +163,7 @@ def open_source(
     FormatError
         If its lists or calibrations are damaged.
     ParameterError
-        If there are both units and an encoding, or `max_gap` is no length of time.
+        If there are both units and an encoding, the least confidence is no number, or `max_gap` is no length of time.
 
     Examples
     --------
@@ -172,7 +173,13 @@ def open_source(
     (1, ('room',), 525.0, (480, 640))
     """
     listing = list_frames(
-        path, depth_units=depth_units, encoding=encoding, invalid=invalid, intrinsics=intrinsics, max_gap=max_gap
+        path,
+        depth_units=depth_units,
+        encoding=encoding,
+        invalid=invalid,
+        intrinsics=intrinsics,
+        min_confidence=min_confidence,
+        max_gap=max_gap,
     )
     return Source(Path(path).absolute(), listing)
 
