@@ -124,6 +124,6 @@ def _origin(entry: dict[str, Any]) -> Origin:
         entry.get("guide"),
         entry.get("encoding"),
         entry.get("invalid"),
-        entry.get("confidence"),
-        entry.get("min_confidence"),
+        confidence=entry.get("confidence"),
+        min_confidence=entry.get("min_confidence"),
     )

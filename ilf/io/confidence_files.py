@@ -17,8 +17,8 @@ from .npy_files import read_npy
 CONFIDENCE_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy")
 
 UNUSED = (
-    "There is a confidence map, and all depth is taken as it is: a least confidence (min_confidence=, --min-confidence, "
-    "2 for what ARKit calls high) lets what is below it count as missing."
+    "There is a confidence map, and all depth counts all the same: with a least confidence (min_confidence=, "
+    "--min-confidence; 2 for what ARKit calls high) what is below it is missing."
 )
 """What is said where a confidence map is not used."""
 

@@ -24,6 +24,7 @@ from .files import FileContent, read_file, read_json
 from .guide_files import GUIDE_SUFFIXES, load_guide
 from .images import read_colour
 from .naming import name_by
+from .recorded import read_recorded
 from .truth_files import is_truth, with_truth_file
 
 META_NAME = "meta.json"
@@ -95,16 +96,17 @@ def load_frame(
     guide: str | os.PathLike[str] | None = None,
     confidence: str | os.PathLike[str] | None = None,
     min_confidence: float | None = None,
+    frame: str | None = None,
     beside: bool = True,
     warn: bool = True,
 ) -> RGBDFrame:
-    """Read a registered RGB-D frame.
+    """Read an RGB-D frame: of registered images, or of a recording, whose depth is registered where it is not.
 
     Parameters
     ----------
     rgb : path-like
         Colour PNG, JPEG or TIFF; or, without `depth`, a folder with meta.json, a colour image `rgb.*` and
-        depth `depth.*`.
+        depth `depth.*`; or, with `frame`, a recording.
     depth : path-like, optional
         Depth as 16-bit PNG, 16-bit or float TIFF, 16-bit PGM, NPY or NPZ, EXR, PFM, or a depth map of COLMAP (.bin).
     depth_units : float, optional
@@ -134,6 +136,8 @@ def load_frame(
     min_confidence : float, optional
         Depth of a lower confidence counts as missing: it is the frame's distrusted depth. None takes what meta.json
         says; without that, all depth counts. Where there is no confidence map it changes nothing, which is a note.
+    frame : str, optional
+        The key of a frame of a recording, see `ilf.open_source`.
     beside : bool
         Whether a meta.json that lies beside two files counts.
     warn : bool
@@ -164,12 +168,49 @@ def load_frame(
     ('room', (480, 640), 0.168, False)
     """
     given = one_encoding(encoding, depth_units)
-    files = files_of(rgb, depth, beside)
-    if depth is None and files.stated_encoding is None and given is None:
-        raise FormatError(
-            f"{Path(rgb) / META_NAME} has no depth_units_per_m and no depth_encoding: add the file units per metre "
-            "(1000 for millimetres) or the encoding's name, or give depth units."
-        )
+    known_confidence: Path | NDArray[Any] | None
+    if frame is not None:
+        if depth is not None:
+            raise ParameterError("A frame of a recording has its depth in it: leave the depth file out.")
+        recorded = read_recorded(rgb, frame, given, invalid)
+        camera = intrinsics_from(intrinsics, recorded.shape)
+        loaded, read = recorded.frame(camera, name), recorded.reading
+        known_guide, known_truth, known_units = None, None, None
+        known_confidence, stated_least = recorded.stored.confidence, None
+    else:
+        files = files_of(rgb, depth, beside)
+        if depth is None and files.stated_encoding is None and given is None:
+            raise FormatError(
+                f"{Path(rgb) / META_NAME} has no depth_units_per_m and no depth_encoding: add the file units per metre "
+                "(1000 for millimetres) or the encoding's name, or give depth units."
+            )
+        loaded, read = _from_files(files, given, invalid, intrinsics, name)
+        known_guide, known_truth, known_units = files.guide, files.truth, files.truth_units
+        known_confidence, stated_least = files.confidence, files.min_confidence
+    if warn and loaded.inputs is not None:
+        for note in read.warnings:
+            warnings.warn(f"{loaded.inputs.depth.path}: {note}", DepthWarning, stacklevel=2)
+    least = stated_least if min_confidence is None else checked_least(min_confidence)
+    loaded = _sure_enough(loaded, known_confidence if confidence is None else confidence, least)
+    if (chosen_guide := known_guide if guide is None else guide) is not None:
+        loaded = loaded.with_guide(load_guide(chosen_guide, loaded.shape))
+    chosen = known_truth if truth is None else truth
+    if chosen is None:
+        if truth_units is not None:
+            raise ParameterError("There are units of a truth, but no truth: give its file, too.")
+        return loaded
+    stated = known_units if truth is None else None
+    return with_truth_file(loaded, chosen, stated if truth_units is None else truth_units)
+
+
+def _from_files(
+    files: FrameFiles,
+    given: EncodingSpec | None,
+    invalid: float | None,
+    intrinsics: IntrinsicsSpec | None,
+    name: str | None,
+) -> tuple[RGBDFrame, DepthReading]:
+    """A frame without truth and guide, and how its depth was read."""
     rgb_file, depth_file = read_file(files.rgb), read_file(files.depth)
     colour = read_colour(rgb_file)
     read = _read_depth(files, depth_file, given, invalid)
@@ -185,8 +226,6 @@ def load_frame(
             "Correct its size, or load the two files by themselves."
         )
     camera = intrinsics_from(intrinsics, values.shape) or files.intrinsics
-    least = files.min_confidence if min_confidence is None else checked_least(min_confidence)
-    low, told = _low_confidence(files.confidence if confidence is None else confidence, least, read.metres)
     try:
         frame = RGBDFrame(
             rgb=colour,
@@ -201,37 +240,25 @@ def load_frame(
                 encoding=read.encoding.name,
                 invalid=read.encoding.invalid,
             ),
-            distrusted=low,
-            notes=(*read.notes, *told),
+            notes=read.notes,
         )
     except InputError as error:
         others = "".join(f" {doubt.text}" for doubt in read.doubts if doubt.encoding is not None)
         raise InputError(f"{files.depth}: {error}{others}") from error
-    if warn:
-        for note in read.warnings:
-            warnings.warn(f"{files.depth}: {note}", DepthWarning, stacklevel=2)
-    known_guide = files.guide if guide is None else guide
-    if known_guide is not None:
-        frame = frame.with_guide(load_guide(known_guide, frame.shape))
-    chosen = files.truth if truth is None else truth
-    if chosen is None:
-        if truth_units is not None:
-            raise ParameterError("There are units of a truth, but no truth: give its file, too.")
-        return frame
-    stated = files.truth_units if truth is None else None
-    return with_truth_file(frame, chosen, stated if truth_units is None else truth_units)
+    return frame, read
 
 
-def _low_confidence(
-    path: str | os.PathLike[str] | None, least: float | None, depth: NDArray[np.float32]
-) -> tuple[NDArray[np.bool_] | None, tuple[str, ...]]:
-    """The mask of depth that is not sure enough, and what to say of it."""
-    if path is None:
-        return None, () if least is None else (NO_MAP,)
-    if least is None:
-        return None, (UNUSED,)
-    low, told = below(read_confidence(path, (depth.shape[0], depth.shape[1])), least, depth)
-    return low, (told,)
+def _sure_enough(
+    frame: RGBDFrame, confidence: str | os.PathLike[str] | NDArray[Any] | None, least: float | None
+) -> RGBDFrame:
+    """A frame without depth that is less sure than the least confidence, by a map or a file that holds one."""
+    low, told = None, UNUSED
+    if confidence is None:
+        told = "" if least is None else NO_MAP
+    elif least is not None:
+        values = confidence if isinstance(confidence, np.ndarray) else read_confidence(confidence, frame.shape)
+        low, told = below(values, least, frame.depth)
+    return replace(frame, distrusted=low, notes=(*frame.notes, told)) if told else frame
 
 
 def read_frame_depth(rgb: str, depth: str | None, given: EncodingSpec | None, invalid: float | None) -> DepthReading:
