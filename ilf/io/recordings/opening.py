@@ -10,10 +10,15 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ...errors import InputError
+from .arkit_scenes import ARKitScenes
+from .nyu import NyuLabelledFrames
+from .record3d import Record3D
 from .recording import Recording
 from .ros import RosBag
+from .scannet import ScanNet
+from .stray_scanner import StrayScanner
 
-KINDS: tuple[type[Recording], ...] = (RosBag,)
+KINDS: tuple[type[Recording], ...] = (RosBag, Record3D, ScanNet, NyuLabelledFrames, StrayScanner, ARKitScenes)
 """All kinds, in the order in which they are tried."""
 
 _MOST_OPEN = 2
@@ -56,7 +61,8 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
     if kind is None:
         is_there = os.path.lexists(found)
         raise InputError(
-            f"{found} is no recording: one ends in {', '.join(recording_suffixes())}, or is a folder of ROS 2."
+            f"{found} is no recording: one ends in {', '.join(recording_suffixes())}, or is a folder of ROS 2, Stray "
+            "Scanner or ARKitScenes."
             if is_there
             else f"{found}: there is no such recording. Check the name."
         )
