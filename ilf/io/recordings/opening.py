@@ -9,8 +9,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ...errors import InputError
+from ...errors import FormatError, InputError
 from .arkit_scenes import ARKitScenes
+from .azure_kinect import AzureKinect
 from .nyu import NyuLabelledFrames
 from .record3d import Record3D
 from .recording import Recording
@@ -18,7 +19,10 @@ from .ros import RosBag
 from .scannet import ScanNet
 from .stray_scanner import StrayScanner
 
-KINDS: tuple[type[Recording], ...] = (RosBag, Record3D, ScanNet, NyuLabelledFrames, StrayScanner, ARKitScenes)
+KINDS: tuple[type[Recording], ...] = (
+    *(RosBag, AzureKinect, Record3D, ScanNet, NyuLabelledFrames),
+    *(StrayScanner, ARKitScenes),
+)
 """All kinds, in the order in which they are tried."""
 
 _MOST_OPEN = 2
@@ -68,6 +72,8 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
         )
     with _access:
         state = found.stat()
+        if found.is_file() and state.st_size == 0:
+            raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")
         name = os.getpid(), str(found), state.st_mtime_ns, state.st_size
         recording = _open.pop(name, None) or kind(found)
         _open[name] = recording
