@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..errors import FormatError, InputError
 from ..io.files import read_file
+from ..stopping import check_stopped, taking
 
 _LARGE = 1_000_000
 """Pixels of an input from which on a net is read anew after use: it keeps what it works in, some 400 bytes for each."""
@@ -92,7 +93,8 @@ class OnnxNetwork:
 
     def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         """All outputs; raises cv2.error where the network does not take these inputs. "" is the first input."""
-        with self._lock:
+        with taking(self._lock):
+            check_stopped()  # a look cannot be interrupted
             found = self._results(inputs)
             if not all(np.isfinite(one).all() for one in found):
                 # seen once in hundreds of looks, of sizes that had not been looked at; never twice
