@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..camera import CameraIntrinsics
 from ..errors import InputError
 from ..frame import FrameInputs, checked_colour, checked_depth
-from ..masks import fixed
+from ..masks import checked_mask, fixed
 
 _COEFFICIENTS = (0, 4, 5, 8)
 """How many coefficients of distortion there may be, as OpenCV counts them."""
@@ -95,11 +95,14 @@ class RawPair:
         What it was read from; filled by the readers.
     notes : tuple of str
         What the user should know of it, a sentence or two each.
+    depth_view : array_like of bool, optional
+        Pixels of the depth image in which its camera can measure anything, shape (hd, wd), where that are not all: an
+        Azure Kinect lights a hexagon or a circle of its image, and beyond it its infrared image is black.
 
     Raises
     ------
     InputError
-        If an image is not of its camera's size, or `depth_to_colour` does not move rigid things.
+        If an image or mask is not of its camera's size, or `depth_to_colour` does not move rigid things.
 
     Examples
     --------
@@ -117,6 +120,7 @@ class RawPair:
     name: str = "frame"
     inputs: FrameInputs | None = None
     notes: tuple[str, ...] = field(default=(), repr=False)
+    depth_view: NDArray[np.bool_] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rgb", checked_colour(self.rgb))
@@ -131,6 +135,9 @@ class RawPair:
                     f"{what} is {image.shape[1]} x {image.shape[0]}, but its camera's numbers are for "
                     f"{camera.size[0]} x {camera.size[1]} pixels."
                 )
+        if self.depth_view is not None:
+            view = checked_mask(self.depth_view, self.depth.shape, "the depth camera's view")
+            object.__setattr__(self, "depth_view", view)
 
 
 def _checked_motion(matrix: ArrayLike) -> NDArray[np.float64]:
