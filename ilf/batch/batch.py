@@ -5,27 +5,23 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
 from pathlib import Path
 
 from ..errors import InputError
 from ..io.folders import made_folder
 from ..number_words import counted
 from .cluster import outcomes_on_cluster
-from .frame_record import FrameOutcome, FrameStatus, read_frame_record
+from .frame_record import FrameOutcome
 from .frames import BatchFrame
 from .local import Outcomes, outcomes_here
 from .manifest import write_manifest
 from .pictures import depth_levels
-from .settings import BatchSettings, differences, read_settings, write_settings
+from .settings import BatchSettings, differences, read_settings, sha256_of, write_settings
+from .states import State, frame_states
 from .task import Task
 
 _SHOWN = 3
 """Differences and frames that a message names."""
-
-
-class _State(Enum):
-    OPEN, FINISHED, FAILED, CHANGED = range(4)
 
 
 @dataclass(frozen=True)
@@ -116,56 +112,35 @@ def open_batch(
         changed then.
     ExportError
         If the folder cannot be written.
-
-    Examples
-    --------
-    >>> import ilf, tempfile
-    >>> from ilf.assets import asset_path
-    >>> frames = frames_of_sources([ilf.open_source(asset_path("samples"))])
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     batch = open_batch(frames, folder)
-    >>> [frame.key for frame in batch.to_do]
-    ['room']
     """
     chosen, target = settings or BatchSettings(), Path(folder).absolute()
     before = read_settings(target)
-    same = before is not None and before[0] == chosen.facts
+    facts = chosen.facts()
+    same = before is not None and before[0] == facts
     if before is not None and not same and not anew:
         raise InputError(
             f"{target} has frames that were completed with other settings "
-            f"({_some(differences(before[0], chosen.facts))}). Choose another folder, or complete them anew (--anew)."
+            f"({_some(differences(before[0], facts))}). Choose another folder, or complete them anew (--anew)."
         )
     # other settings may have other frames, and these other depths
     levels = before[1] if before is not None and same else depth_levels(frames)
-    task = Task(str(target), chosen, chosen.sha256, levels)
-    found = [(frame, *_state(task, frame)) for frame in (frames if only is None else only)]
-    changed = [frame.key for frame, state, _ in found if state is _State.CHANGED]
+    task = Task(str(target), chosen, sha256_of(facts), levels)
+    found = frame_states(task, frames if only is None else only)
+    changed = [there.frame.key for there in found if there.state is State.CHANGED]
     if changed and not anew:
         raise InputError(
             f"The files of {counted(len(changed), 'frame')} have changed since they were completed into {target}: "
             f"{_some(changed)}. Choose another folder, or complete them anew (--anew)."
         )
     if not same:
-        write_settings(made_folder(target), chosen.facts, levels)
-    kept = {_State.FINISHED} if retry_failed else {_State.FINISHED, _State.FAILED}
-    to_do = tuple(frame for frame, state, _ in found if state not in kept)
+        write_settings(made_folder(target), facts, levels)
+    kept = {State.FINISHED} if retry_failed else {State.FINISHED, State.FAILED}
+    to_do = tuple(there.frame for there in found if there.state not in kept)
     finished, failed = (
-        tuple(outcome for _, state, outcome in found if outcome is not None and state is wanted and state in kept)
-        for wanted in (_State.FINISHED, _State.FAILED)
+        tuple(there.outcome for there in found if there.outcome is not None and there.state is state)
+        for state in (State.FINISHED, State.FAILED)
     )
-    return Batch(task, tuple(frames), to_do, finished, failed)
-
-
-def _state(task: Task, frame: BatchFrame) -> tuple[_State, FrameOutcome | None]:
-    folder = task.folder_of(frame)
-    record = read_frame_record(folder)
-    if record is None or record.settings != task.sha256:
-        return _State.OPEN, None
-    if record.outcome.status is FrameStatus.FAILED:
-        return (_State.FAILED if record.is_of(frame.source) else _State.OPEN), record.outcome
-    if not record.is_whole(folder):
-        return _State.OPEN, None
-    return (_State.FINISHED if record.is_of(frame.source) else _State.CHANGED), record.outcome
+    return Batch(task, tuple(frames), to_do, finished, () if retry_failed else failed)
 
 
 def _some(things: Sequence[str]) -> str:

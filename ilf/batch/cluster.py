@@ -66,7 +66,7 @@ def _given_up(
     again = []
     futures = {client.submit(_on_worker, task, frame, pure=False): frame for frame in frames}
     try:
-        for future in distributed.as_completed(list(futures), raise_errors=False):
+        for future in distributed.as_completed(list(futures), loop=client.loop):
             frame = futures.pop(future)
             try:
                 outcome = future.result()

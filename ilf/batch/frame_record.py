@@ -90,7 +90,7 @@ class FrameRecord:
     ----------
     outcome : FrameOutcome
     settings : str
-        `BatchSettings.sha256`.
+        `sha256_of` the settings' facts.
     reading : str
         `reading_of` its source.
     content : str or None
@@ -119,16 +119,11 @@ class FrameRecord:
             return False
         return self.run is None or file_sha256(folder / RECORD_FILE) == self.run
 
-    def is_of(self, source: FrameSource) -> bool:
-        """Whether a frame is read as it was, and from files of the same content."""
+    def is_of(self, source: FrameSource) -> bool | None:
+        """Whether a frame is read as it was, and from the same files; None if only their `content_now` can tell."""
         if self.reading != reading_of(source):
             return False
-        if self.files == watched(self.files):
-            return True
-        try:
-            return self.content == content_of(source.load())
-        except IlfError:
-            return False
+        return True if self.files == watched(self.files) else None
 
 
 def read_frame_record(folder: Path) -> FrameRecord | None:
@@ -170,6 +165,14 @@ def content_of(frame: RGBDFrame) -> str:
         facts += [None if file is None else file.sha256 for file in files]
         facts += [inputs.depth_units, inputs.encoding, inputs.invalid]
     return _sha256(facts)
+
+
+def content_now(source: FrameSource) -> str | None:
+    """`content_of` a frame as its files are now; None if it cannot be read."""
+    try:
+        return content_of(source.load())
+    except IlfError:
+        return None
 
 
 def files_of(source: FrameSource, frame: RGBDFrame | None) -> list[str]:

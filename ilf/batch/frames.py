@@ -21,7 +21,7 @@ _RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?|.*\.|\..*", re.IGN
 """Names that some systems do not take, or hide."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BatchFrame:
     """A frame of a batch.
 
@@ -94,7 +94,7 @@ def folder_name(key: str) -> str:
     Examples
     --------
     >>> folder_name("rgb/0001"), folder_name("rgb: 1")
-    ('rgb__0001', 'rgb_1-9f6a6b83')
+    ('rgb__0001', 'rgb_1-a5448928')
     """
     name = key.replace("/", "__")
     plain = re.sub(r"[^\w.-]+", "_", name)

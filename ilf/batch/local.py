@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Generator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
-from concurrent.futures.process import BrokenProcessPool
+from functools import partial
 
-from ..processes import process_pool
 from ..threads import available_cores
+from .apart import done_apart
 from .frame_record import FrameOutcome
 from .frames import BatchFrame
 from .task import Task, complete_frame, failure, tidy, write_record
@@ -34,13 +32,9 @@ def outcomes_here(task: Task, frames: Sequence[BatchFrame], jobs: int = 1) -> Ou
     IlfError
         As `complete_frame` does: what keeps all frames from being completed.
     """
-    again: list[BatchFrame] = []
-    waiting = deque(frames)
-    while waiting:
-        again += yield from _until_one_dies(task, waiting, jobs)
-    for frame in again:
-        if (yield from _until_one_dies(task, deque([frame]), 1)):
-            yield died(task, frame)
+    work = partial(complete_frame, task, threads=max(available_cores() // jobs, 1))
+    for frame, outcome in done_apart(work, frames, jobs=jobs, tidy=partial(tidy, task)):
+        yield died(task, frame) if outcome is None else outcome
 
 
 def died(task: Task, frame: BatchFrame) -> FrameOutcome:
@@ -53,27 +47,3 @@ def died(task: Task, frame: BatchFrame) -> FrameOutcome:
     )
     write_record(task, frame, record)
     return record.outcome
-
-
-def _until_one_dies(
-    task: Task, waiting: deque[BatchFrame], jobs: int
-) -> Generator[FrameOutcome, None, list[BatchFrame]]:
-    """Take frames until none is waiting, or a process has died; returns those that were under way then."""
-    threads = max(available_cores() // jobs, 1)
-    under_way: dict[Future[FrameOutcome], BatchFrame] = {}
-    try:
-        with process_pool(min(jobs, len(waiting))) as pool:
-            while waiting or under_way:
-                while waiting and len(under_way) < jobs:
-                    under_way[pool.submit(complete_frame, task, waiting[0], threads)] = waiting[0]
-                    waiting.popleft()
-                for future in wait(under_way, return_when=FIRST_COMPLETED).done:
-                    outcome = future.result()
-                    del under_way[future]
-                    yield outcome
-    except BrokenProcessPool:
-        return list(under_way.values())
-    finally:
-        for frame in under_way.values():
-            tidy(task, frame)
-    return []

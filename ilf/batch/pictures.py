@@ -14,6 +14,8 @@ from ..drawing.levels import robust_depth_levels, sample, to_indices
 from ..errors import FormatError, IlfError
 from ..frame import RGBDFrame
 from ..io.atomic import write_bytes
+from ..io.frame_source import FrameSource
+from .apart import done_apart
 from .frames import BatchFrame
 from .settings import Levels
 
@@ -32,13 +34,17 @@ def depth_levels(frames: Sequence[BatchFrame]) -> Levels:
     The same frames give the same levels; those that cannot be read do not count.
     """
     chosen = np.unique(np.linspace(0, len(frames) - 1, _SAMPLED).round().astype(int))
-    found = []
-    for number in chosen.tolist():
-        try:
-            found.append(sample(frames[number].source.load().depth))
-        except IlfError:
-            continue
+    sources = [frames[number].source for number in chosen.tolist()]
+    found = [part for _, part in done_apart(_some_depth, sources) if part is not None]
     return robust_depth_levels(np.concatenate(found)) if found else (0.0, 1.0)
+
+
+def _some_depth(source: FrameSource) -> NDArray[np.floating] | None:
+    """Depth [m] of a frame at places that lie evenly in it; None if it cannot be read."""
+    try:
+        return sample(source.load().depth)
+    except IlfError:
+        return None
 
 
 def write_preview(folder: Path, frame: RGBDFrame, depth: NDArray[np.float32], levels: Levels) -> str:

@@ -8,7 +8,6 @@ import json
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +46,6 @@ class BatchSettings:
     hidden: HiddenTest | None = None
     distrust: str | None = None
 
-    @cached_property
     def facts(self) -> dict[str, Any]:
         """All of it as JSON has it: values, the content of files and networks by SHA-256, and the version.
 
@@ -72,11 +70,6 @@ class BatchSettings:
             }
         )
 
-    @cached_property
-    def sha256(self) -> str:
-        """Tells settings apart, here and on other machines."""
-        return hashlib.sha256(json.dumps(self.facts, sort_keys=True).encode()).hexdigest()
-
     def _networks(self) -> list[str]:
         extraction, parameters = self.recipe.extraction, self.recipe.parameters
         asked = [*asked_networks(extraction.detector, extraction.model)] if self.recipe.blocks is None else []
@@ -84,6 +77,11 @@ class BatchSettings:
             asked += asked_networks(parameters.edges, parameters.model)
             asked += [CORRECTION] if parameters.correction else []
         return sorted(set(asked))
+
+
+def sha256_of(facts: Mapping[str, Any]) -> str:
+    """Tells settings apart, by their facts, here and on other machines."""
+    return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 
 
 def read_settings(folder: Path) -> tuple[dict[str, Any], Levels] | None:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import shutil
 import time
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 
 import cv2
 import numpy as np
 
 from ..confidence import expected_error
-from ..errors import ExportError, IlfError, InputError
+from ..errors import Cancelled, ExportError, IlfError, InputError
 from ..frame import RGBDFrame
 from ..io.files import file_sha256
 from ..io.label_files import read_mask
+from ..io.unfinished import remove, remove_empty
 from ..judgement import judge_hidden
 from ..outcomes import Completion
 from ..run import Run, write
@@ -25,6 +26,7 @@ from .frame_record import (
     FrameOutcome,
     FrameRecord,
     FrameStatus,
+    content_now,
     content_of,
     files_of,
     read_frame_record,
@@ -34,7 +36,7 @@ from .frame_record import (
 )
 from .frames import BatchFrame
 from .pictures import write_preview
-from .settings import BatchSettings, Levels
+from .settings import BatchSettings, Levels, sha256_of
 
 
 @dataclass(frozen=True)
@@ -65,8 +67,12 @@ class Task:
         """What came of a frame that is there already, completed with these settings; None if it is not."""
         folder = self.folder_of(frame)
         record = read_frame_record(folder)
-        done = record is not None and record.settings == self.sha256 and record.is_whole(folder)
-        return record.outcome if done and record is not None and record.is_of(frame.source) else None
+        if record is None or record.settings != self.sha256 or not record.is_whole(folder):
+            return None
+        same = record.is_of(frame.source)
+        if same is None:
+            same = record.content == content_now(frame.source)
+        return record.outcome if same else None
 
 
 def complete_frame(task: Task, frame: BatchFrame, threads: int | None = None) -> FrameOutcome:
@@ -91,17 +97,20 @@ def complete_frame(task: Task, frame: BatchFrame, threads: int | None = None) ->
     done = task.finished(frame)
     if done is not None:
         return done
-    if task.settings.sha256 != task.sha256:
+    if _sha256_here(task.settings) != task.sha256:
         raise InputError(
             "This machine would complete frames otherwise than the one that started the batch: version of the program, "
             "networks or files differ. Install the same on all of them."
         )
     if threads is not None:
         cv2.setNumThreads(threads)
+    tidy(task, frame)
     started = time.perf_counter()
     read: list[RGBDFrame] = []
     try:
         record = _completed(task, frame, threads, read)
+    except Cancelled:
+        raise
     except Exception as error:
         if (done := task.finished(frame)) is not None:  # another process was quicker
             return done
@@ -131,12 +140,19 @@ def failure(task: Task, frame: BatchFrame, message: str, read: RGBDFrame | None 
 
 
 def tidy(task: Task, frame: BatchFrame) -> None:
-    """Take away what a worker that died has left in a frame's folder: no set that is not whole stays."""
+    """Take away what a worker that died, here or on another machine, has left half written in a frame's folder."""
     folder = task.folder_of(frame)
     if folder.is_dir():
         clear_interrupted(folder)
-        if not any(folder.iterdir()):
-            shutil.rmtree(folder, ignore_errors=True)
+        for left in folder.glob(".ilf-*"):
+            remove(left)
+        remove_empty((folder,))
+
+
+@lru_cache(1)
+def _sha256_here(settings: BatchSettings) -> str:
+    """What the settings come to on this machine; found once, for as long as a worker lives."""
+    return sha256_of(settings.facts())
 
 
 def _completed(task: Task, frame: BatchFrame, threads: int | None, read: list[RGBDFrame]) -> FrameRecord:

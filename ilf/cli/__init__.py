@@ -70,20 +70,8 @@ def build_parser() -> Parser:
     )
     parser.add_argument("--version", action="version", version=f"ilf {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for module in (
-        complete,
-        batch,
-        blocks,
-        info,
-        judge,
-        report_page,
-        bench,
-        experiments,
-        sample,
-        models,
-        presets,
-        project,
-    ):
+    often = complete, batch, blocks, info, judge, report_page
+    for module in (*often, bench, experiments, sample, models, presets, project):
         module.add_command(commands)
     return parser
 
