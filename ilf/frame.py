@@ -44,7 +44,9 @@ class FrameInputs:
     """The files of a frame and how they were read: file units per metre, and fx, fy, cx, cy [px] or None.
 
     `encoding` names the depth encoding where no number of units says it; `depth_units` are then those of what it
-    decodes to. `invalid` is the depth file's value that stands for missing, if there is one beside zero.
+    decodes to. `invalid` is the depth file's value that stands for missing, if there is one beside zero. `frame` is the
+    key of a frame of a recording: `rgb` and `depth` are then the recording, with the SHA-256 of the bytes in it that
+    hold the frame's colour and depth.
     """
 
     rgb: InputFile
@@ -54,6 +56,7 @@ class FrameInputs:
     truth: TruthFile | None = None
     encoding: str | None = None
     invalid: float | None = None
+    frame: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +160,8 @@ class RGBDFrame:
         camera, truth = self.inputs.intrinsics, self.inputs.truth
         return {
             "rgb": self.inputs.rgb.path,
-            "depth": self.inputs.depth.path,
+            "depth": self.inputs.depth.path if self.inputs.frame is None else None,
+            **({} if self.inputs.frame is None else {"frame": self.inputs.frame}),
             "depth_units": self.inputs.depth_units if self.inputs.encoding is None else None,
             "intrinsics": None if camera is None else list(camera),
             **({} if self.inputs.encoding is None else {"encoding": self.inputs.encoding}),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -80,12 +81,22 @@ def read_depth(
     InputError, FormatError, ParameterError
         As `read_depth_values` and `encoding_of` do.
     """
-    values = read_depth_values(file)
-    encoding = chosen_encoding(values, file.path, given, stated, invalid)
+    return reading_of(read_depth_values(file), file.path, given, stated, invalid)
+
+
+def reading_of(
+    values: NDArray[Any],
+    path: Path,
+    given: EncodingSpec | None = None,
+    stated: EncodingSpec | None = None,
+    invalid: float | None = None,
+) -> DepthReading:
+    """The same for the values (H, W) of a depth image that came from `path`."""
+    encoding = chosen_encoding(values, path, given, stated, invalid)
     try:
         metres, left_out = decoded(values, encoding)
     except FormatError as error:
-        raise FormatError(f"{file}: {error}") from error
+        raise FormatError(f"{path}: {error}") from error
     spec = stated if given is None else given
     return DepthReading(values, metres, encoding, spec is None, is_name(spec), left_out)
 

@@ -7,23 +7,29 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from .naming import name_by
+import numpy as np
+
+from ..errors import InputError
+from .naming import name_by, name_of_recorded
 
 if TYPE_CHECKING:
     from ..frame import FrameInputs, RGBDFrame
+    from ..registration import RawPair
     from .camera_files import IntrinsicsSpec
     from .depth_reading import DepthReading
     from .encodings import EncodingSpec
     from .frames import FrameFiles
+    from .recorded import ReadFrame
 
 
 @dataclass(frozen=True)
 class FrameSource:
-    """What to open: a folder with meta.json, or a colour file with its depth file.
+    """What to open: a folder with meta.json, a colour file with its depth file, or a frame of a recording.
 
     `depth_units`, `encoding`, `invalid` and `intrinsics` are what `ilf.load_frame` takes. `truth` is the file with
     the true depth, None for that of the folder if it has one, and `truth_units` are its file units per metre. `guide`
-    is the file with the guide, None for that of the folder if it has one.
+    is the file with the guide, None for that of the folder if it has one. `frame` is the key of a frame of a recording,
+    which `rgb` then is, without `depth`.
     """
 
     rgb: str
@@ -35,6 +41,7 @@ class FrameSource:
     guide: str | None = None
     encoding: EncodingSpec | None = None
     invalid: float | None = None
+    frame: str | None = None
 
     @classmethod
     def of(cls, inputs: FrameInputs) -> Self:
@@ -42,24 +49,28 @@ class FrameSource:
         truth = inputs.truth
         return cls(
             inputs.rgb.path,
-            inputs.depth.path,
+            inputs.depth.path if inputs.frame is None else None,
             inputs.depth_units if inputs.encoding is None else None,
             inputs.intrinsics,
             None if truth is None else truth.path,
             None if truth is None else truth.units,
             encoding=inputs.encoding,
             invalid=inputs.invalid,
+            frame=inputs.frame,
         )
 
     @property
     def key(self) -> str:
-        """Tells frames apart: the path of what holds the depth."""
-        return os.path.abspath(self.depth or self.rgb)
+        """Tells frames apart: the path of what holds the depth, with the frame's key in a recording."""
+        path = os.path.abspath(self.depth or self.rgb)
+        return path if self.frame is None else f"{path}#{self.frame}"
 
     @property
     def name(self) -> str:
         """What to call the frame as long as it has not been read."""
         path = Path(self.rgb).absolute()
+        if self.frame is not None:
+            return name_of_recorded(path, self.frame)
         return path.name if self.depth is None else name_by(path)
 
     def absolute(self) -> FrameSource:
@@ -83,24 +94,54 @@ class FrameSource:
             truth=self.truth,
             truth_units=self.truth_units,
             guide=self.guide,
+            frame=self.frame,
             warn=False,
         )
 
+    def load_pair(self) -> RawPair:
+        """Colour and depth as their two cameras have seen them, before any registration; of registered images both
+        cameras are one.
+
+        Raises
+        ------
+        InputError
+            If a camera is not known, or as `ilf.load_frame` does.
+        """
+        from ..registration import Camera, RawPair
+
+        if self.frame is not None:
+            return self._recorded(self.frame).pair()
+        frame = self.load()
+        if frame.intrinsics is None:
+            raise InputError(f"{self.rgb}: the camera's intrinsics are not known. Give them to have the pair as it is.")
+        camera = Camera(frame.intrinsics, (frame.shape[1], frame.shape[0]))
+        return RawPair(frame.rgb, frame.measured, camera, camera, np.eye(4), frame.name, frame.inputs, frame.notes)
+
     def read_depth(self) -> DepthReading:
         """Its depth alone, and what speaks against the way that it is read; of whatever scale."""
-        from .encodings import one_encoding
         from .frames import read_frame_depth
 
-        return read_frame_depth(self.rgb, self.depth, one_encoding(self.encoding, self.depth_units), self.invalid)
+        if self.frame is not None:
+            return self._recorded(self.frame).reading
+        return read_frame_depth(self.rgb, self.depth, self._encoding(), self.invalid)
+
+    def _recorded(self, key: str) -> ReadFrame:
+        from .recorded import read_recorded
+
+        return read_recorded(self.rgb, key, self._encoding(), self.invalid)
+
+    def _encoding(self) -> EncodingSpec | None:
+        from .encodings import one_encoding
+
+        return one_encoding(self.encoding, self.depth_units)
 
     def files(self) -> FrameFiles:
         """Its files, with what is stated of them here or beside them; raises what `frame_folder` does."""
         from .camera_files import intrinsics_from
-        from .encodings import one_encoding
         from .frames import files_of
 
         found = files_of(self.rgb, self.depth, beside=True)
-        spec = one_encoding(self.encoding, self.depth_units)
+        spec = self._encoding()
         return replace(
             found,
             depth_units=None if spec is not None else found.depth_units,

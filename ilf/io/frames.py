@@ -19,6 +19,7 @@ from .files import FileContent, read_file, read_json
 from .guide_files import GUIDE_SUFFIXES, load_guide
 from .images import read_colour
 from .naming import name_by
+from .recorded import read_recorded
 from .truth_files import is_truth, with_truth_file
 
 META_NAME = "meta.json"
@@ -82,16 +83,17 @@ def load_frame(
     truth: str | os.PathLike[str] | None = None,
     truth_units: float | None = None,
     guide: str | os.PathLike[str] | None = None,
+    frame: str | None = None,
     beside: bool = True,
     warn: bool = True,
 ) -> RGBDFrame:
-    """Read a registered RGB-D frame.
+    """Read an RGB-D frame: of registered images, or of a recording, whose depth is registered where it is not.
 
     Parameters
     ----------
     rgb : path-like
         Colour PNG, JPEG or TIFF; or, without `depth`, a folder with meta.json, a colour image `rgb.*` and
-        depth `depth.*`.
+        depth `depth.*`; or, with `frame`, a recording.
     depth : path-like, optional
         Depth as 16-bit PNG, 16-bit or float TIFF, 16-bit PGM, or NPY.
     depth_units : float, optional
@@ -115,6 +117,8 @@ def load_frame(
         integers, 1 if it holds floats.
     guide : path-like, optional
         What something else says of the depth, see `ilf.io.load_guide`. None takes that of the folder, if it has any.
+    frame : str, optional
+        The key of a frame of a recording, see `ilf.open_source`.
     beside : bool
         Whether a meta.json that lies beside two files counts.
     warn : bool
@@ -145,12 +149,44 @@ def load_frame(
     ('room', (480, 640), 0.168, False)
     """
     given = one_encoding(encoding, depth_units)
-    files = files_of(rgb, depth, beside)
-    if depth is None and files.stated_encoding is None and given is None:
-        raise FormatError(
-            f"{Path(rgb) / META_NAME} has no depth_units_per_m and no depth_encoding: add the file units per metre "
-            "(1000 for millimetres) or the encoding's name, or give depth units."
-        )
+    if frame is not None:
+        if depth is not None:
+            raise ParameterError("A frame of a recording has its depth in it: leave the depth file out.")
+        recorded = read_recorded(rgb, frame, given, invalid)
+        camera = intrinsics_from(intrinsics, recorded.stored.rgb.shape[:2])
+        loaded, read = recorded.frame(camera, name), recorded.reading
+        known_guide, known_truth, known_units = None, None, None
+    else:
+        files = files_of(rgb, depth, beside)
+        if depth is None and files.stated_encoding is None and given is None:
+            raise FormatError(
+                f"{Path(rgb) / META_NAME} has no depth_units_per_m and no depth_encoding: add the file units per metre "
+                "(1000 for millimetres) or the encoding's name, or give depth units."
+            )
+        loaded, read = _from_files(files, given, invalid, intrinsics, name)
+        known_guide, known_truth, known_units = files.guide, files.truth, files.truth_units
+    if warn and loaded.inputs is not None:
+        for note in read.warnings:
+            warnings.warn(f"{loaded.inputs.depth.path}: {note}", DepthWarning, stacklevel=2)
+    if (chosen_guide := known_guide if guide is None else guide) is not None:
+        loaded = loaded.with_guide(load_guide(chosen_guide, loaded.shape))
+    chosen = known_truth if truth is None else truth
+    if chosen is None:
+        if truth_units is not None:
+            raise ParameterError("There are units of a truth, but no truth: give its file, too.")
+        return loaded
+    stated = known_units if truth is None else None
+    return with_truth_file(loaded, chosen, stated if truth_units is None else truth_units)
+
+
+def _from_files(
+    files: FrameFiles,
+    given: EncodingSpec | None,
+    invalid: float | None,
+    intrinsics: IntrinsicsSpec | None,
+    name: str | None,
+) -> tuple[RGBDFrame, DepthReading]:
+    """A frame without truth and guide, and how its depth was read."""
     rgb_file, depth_file = read_file(files.rgb), read_file(files.depth)
     colour = read_colour(rgb_file)
     read = _read_depth(files, depth_file, given, invalid)
@@ -185,19 +221,7 @@ def load_frame(
     except InputError as error:
         others = "".join(f" {doubt.text}" for doubt in read.doubts if doubt.encoding is not None)
         raise InputError(f"{files.depth}: {error}{others}") from error
-    if warn:
-        for note in read.warnings:
-            warnings.warn(f"{files.depth}: {note}", DepthWarning, stacklevel=2)
-    known_guide = files.guide if guide is None else guide
-    if known_guide is not None:
-        frame = frame.with_guide(load_guide(known_guide, frame.shape))
-    chosen = files.truth if truth is None else truth
-    if chosen is None:
-        if truth_units is not None:
-            raise ParameterError("There are units of a truth, but no truth: give its file, too.")
-        return frame
-    stated = files.truth_units if truth is None else None
-    return with_truth_file(frame, chosen, stated if truth_units is None else truth_units)
+    return frame, read
 
 
 def read_frame_depth(rgb: str, depth: str | None, given: EncodingSpec | None, invalid: float | None) -> DepthReading:

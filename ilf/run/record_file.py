@@ -143,6 +143,7 @@ def parsed_inputs(inputs: Section) -> FrameInputs:
         _parsed_truth(inputs),
         encoding,
         inputs.get("invalid", float) if "invalid" in inputs.values else None,
+        inputs.get("frame", str) if "frame" in inputs.values else None,
     )
 
 
