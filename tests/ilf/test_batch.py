@@ -43,7 +43,7 @@ from ilf.io.frame_source import FrameSource
 from ilf.judgement import HiddenTest
 from ilf.run import ExportOptions, Recipe
 
-from .batch_frames import Deadly, write_frames
+from .batch_frames import Deadly, contents, write_frames
 
 QUICK = Recipe(ilf.preset(max_iterations=5, correction=False), ilf.BlockParameters(detector="canny", min_size=20))
 SETTINGS = BatchSettings(QUICK, ExportOptions(cloud=None))
@@ -85,25 +85,6 @@ def in_this_process(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 def frames_in(folder: Path) -> list[BatchFrame]:
     return frames_of_sources([ilf.open_source(folder)])
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    """All files of a batch, without what tells of time."""
-    found = {}
-    for path in sorted(folder.rglob("*")):
-        if path.is_file():
-            content = path.read_bytes()
-            if path.name == "frame.json":
-                data = json.loads(content)
-                data["outcome"]["seconds"] = None
-                content = json.dumps(data).encode()
-            if path.name == "manifest.csv":
-                content = b"".join(
-                    ",".join({**row, "seconds": ""}.values()).encode()
-                    for row in csv.DictReader(content.decode().splitlines())
-                )
-            found[path.relative_to(folder).as_posix()] = content
-    return found
 
 
 def exit_status(command: list[str]) -> object:
