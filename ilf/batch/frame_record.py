@@ -63,6 +63,8 @@ class FrameOutcome:
         Of the filled pixels' expected errors, half and 90 % are at most so large [m].
     hidden_mae, hidden_rmse : float or None
         Errors [m] on known depth that was hidden, where the batch was asked for it.
+    truth_mae, truth_rmse : float or None
+        Errors [m] of the filled depth against the frame's truth, where it has one.
     """
 
     frame: str
@@ -80,6 +82,8 @@ class FrameOutcome:
     expected_error_p90: float | None = None
     hidden_mae: float | None = None
     hidden_rmse: float | None = None
+    truth_mae: float | None = None
+    truth_rmse: float | None = None
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,9 @@ import os
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from ..errors import InputError
 from ..io.frame_source import FrameSource
@@ -106,6 +107,39 @@ def folder_name(key: str) -> str:
 
 def _told_apart(name: str, key: str) -> str:
     return f"{name[:_LONGEST_NAME]}-{hashlib.sha256(key.encode()).hexdigest()[:8]}"
+
+
+def with_files(frames: Sequence[BatchFrame], kind: str, folder: str | os.PathLike[str]) -> list[BatchFrame]:
+    """The same frames with a file each from a folder, found by the frame's name or key.
+
+    Parameters
+    ----------
+    frames : sequence of BatchFrame
+    kind : str
+        What the files are: "guide" or "truth".
+    folder : path-like
+        Its files are called as the frames are, or as their folders: 0001.png or rgb__0001.png for rgb/0001.
+
+    Raises
+    ------
+    InputError
+        If there is no such folder, or a frame has no file in it.
+    """
+    try:
+        files = {path.stem: str(path.absolute()) for path in sorted(Path(folder).iterdir()) if path.is_file()}
+    except OSError as error:
+        raise InputError(
+            f"{folder}: cannot be read ({error.strerror}). Name a folder with a file for each frame."
+        ) from error
+    found = []
+    for frame in frames:
+        names = frame.folder, frame.source.name, frame.key.rpartition("/")[2]
+        path = next((files[name] for name in names if name in files), None)
+        if path is None:
+            raise InputError(f"{folder} has no file for {frame.key}: it would be called {names[0]} or {names[-1]}.")
+        beside: dict[str, Any] = {kind: path}
+        found.append(replace(frame, source=replace(frame.source, **beside)))
+    return found
 
 
 def selected(

@@ -20,6 +20,8 @@ _UNITS = {
     "expected_error_p90": "expected_error_p90_m",
     "hidden_mae": "hidden_mae_m",
     "hidden_rmse": "hidden_rmse_m",
+    "truth_mae": "truth_mae_m",
+    "truth_rmse": "truth_rmse_m",
 }
 
 MANIFEST_COLUMNS = tuple(_UNITS.get(field.name, field.name) for field in dataclasses.fields(FrameOutcome))

@@ -16,7 +16,7 @@ from ..frame import RGBDFrame
 from ..io.files import file_sha256
 from ..io.label_files import read_mask
 from ..io.unfinished import remove, remove_empty
-from ..judgement import judge_hidden
+from ..judgement import Judgement, judge_completion, judge_hidden
 from ..outcomes import Completion
 from ..run import Run, write
 from ..run.options import RECORD_FILE
@@ -195,7 +195,8 @@ def _measured(task: Task, frame: BatchFrame, run: Run, completion: Completion, t
     error = expected_error(run.frame, completion)
     errors = error[np.isfinite(error)]
     hidden = task.settings.hidden
-    whole = None if hidden is None else judge_hidden(run, hidden, threads=threads).whole
+    whole = Judgement() if hidden is None else judge_hidden(run, hidden, threads=threads).whole
+    truth = Judgement() if run.frame.truth is None else judge_completion(run.frame, completion)
     return FrameOutcome(
         frame=frame.key,
         folder=frame.folder,
@@ -208,11 +209,13 @@ def _measured(task: Task, frame: BatchFrame, run: Run, completion: Completion, t
         outside_view=0 if outside is None else int(np.count_nonzero(outside & missing)),
         expected_error_median=_rounded(np.median(errors)) if errors.size else None,
         expected_error_p90=_rounded(np.quantile(errors, 0.9)) if errors.size else None,
-        hidden_mae=None if whole is None or not whole.pixels else _rounded(whole.mae),
-        hidden_rmse=None if whole is None or not whole.pixels else _rounded(whole.rmse),
+        hidden_mae=_rounded(whole.mae),
+        hidden_rmse=_rounded(whole.rmse),
+        truth_mae=_rounded(truth.mae),
+        truth_rmse=_rounded(truth.rmse),
     )
 
 
-def _rounded(metres: float | np.floating) -> float:
-    """To a micrometre."""
-    return round(float(metres), 6)
+def _rounded(metres: float | np.floating) -> float | None:
+    """To a micrometre; None for NaN."""
+    return None if np.isnan(metres) else round(float(metres), 6)

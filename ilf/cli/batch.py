@@ -8,10 +8,11 @@ import sys
 import time
 from collections.abc import Sequence
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 from ..batch import Batch, BatchFrame, BatchSettings, FrameOutcome, FrameStatus, frames_of_sources, open_batch
-from ..batch.frames import selected, shard_of
+from ..batch.frames import selected, shard_of, with_files
 from ..batch.sequence import write_contact_sheet, write_video
 from ..errors import IlfError
 from ..judgement import HIDDEN_PATTERNS, HiddenTest
@@ -85,6 +86,12 @@ def add_command(commands: Commands) -> None:
     )
     add_reading(parser.add_argument_group("reading the frames"))
     add_distrusted(parser)
+    beside = parser.add_argument_group("beside the frames, in a folder with a file for each, called as the frame is")
+    beside.add_argument(
+        "--guide", metavar="DIR", help="depth or inverse depth from elsewhere (default: guide.* of a frame)"
+    )
+    beside.add_argument("--truth", metavar="DIR", help="true depth, to judge the results by (default: gt.* of a frame)")
+    beside.add_argument("--truth-units", type=float, metavar="N", help="its units per metre")
     add_preset(parser)
     add_given_blocks(parser, "--blocks", "--labels")
     add_drawn(parser)
@@ -174,7 +181,13 @@ def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
     sources = [open_source(path, **reading_of(arguments), max_gap=max_gap_of(arguments)) for path in arguments.sources]
     warn(note for source in sources for note in source.notes)
     first, end = arguments.frames
-    return selected(frames_of_sources(sources, arguments.out), first=first, end=end, every=arguments.every)
+    frames = selected(frames_of_sources(sources, arguments.out), first=first, end=end, every=arguments.every)
+    for kind in ("guide", "truth"):
+        if (folder := getattr(arguments, kind)) is not None:
+            frames = with_files(frames, kind, folder)
+    if arguments.truth_units is None:
+        return frames
+    return [replace(frame, source=replace(frame.source, truth_units=arguments.truth_units)) for frame in frames]
 
 
 def _complete(batch: Batch, arguments: argparse.Namespace, done: list[FrameOutcome]) -> None:

@@ -337,3 +337,17 @@ def test_settings_hold_what_their_files_do(source, tmp_path):
     cv2.imwrite(str(mask), np.full((24, 32), 255, np.uint8))
     assert before != settings.facts()
     assert before["hidden"] == {"pattern": "areas", "seeds": [0]}
+
+
+def test_frames_have_guides_and_truths_by_their_names(source, tmp_path, in_this_process, capsys):
+    (tmp_path / "truth").mkdir()
+    for number in range(2):
+        depth = cv2.imread(str(source / "depth" / f"{number:04}.png"), cv2.IMREAD_UNCHANGED)
+        cv2.imwrite(str(tmp_path / "truth" / f"{number:04}.png"), np.where(depth > 0, depth, 2000).astype(np.uint16))
+    beside = ["--truth", str(tmp_path / "truth"), "--guide", str(tmp_path / "truth")]
+    command = ["batch", str(source), "--out", str(tmp_path / "out"), "--quiet", *beside, *FLAGS]
+    assert main(command) == 1
+    assert "no file for rgb/0002: it would be called rgb__0002 or 0002" in capsys.readouterr().err
+    assert main([*command, "--frames", ":2"]) == 0
+    assert all(0 < float(row["truth_mae_m"]) <= float(row["truth_rmse_m"]) for row in manifest(tmp_path / "out"))
+    assert (tmp_path / "out" / "rgb__0001" / "guide_used.npy").exists()
