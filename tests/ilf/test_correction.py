@@ -57,11 +57,15 @@ def test_changes_spread_as_the_least_sum_says(shape: tuple[int, int]) -> None:
 
 def test_a_pixel_takes_a_mean_of_the_cells_around_it() -> None:
     cells = RNG.normal(size=(3, 4)).astype(np.float32)
-    weights = RNG.uniform(size=(9, 3 * CELL, 4 * CELL)).astype(np.float32)
-    found = _weighted(cells, weights)
-    for row, column in ((0, 0), (5, 9), (11, 15)):
+    logits = RNG.normal(0, 3, size=(36, 3 * CELL // 2, 4 * CELL // 2)).astype(np.float32)
+    found = _weighted(cells, logits)
+    assert found.shape == (3 * CELL, 4 * CELL)
+    for row, column in ((0, 0), (5, 9), (11, 14)):
         around = np.pad(cells, 1, mode="edge")[row // CELL : row // CELL + 3, column // CELL : column // CELL + 3]
-        assert found[row, column] == pytest.approx(float((around.ravel() * weights[:, row, column]).sum()), rel=1e-5)
+        weights = np.exp(logits[2 * (row % 2) + column % 2 :: 4, row // 2, column // 2])
+        assert found[row, column] == pytest.approx(float((around.ravel() * weights).sum() / weights.sum()), rel=1e-4)
+    huge = _weighted(cells, 1e4 * logits)
+    assert np.isfinite(huge).all()
 
 
 def test_small_changes_specks_and_the_grid_of_cells_go_and_edges_stay() -> None:
