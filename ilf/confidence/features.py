@@ -153,23 +153,22 @@ def features_at(
     z, distance_there = there(dense), there(distance)
     logarithm, usual_width = np.log(z), np.float32(_WIDTH / max(known.shape))
     jump = np.log(np.abs(z - there(nearest)) / z + FLOOR) - np.log(_LARGE_JUMP)
-    return np.column_stack(
-        [
-            logarithm,
-            np.log(there(gap) * usual_width),
-            np.log(_bend(known_depth, distance_there, places) / z + FLOOR),
-            np.minimum(jump, 0) * distance_there**-_FADING,
-            np.maximum(jump, 0),
-            np.log(there(range_around) / z + FLOOR),
-            np.log(there(walks.spread) + _LEAST_SHARE),
-            np.log(np.abs(logarithm - there(walks.depth)) + _LEAST_SHARE),
-            np.log(there(walks.steps) + _LEAST_STEPS),
-            np.log(there(walks.aside) * usual_width + _LEAST_ASIDE),
-            there(edges),
-            there(near),
-            there(around),
-        ]
-    ).astype(np.float32)
+    columns = [
+        logarithm,
+        np.log(there(gap) * usual_width),
+        np.log(_bend(known_depth, distance_there, places) / z + FLOOR),
+        np.minimum(jump, 0) * distance_there**-_FADING,
+        np.maximum(jump, 0),
+        np.log(there(range_around) / z + FLOOR),
+        np.log(there(walks.spread) + _LEAST_SHARE),
+        np.log(np.abs(logarithm - there(walks.depth)) + _LEAST_SHARE),
+        np.log(there(walks.steps) + _LEAST_STEPS),
+        np.log(there(walks.aside) * usual_width + _LEAST_ASIDE),
+        there(edges),
+        there(near),
+        there(around),
+    ]
+    return np.stack(columns, dtype=np.float32).T  # a law looks at them column by column
 
 
 def _bend(depth: Array, distance: Array, places: NDArray[np.intp]) -> Array:

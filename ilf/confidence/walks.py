@@ -54,7 +54,7 @@ def walk(depth: Array, edges: Array) -> Walks:
         cell *= 2
     known = np.isfinite(depth)
     logarithm = np.log(depth, where=known, out=np.zeros_like(depth))
-    middle = np.float32(np.median(logarithm[known]))
+    middle = np.float32(logarithm.sum(dtype=np.float64) / np.count_nonzero(known))
     logarithm = np.where(known, logarithm - middle, np.float32(0))
     counts = _sums(known.astype(np.float32), cell)
     mean, square = (_sums(values, cell) / np.maximum(counts, 1) for values in (logarithm, logarithm * logarithm))

@@ -83,11 +83,11 @@ class CorrectionNetwork(OnnxNetwork):
 
     def _look(self, rgb: NDArray[np.uint8], depth: Array, completed: Array, contours: Array) -> Array:
         image, window = reflected(rgb, MULTIPLE)
-        features, _ = reflected(np.moveaxis(correction_features(depth, completed, contours)[0], 0, 2), MULTIPLE)
+        features, _ = correction_features(depth, completed, contours)
         size = image.shape[:2]
-        inputs = {"image": cv2.dnn.blobFromImage(image, 1 / 255), "features": np.moveaxis(features, 2, 0)[None]}
+        whole = np.stack([reflected(channel, MULTIPLE)[0] for channel in features])
         try:
-            outputs = self._forward({name: np.ascontiguousarray(one) for name, one in inputs.items()})
+            outputs = self._forward({"image": cv2.dnn.blobFromImage(image, 1 / 255), "features": whole[None]})
         except cv2.error as error:
             raise FormatError(
                 f"{self.path.name} is no correction network: it does not take an image of {size} and its depth."
