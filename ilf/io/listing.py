@@ -11,6 +11,7 @@ from ..errors import FormatError, InputError, ParameterError
 from ..number_words import counted
 from .bop import CAMERA_FILE
 from .camera_files import IntrinsicsSpec
+from .confidence_files import checked_least
 from .datasets import (
     SEVEN_SCENES_NOTE,
     bop_frames,
@@ -71,6 +72,7 @@ def list_frames(
     encoding: EncodingSpec | None = None,
     invalid: float | None = None,
     intrinsics: IntrinsicsSpec | None = None,
+    min_confidence: float | None = None,
     max_gap: float = MOST_APART_S,
     topics: Topics | None = None,
 ) -> Listing:
@@ -88,6 +90,8 @@ def list_frames(
         How the depth of all frames is read, as for `ilf.load_frame`. None takes what is known of each.
     intrinsics : optional
         Of all frames; anything that `ilf.io.intrinsics_from` takes.
+    min_confidence : float, optional
+        As for `ilf.load_frame`.
     max_gap : float
         How far apart in time [s] colour and depth of one frame may be, where they are matched by time.
     topics : tuple of str, optional
@@ -112,7 +116,12 @@ def list_frames(
     one_encoding(encoding, depth_units)
     if not max_gap >= 0:
         raise ParameterError(f"The largest gap in time must be 0 s or more, not {max_gap!r:.60}.")
-    how = FrameSource("", None, depth_units, intrinsics, encoding=encoding, invalid=invalid)
+    how = FrameSource(
+        *("", None, depth_units, intrinsics),
+        encoding=encoding,
+        invalid=invalid,
+        min_confidence=None if min_confidence is None else checked_least(min_confidence),
+    )
     if is_recording(root):
         return _recorded(root, how, max_gap, topics)
     if topics is not None:

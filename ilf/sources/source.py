@@ -183,6 +183,7 @@ def open_source(
     encoding: EncodingSpec | None = None,
     invalid: float | None = None,
     intrinsics: IntrinsicsSpec | None = None,
+    min_confidence: float | None = None,
     max_gap: float = MOST_APART_S,
     topics: Topics | None = None,
 ) -> Source:
@@ -196,9 +197,9 @@ def open_source(
     ----------
     path : path-like
         See `ilf.io.list_frames`.
-    depth_units, encoding, invalid, intrinsics : optional
-        How depth is read and which camera has seen it, as for `ilf.load_frame`, for all frames. None takes what the
-        layout of the source says.
+    depth_units, encoding, invalid, intrinsics, min_confidence : optional
+        How depth is read, which camera has seen it, and how sure it must be, as for `ilf.load_frame`, for all frames.
+        None takes what the layout of the source says.
     max_gap : float
         How far apart in time [s] colour and depth of one frame may be, where they are matched by time. Each is used
         once.
@@ -213,7 +214,8 @@ def open_source(
     FormatError
         If its lists or calibrations are damaged.
     ParameterError
-        If there are both units and an encoding, `max_gap` is no length of time, or there are `topics` of what has none.
+        If there are both units and an encoding, the least confidence is no number, `max_gap` is no length of time, or
+        there are `topics` of what has none.
 
     Examples
     --------
@@ -228,6 +230,7 @@ def open_source(
         encoding=encoding,
         invalid=invalid,
         intrinsics=intrinsics,
+        min_confidence=min_confidence,
         max_gap=max_gap,
         topics=topics,
     )
