@@ -19,10 +19,12 @@ from ..io import META_NAME, coarser_units, write_depth, write_expected_error, wr
 from ..io.atomic import write_bytes
 from ..io.files import file_sha256, read_json
 from ..io.guide_files import write_guide
+from ..io.images import encode_image
 from ..outcomes import Completion
 from ..stopping import check_stopped
 from .curve_files import write_curves
 from .options import (
+    COLOUR_FILE,
     CURVES_FILE,
     DEPTH_FILES,
     DISTRUSTED_FILE,
@@ -70,7 +72,7 @@ def filenames(run: Run, options: ExportOptions) -> tuple[str, ...]:
     if run.frame.guide is not None:
         names.append(GUIDE_FILE)
     if run.frame.inputs is not None and options.depth_formats:
-        names.append(META_NAME)
+        names += [COLOUR_FILE, META_NAME] if run.frame.inputs.frame is not None else [META_NAME]
     if options.run_record:
         names.append(RECORD_FILE)
     return tuple(names)
@@ -127,6 +129,9 @@ def write(
     names = filenames(run, chosen)
     with staging(target) as staged:
         notes = _write_results(staged, run, completion, chosen)
+        if COLOUR_FILE in names:
+            # the encoder takes colours with blue first
+            write_bytes(staged / COLOUR_FILE, encode_image(".png", run.frame.rgb[..., ::-1]))
         if META_NAME in names and run.frame.inputs is not None:
             write_bytes(staged / META_NAME, _meta(run.frame, run.frame.inputs, chosen))
         if chosen.run_record:
@@ -257,7 +262,7 @@ def _meta(frame: RGBDFrame, inputs: FrameInputs, options: ExportOptions) -> byte
         "program": PROGRAM,
         "name": f"{frame.name}-completed",
         "size": [frame.shape[1], frame.shape[0]],
-        "rgb": inputs.rgb.path,
+        "rgb": inputs.rgb.path if inputs.frame is None else COLOUR_FILE,
         "depth": DEPTH_FILES[depth_format],
         "depth_units_per_m": options.depth_units if depth_format == "png" else 1.0,
         "K": None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy],
