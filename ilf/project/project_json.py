@@ -257,6 +257,7 @@ def _source(source: FrameSource) -> dict[str, Any]:
         "guide": source.guide,
         **({} if source.encoding is None else {"encoding": source.encoding}),
         **({} if source.invalid is None else {"invalid": source.invalid}),
+        **({} if source.frame is None else {"frame": source.frame}),
     }
 
 
@@ -277,6 +278,7 @@ def _source_from(data: Section) -> FrameSource:
         data.get("guide", str, type(None)) if "guide" in data.values else None,
         data.get("encoding", str, float) if "encoding" in data.values else None,
         data.get("invalid", float) if "invalid" in data.values else None,
+        data.get("frame", str) if "frame" in data.values else None,
     )
 
 

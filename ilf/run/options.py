@@ -13,6 +13,7 @@ from ..io.columns import UNITS_PER_METRE
 LABELS_FILE, CURVES_FILE, RECORD_FILE = "blocks.png", "curves.csv", "run.json"
 GUESSED_FILE, DISTRUSTED_FILE, DRAWN_FILE = "guessed.png", "distrusted.png", "drawn.png"
 GUIDE_FILE = "guide_used.npy"
+COLOUR_FILE = "rgb.png"
 
 DEPTH_FILES = {"png": "depth.png", "tiff": "depth.tiff", "npy": "depth.npy"}
 """Depth format -> file name. PNG is 16 bit in `depth_units`; TIFF and NPY are float32 metres."""
