@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..io import frame_folder
+from ..io.recordings import is_recording
 from ..outcomes import Completion
 from ..parameters import DEFAULT_PRESET, PRESETS, Parameters
 from ..run import ExportOptions, Recipe, Replay, Run, check_write, output_folder_name, replay, write
@@ -131,7 +132,7 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
     also = [
         f"--{name.replace('_', '-')}"
         for name in (
-            *("frame", "max_gap", "preset", "blocks", "drawn", "distrust", "guide", "truth", "truth_units"),
+            *("frame", "max_gap", "topics", "preset", "blocks", "drawn", "distrust", "guide", "truth", "truth_units"),
             *("depth_encoding", "depth_units", "invalid", "intrinsics", "min_confidence"),
             *("depth_formats", "png_units"),
         )
@@ -149,7 +150,9 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
 
 
 def _present_files(inputs: list[str]) -> tuple[str | Path, ...]:
-    """Where a recorded run's colour and depth are now, if that is said."""
+    """Where a recorded run's colour and depth, or its recording, are now, if that is said."""
+    if len(inputs) == 1 and is_recording(inputs[0]):
+        return tuple(inputs)
     if len(inputs) == 1:
         files = frame_folder(inputs[0])
         return files.rgb, files.depth

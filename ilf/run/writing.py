@@ -89,7 +89,8 @@ def write(
     """Write the chosen files into a folder: all of them, or none.
 
     `run.json` comes last and holds the SHA-256 of the others: without it, or with other files, the set is not whole.
-    `meta.json` makes the folder a frame that can be opened again, with the completed depth.
+    `meta.json` makes the folder a frame that can be opened again, with the completed depth; the colour of a frame of a
+    recording is written, too, for that.
 
     Parameters
     ----------
