@@ -3,6 +3,7 @@
 from .checks import missing_or_changed
 from .effect import Effect, edit_effect
 from .key_frames import KeyFrames
+from .nerfstudio import depth_weight, write_nerfstudio
 from .options import ExportOptions, output_folder_name
 from .record import RunRecord, make_record
 from .record_file import read_record
@@ -22,6 +23,7 @@ __all__ = [
     "Written",
     "check_not_an_input",
     "check_write",
+    "depth_weight",
     "edit_effect",
     "filenames",
     "make_record",
@@ -30,4 +32,5 @@ __all__ = [
     "read_record",
     "replay",
     "write",
+    "write_nerfstudio",
 ]

@@ -20,8 +20,13 @@ from .scannet import ScanNet
 from .stray_scanner import StrayScanner
 
 KINDS: tuple[type[Recording], ...] = (
-    *(RosBag, AzureKinect, Record3D, ScanNet, NyuLabelledFrames),
-    *(StrayScanner, ARKitScenes),
+    RosBag,
+    AzureKinect,
+    Record3D,
+    ScanNet,
+    NyuLabelledFrames,
+    StrayScanner,
+    ARKitScenes,
 )
 """All kinds, in the order in which they are tried."""
 
