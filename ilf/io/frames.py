@@ -31,7 +31,8 @@ from .truth_files import is_truth, with_truth_file
 
 META_NAME = "meta.json"
 COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
-DEPTH_FILE_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy", ".npz", ".exr", ".pfm", COLMAP_SUFFIX)
+USUAL_DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy")
+DEPTH_FILE_SUFFIXES = (*USUAL_DEPTH_SUFFIXES, ".npz", ".exr", ".pfm", COLMAP_SUFFIX)
 
 
 @dataclass(frozen=True)
