@@ -58,6 +58,12 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
         metavar="KEY",
         help="frame of a folder of frames or a data set, one of those that `ilf info` tells of",
     )
+    add_max_gap(parser)
+    add_reading(parser.add_argument_group("reading the frame"))
+
+
+def add_max_gap(parser: argparse._ActionsContainer) -> None:
+    """Add the argument that says how far apart in time colour and depth may be; see `max_gap_of`."""
     parser.add_argument(
         "--max-gap",
         type=float,
@@ -65,7 +71,11 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
         help="how many seconds apart colour and depth of a frame may be, where a folder or a data set matches them by "
         f"time (default: {MOST_APART_S:g})",
     )
-    add_reading(parser.add_argument_group("reading the frame"))
+
+
+def max_gap_of(arguments: argparse.Namespace) -> float:
+    """The largest gap that `add_max_gap` asked for [s]."""
+    return MOST_APART_S if arguments.max_gap is None else float(arguments.max_gap)
 
 
 def add_reading(reading: argparse._ArgumentGroup) -> None:
@@ -109,6 +119,16 @@ def add_distrusted(parser: argparse.ArgumentParser) -> None:
         metavar="MASK.png",
         help="mask of measured depth that is wrong (behind glass, flying pixels, glare) and counts as missing: an "
         "image of the frame's size with one channel, not 0 where depth is distrusted",
+    )
+
+
+def add_drawn(parser: argparse.ArgumentParser) -> None:
+    """Add the argument that says which borders of blocks were drawn by hand."""
+    parser.add_argument(
+        "--drawn",
+        metavar="MASK.png",
+        help="mask of the blocks' pixels whose border was drawn by hand, which no depth gets across: an image of the "
+        "frame's size with one channel, not 0 there",
     )
 
 
@@ -205,8 +225,7 @@ def source_from(arguments: argparse.Namespace) -> Source:
     """The folder of frames or data set that the arguments name; what there is to say of it is told."""
     if len(arguments.inputs) != 1:
         raise UsageError(f"Name one folder of frames or data set; these are {len(arguments.inputs)} paths.")
-    max_gap = MOST_APART_S if arguments.max_gap is None else arguments.max_gap
-    source = open_source(arguments.inputs[0], **reading_of(arguments), max_gap=max_gap)
+    source = open_source(arguments.inputs[0], **reading_of(arguments), max_gap=max_gap_of(arguments))
     warn(source.notes)
     return source
 

@@ -5,6 +5,7 @@ from .effect import Effect, edit_effect
 from .key_frames import KeyFrames
 from .nerfstudio import depth_weight, write_nerfstudio
 from .options import ExportOptions, output_folder_name
+from .recipe import Recipe
 from .record import RunRecord, make_record
 from .record_file import read_record
 from .replaying import Replay, replay
@@ -16,6 +17,7 @@ __all__ = [
     "Effect",
     "ExportOptions",
     "KeyFrames",
+    "Recipe",
     "Replay",
     "Run",
     "RunRecord",

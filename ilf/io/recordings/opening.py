@@ -13,6 +13,7 @@ from ...errors import FormatError, InputError
 from .arkit_scenes import ARKitScenes
 from .azure_kinect import AzureKinect
 from .nyu import NyuLabelledFrames
+from .nyu_raw import NyuRawFolder
 from .record3d import Record3D
 from .recording import Recording
 from .ros import RosBag
@@ -27,6 +28,7 @@ KINDS: tuple[type[Recording], ...] = (
     NyuLabelledFrames,
     StrayScanner,
     ARKitScenes,
+    NyuRawFolder,
 )
 """All kinds, in the order in which they are tried."""
 
