@@ -41,7 +41,11 @@ _CLOUD_FORMATS = {
     "XYZRGB": "xyzrgb",
 }
 _MESH_FORMATS = {"GLB, for viewers and browsers": "glb", "PLY, with all that is known": "ply", "OBJ, text": "obj"}
-_AXES = {"Camera: x right, y down, z forward": "camera", "Y up: x right, y up, z backward": "y-up"}
+_AXES = {
+    "Camera: x right, y down, z forward": "camera",
+    "Y up: x right, y up, z backward": "y-up",
+    "World: where the frame's pose puts it": "world",
+}
 _CLOUD_UNITS = {"Metres": "m", "Millimetres": "mm"}
 
 
@@ -106,7 +110,7 @@ class ExportDialog(QDialog):
         self.normals.setToolTip("Which way the surface faces at every point; XYZ has no place for it")
         self.drop_flying = QCheckBox("Without points in mid-air")
         self.drop_flying.setToolTip("Leave out points between two surfaces, on none of them; the depth files keep them")
-        self.axes.addItems(list(_AXES))
+        self.axes.addItems([text for text, axes in _AXES.items() if axes != "world" or run.frame.pose is not None])
         self.cloud_unit.addItems(list(_CLOUD_UNITS))
         self.labels = QCheckBox("Blocks as label map (blocks.png)")
         self.curves = QCheckBox("Convergence curves (curves.csv)")

@@ -268,5 +268,6 @@ def _meta(frame: RGBDFrame, inputs: FrameInputs, options: ExportOptions) -> byte
         "depth_units_per_m": options.depth_units if depth_format == "png" else 1.0,
         "K": None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy],
         "run": RECORD_FILE if options.run_record else None,
+        **({} if frame.pose is None else {"pose": frame.pose.tolist()}),
     }
     return f"{json.dumps(meta, indent=2)}\n".encode()
