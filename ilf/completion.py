@@ -21,6 +21,7 @@ from .frame import RGBDFrame
 from .guide import Guide
 from .outcomes import NO_BLOCK, BlockOutcome, BlockResult, Completion, Progress, Status, compose, notes_of
 from .parameters import BlockParameters, Parameters
+from .stopping import check_stopped
 from .threads import Steps, available_cores, one_by_one, side_by_side
 
 ParameterChoice = Parameters | Mapping[int, Parameters]
@@ -103,6 +104,7 @@ class CompletionRun(Iterator[Progress]):
         return notes_of(self.results)
 
     def __next__(self) -> Progress:
+        check_stopped()
         progress = next(self._steps)
         if progress.result is not None:
             self.results[progress.label] = progress.result
@@ -371,6 +373,7 @@ def _correction_steps(
     if edges is None or edges.network is None:
         return None, ("Depth is not corrected: the network that does so needs those of the edge network.",)
     labels = extract(frame, chosen).blocks
+    check_stopped()
     results = _same_blocks(find_blocks(labels), ready)
     rest = set(np.unique(labels[labels > 0]).tolist()) - set(results)
     with CompletionRun(frame, labels, UNCORRECTED, rest, threads, chosen) as run:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import platform
 import time
 import traceback
+from contextlib import suppress
 from pathlib import Path
+from typing import TextIO
 
 import platformdirs
 
@@ -34,21 +37,34 @@ def note_fault(error: BaseException) -> str:
     str
         One line for the user: what it was, and where to read more.
     """
+    said = " ".join(str(error).split())
     if isinstance(error, MemoryError):
-        return "Memory has run out. Close other programs, or take a smaller frame."
-    what = " ".join(f"{type(error).__name__}: {error}".split())
+        return f"Memory has run out{f' ({said:.200})' if said else ''}. Close other programs, or take a smaller frame."
+    what = f"{type(error).__name__}: {said}"
     try:
-        return f"An error that is a fault of the program ({what:.200}). To report it, add {_written(error)}"
+        with _opened() as file:
+            file.write(f"{_head()}\n{''.join(traceback.format_exception(error))}\n")
     except OSError as unwritable:
         return f"An error that is a fault of the program ({what:.200}); its log could not be written ({unwritable})."
+    return f"An error that is a fault of the program ({what:.200}). To report it, add {fault_log()}"
 
 
-def _written(error: BaseException) -> Path:
+def note_crashes() -> None:
+    """Have a crash of native code write down there where all threads were; if something else looks after crashes, or
+    the log cannot be written, nothing is done."""
+    if not faulthandler.is_enabled():
+        with suppress(OSError):
+            faulthandler.enable(_opened())
+
+
+def _head() -> str:
+    now = time.strftime("%Y-%m-%d %H:%M:%S")
+    return f"{now} ILF Studio {__version__}, Python {platform.python_version()}, {platform.platform()}"
+
+
+def _opened() -> TextIO:
     path = fault_log()
     path.parent.mkdir(parents=True, exist_ok=True)
     if path.exists() and path.stat().st_size > _LARGEST:
         os.replace(path, path.with_name(f"{path.name}.1"))
-    head = f"{time.strftime('%Y-%m-%d %H:%M:%S')} ILF Studio {__version__}, Python {platform.python_version()}, "
-    with open(path, "a", encoding="utf-8", errors="backslashreplace") as file:
-        file.write(f"{head}{platform.platform()}\n{''.join(traceback.format_exception(error))}\n")
-    return path
+    return open(path, "a", encoding="utf-8", errors="backslashreplace")

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..errors import ExportError
+from ..stopping import check_stopped
 from .unfinished import moving, unfinished
 
 _WAYS_OUT = {
@@ -79,4 +80,5 @@ def write_parts(target: str | os.PathLike[str], parts: Iterable[bytes]) -> None:
     """The same of a file that comes in parts, one after the other, and is never held as a whole."""
     with atomic_path(target) as temporary, open(temporary, "wb") as file:
         for part in parts:
+            check_stopped()
             file.write(part)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import threading
 from collections.abc import Iterator
@@ -68,5 +69,5 @@ def remove(path: Path) -> None:
 def remove_empty(folders: tuple[Path, ...]) -> None:
     """Take those folders away that are there and empty, one after the other."""
     for folder in folders:
-        if folder.is_dir() and not any(folder.iterdir()):
+        if os.path.isdir(folder) and not any(folder.iterdir()):
             folder.rmdir()

@@ -20,6 +20,7 @@ from ..io.atomic import write_bytes
 from ..io.files import file_sha256, read_json
 from ..io.guide_files import write_guide
 from ..outcomes import Completion
+from ..stopping import check_stopped
 from .curve_files import write_curves
 from .options import (
     CURVES_FILE,
@@ -128,7 +129,7 @@ def write(
         if META_NAME in names and run.frame.inputs is not None:
             write_bytes(staged / META_NAME, _meta(run.frame, run.frame.inputs, chosen))
         if chosen.run_record:
-            outputs = {name: file_sha256(staged / name) for name in names if name != RECORD_FILE}
+            outputs = {name: _sealed(staged / name) for name in names if name != RECORD_FILE}
             record = dataclasses.replace(make_record(run, completion, chosen), outputs=outputs)
             write_bytes(staged / RECORD_FILE, to_json(record))
             if run.edited and not chosen.labels:
@@ -230,6 +231,12 @@ def _masks(run: Run) -> dict[str, NDArray[np.bool_]]:
     """File name -> what the run was made with beside files and blocks, and cannot be made again without."""
     masks = {DISTRUSTED_FILE: run.frame.distrusted, DRAWN_FILE: run.drawn}
     return {name: mask for name, mask in masks.items() if mask is not None}
+
+
+def _sealed(path: Path) -> str:
+    """SHA-256 of a file that has been written."""
+    check_stopped()
+    return file_sha256(path)
 
 
 def _is_ours(meta: Path) -> bool:

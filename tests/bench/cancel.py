@@ -17,6 +17,7 @@ import threading
 import time
 import traceback
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
 
 import cv2
@@ -28,8 +29,9 @@ from ilf.completion import CompletionRun
 from ilf.confidence import expected_error
 from ilf.dense import guess_steps
 from ilf.edges.onnx_network import OnnxNetwork
-from ilf.run import ExportOptions
 from ilf.errors import Cancelled
+from ilf.outcomes import compose
+from ilf.run import ExportOptions
 from ilf.stopping import check_stopped, heed
 from ilf.suspicion import suspicious_places
 
@@ -138,10 +140,8 @@ def cancelled(work: Work, moment: float) -> float:
 
     def drive() -> None:
         heed(wish)
-        try:
+        with suppress(Cancelled):
             work()
-        except Cancelled:
-            pass
 
     thread = threading.Thread(target=drive)
     thread.start()
@@ -185,7 +185,7 @@ def _after_run(then: Callable[[ilf.RGBDFrame, np.ndarray, ilf.Completion], Work]
     return make
 
 
-def _guess(frame: ilf.RGBDFrame, blocks: np.ndarray, completion: ilf.Completion) -> Work:
+def _guess(frame: ilf.RGBDFrame, completion: ilf.Completion) -> Work:
     def work() -> None:
         for _ in _asking(guess_steps(frame, completion, None)):
             pass
@@ -194,7 +194,7 @@ def _guess(frame: ilf.RGBDFrame, blocks: np.ndarray, completion: ilf.Completion)
 
 
 def _export(frame: ilf.RGBDFrame, blocks: np.ndarray, completion: ilf.Completion) -> Work:
-    options = ExportOptions(cloud=True, mesh="ply")
+    options = ExportOptions(mesh="ply")
     expected_error(frame, completion)
 
     def work() -> None:
@@ -215,7 +215,7 @@ KINDS: dict[str, Callable[[ilf.RGBDFrame], Work]] = {
     "released-code": _run("released-code"),
     "expected error": _after_run(lambda frame, blocks, completion: lambda: expected_error(frame, completion)),
     "suspects": _after_run(lambda frame, blocks, completion: lambda: _suspects(frame, blocks, completion)),
-    "guess": _after_run(_guess),
+    "guess": lambda frame: _guess(frame, compose(frame, {})),
     "export": _after_run(_export),
 }
 
