@@ -9,11 +9,21 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ...errors import InputError
+from ...errors import FormatError, InputError
+from .arkit_scenes import ARKitScenes
+from .azure_kinect import AzureKinect
+from .nyu import NyuLabelledFrames
+from .nyu_raw import NyuRawFolder
+from .record3d import Record3D
 from .recording import Recording
 from .ros import RosBag
+from .scannet import ScanNet
+from .stray_scanner import StrayScanner
 
-KINDS: tuple[type[Recording], ...] = (RosBag,)
+KINDS: tuple[type[Recording], ...] = (
+    *(RosBag, AzureKinect, Record3D, ScanNet, NyuLabelledFrames),
+    *(StrayScanner, ARKitScenes, NyuRawFolder),
+)
 """All kinds, in the order in which they are tried."""
 
 _MOST_OPEN = 2
@@ -56,12 +66,15 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
     if kind is None:
         is_there = os.path.lexists(found)
         raise InputError(
-            f"{found} is no recording: one ends in {', '.join(recording_suffixes())}, or is a folder of ROS 2."
+            f"{found} is no recording: one ends in {', '.join(recording_suffixes())}, or is a folder of ROS 2, Stray "
+            "Scanner or ARKitScenes."
             if is_there
             else f"{found}: there is no such recording. Check the name."
         )
     with _access:
         state = found.stat()
+        if found.is_file() and state.st_size == 0:
+            raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")
         name = os.getpid(), str(found), state.st_mtime_ns, state.st_size
         recording = _open.pop(name, None) or kind(found)
         _open[name] = recording

@@ -13,19 +13,16 @@ from numpy.typing import NDArray
 
 from ...errors import FormatError, IlfError, InputError
 from ...extras import optional
-from ..files import FileContent
 from ..headers import image_header
-from ..time_lists import MOST_APART_S, associated
+from ..time_lists import MOST_APART_S
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, registered_cameras, sha256_of
 from .ros_cameras import between, camera_of
 from .ros_images import COMPRESSED, IMAGE, colour_of, depth_of, is_colour, is_depth
 from .ros_topics import CameraTopics, ImageTopic, chosen_topics
+from .stamps import StampedPairs
 
 _METADATA = "metadata.yaml"
 _STORAGE = (".db3", ".mcap")
-_GAPS = (MOST_APART_S, 0.2, 2.0, 10.0)
-"""Largest gaps in time [s] by which a frame is looked for. What is paired by a smaller one is so by a larger, too."""
-
 _Stamped = dict[int, int]
 """Stamp in the header [ns] -> time in the recording [ns], by which the message is found."""
 
@@ -53,7 +50,7 @@ class RosBag(Recording):
             self._reader.open()
         self._image_topics: list[ImageTopic] | None = None
         self._stamps: dict[str, _Stamped] = {}
-        self._pairs: dict[tuple[Topics, float], dict[str, tuple[int, int]]] = {}
+        self._paired: dict[Topics, StampedPairs] = {}
 
     @classmethod
     def fits(cls, path: Path) -> bool:
@@ -66,19 +63,10 @@ class RosBag(Recording):
 
     def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
         camera, note = self._camera(topics)
-        pairs = self._paired(camera, max_gap)
-        if not pairs:
-            raise InputError(
-                f"{self.path}: no image of {camera.colour.name} lies within {max_gap:g} s of one of "
-                f"{camera.depth.name}. Allow a larger gap (--max-gap)."
-            )
-        notes = [note] if note else []
-        for what, topic in (("colour", camera.colour), ("depth", camera.depth)):
-            if lonely := len(self._stamped(topic)) - len(pairs):
-                notes.append(f"{lonely} {what} images left out: nothing of the other kind lies {max_gap:g} s near.")
+        found = self._pairs(camera).index(max_gap, self.path)
         before = "" if topics is None else f"{'+'.join(topics)}/"
-        times = tuple(stamp * 1e-9 for stamp, _ in pairs.values())
-        return RecordingIndex(tuple(before + key for key in pairs), times, tuple(notes))
+        notes = (note, *found.notes) if note else found.notes
+        return RecordingIndex(tuple(before + key for key in found.keys), found.times, notes)
 
     def frame(self, key: str) -> RecordedFrame:
         camera, (colour_stamp, depth_stamp) = self._found(key)
@@ -125,12 +113,16 @@ class RosBag(Recording):
         return sorted({one.topic for one in self._reader.connections if one.msgtype in {IMAGE, COMPRESSED}})
 
     def _image_topic(self, name: str) -> ImageTopic | None:
+        """A topic by its first image; None if it has none that is known."""
         first = next(self._messages(name), None)
         if first is None:
             return None
         if hasattr(first, "format"):
             offset = 12 * ("compressedDepth" in first.format)
-            header = image_header(FileContent(self.path, first.data), first.data[offset:].tobytes())
+            try:
+                header = image_header(self.path, first.data[offset:].tobytes())
+            except FormatError:  # videos are sent so, too
+                return None
             size = header.width, header.height
         else:
             size = first.width, first.height
@@ -149,21 +141,16 @@ class RosBag(Recording):
         names, _, stamp = key.rpartition("/")
         colour, plus, depth = names.partition("+")
         camera, _ = self._camera((colour, depth) if plus else None)
-        for gap in _GAPS:
-            if stamp in (pairs := self._paired(camera, gap)):
-                return camera, pairs[stamp]
-        raise self.unknown(key)
+        stamps = self._pairs(camera).find(stamp)
+        if stamps is None:
+            raise self.unknown(key)
+        return camera, stamps
 
-    def _paired(self, camera: CameraTopics, max_gap: float) -> dict[str, tuple[int, int]]:
-        """Stamp of colour as text -> stamps [ns] of colour and depth, in the order of time."""
-        known = self._pairs.get((camera.names, max_gap))
+    def _pairs(self, camera: CameraTopics) -> StampedPairs:
+        known = self._paired.get(camera.names)
         if known is None:
-            colours, depths = (
-                [(stamp * 1e-9, str(stamp)) for stamp in self._stamped(topic)]
-                for topic in (camera.colour, camera.depth)
-            )
-            pairs = [(int(colour), int(depth)) for colour, depth in associated(colours, depths, max_gap)]
-            known = self._pairs[camera.names, max_gap] = {_seconds(colour): (colour, depth) for colour, depth in pairs}
+            known = StampedPairs(self._stamped(camera.colour), self._stamped(camera.depth), 10**9)
+            self._paired[camera.names] = known
         return known
 
     def _stamped(self, topic: ImageTopic) -> _Stamped:
@@ -219,8 +206,3 @@ class RosBag(Recording):
             raise FormatError(
                 f"{self.path}: this ROS bag is truncated, damaged or of a rare kind ({error!s:.120}).{hint}"
             ) from error
-
-
-def _seconds(stamp: int) -> str:
-    """A stamp [ns] in seconds, with all of its digits."""
-    return f"{stamp // 10**9}.{stamp % 10**9:09d}"

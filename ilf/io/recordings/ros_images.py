@@ -16,10 +16,12 @@ from ..images import check_pixel_count, read_colour, read_image
 
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 
+_GREY = ("mono8", "8UC1")
+
 _LAYOUTS: dict[str, tuple[type[np.generic], int]] = {
     **dict.fromkeys(("rgb8", "bgr8", "8UC3"), (np.uint8, 3)),
     **dict.fromkeys(("rgba8", "bgra8", "8UC4"), (np.uint8, 4)),
-    **dict.fromkeys(("mono8", "8UC1"), (np.uint8, 1)),
+    **dict.fromkeys(_GREY, (np.uint8, 1)),
     **dict.fromkeys(("bayer_rggb8", "bayer_bggr8", "bayer_gbrg8", "bayer_grbg8"), (np.uint8, 1)),
     **dict.fromkeys(("yuv422", "uyvy", "UYVY", "yuv422_yuy2", "yuyv", "YUYV"), (np.uint8, 2)),
     **dict.fromkeys(("rgb16", "bgr16"), (np.uint16, 3)),
@@ -35,7 +37,7 @@ _TO_RED_FIRST = {
     **dict.fromkeys(("bgr8", "8UC3", "bgr16"), cv2.COLOR_BGR2RGB),
     **dict.fromkeys(("bgra8", "8UC4"), cv2.COLOR_BGRA2RGB),
     "rgba8": cv2.COLOR_RGBA2RGB,
-    **dict.fromkeys(("mono8", "8UC1"), cv2.COLOR_GRAY2RGB),
+    **dict.fromkeys(_GREY, cv2.COLOR_GRAY2RGB),
     **dict.fromkeys(("yuv422", "uyvy", "UYVY"), cv2.COLOR_YUV2RGB_UYVY),
     **dict.fromkeys(("yuv422_yuy2", "yuyv", "YUYV"), cv2.COLOR_YUV2RGB_YUY2),
     # the decoder names the pattern by its second row
@@ -60,7 +62,7 @@ def is_colour(message: Any) -> bool:
     """Whether an image message has colours, and is neither grey nor depth."""
     if hasattr(message, "format"):
         return "mono" not in message.format
-    return message.encoding in _TO_RED_FIRST and message.encoding not in {"mono8", "8UC1"}
+    return message.encoding not in {*_UNITS, *_GREY}
 
 
 def colour_of(message: Any, path: Path) -> NDArray[np.uint8]:
