@@ -49,6 +49,18 @@ _AXES = {
 _CLOUD_UNITS = {"Metres": "m", "Millimetres": "mm"}
 
 
+def stored_options() -> ExportOptions:
+    """What was chosen the last time."""
+    stored = QSettings().value(_OPTIONS_KEY)
+    if stored:
+        try:
+            return ExportOptions(**json.loads(str(stored)))
+        except (ValueError, TypeError):
+            # written by another version or by hand: the defaults are as good a start
+            QSettings().remove(_OPTIONS_KEY)
+    return ExportOptions()
+
+
 class ExportDialog(QDialog):
     """Choose files, formats and units of an export.
 
@@ -249,14 +261,7 @@ class ExportDialog(QDialog):
             self.folder_path.setText(path)
 
     def _restore(self) -> None:
-        stored = QSettings().value(_OPTIONS_KEY)
-        options = ExportOptions()
-        if stored:
-            try:
-                options = ExportOptions(**json.loads(str(stored)))
-            except (ValueError, TypeError):
-                # written by another version or by hand: the defaults are as good a start
-                QSettings().remove(_OPTIONS_KEY)
+        options = stored_options()
         self.depth_png.setChecked("png" in options.depth_formats)
         self.depth_tiff.setChecked("tiff" in options.depth_formats)
         self.depth_npy.setChecked("npy" in options.depth_formats)
