@@ -158,7 +158,8 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
         f"--{name.replace('_', '-')}"
         for name in (
             *("frame", "max_gap", "preset", "blocks", "drawn", "distrust", "guide", "truth", "truth_units"),
-            *("depth_encoding", "depth_units", "invalid", "intrinsics", "depth_formats", "png_units"),
+            *("depth_encoding", "depth_units", "invalid", "intrinsics", "min_confidence"),
+            *("depth_formats", "png_units"),
         )
         if getattr(arguments, name) is not None
     ]

@@ -89,6 +89,13 @@ def add_reading(reading: argparse._ArgumentGroup) -> None:
         "meta.json says)",
     )
     reading.add_argument(
+        "--min-confidence",
+        type=float,
+        metavar="N",
+        help="depth of a lower confidence counts as missing, where there is a confidence map: 2 for what ARKit calls "
+        "high (default: what meta.json says, otherwise all depth counts)",
+    )
+    reading.add_argument(
         "--intrinsics",
         metavar="CAMERA",
         help=f"{', '.join(INTRINSICS)}; or fx,fy,cx,cy; or a JSON file. Needed for point clouds only",
@@ -190,6 +197,7 @@ def reading_of(arguments: argparse.Namespace) -> dict[str, Any]:
         "encoding": arguments.depth_encoding,
         "invalid": arguments.invalid,
         "intrinsics": arguments.intrinsics,
+        "min_confidence": arguments.min_confidence,
     }
 
 
@@ -228,7 +236,10 @@ def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
     is doubtful about how it is read is told at once."""
     frame = (_frame_of_files(arguments) if arguments.frame is None else frame_of_source(arguments)).load()
     warn(frame.notes)
-    return frame if arguments.distrust is None else frame.distrusting(read_mask(arguments.distrust, frame.shape))
+    if arguments.distrust is None:
+        return frame
+    given = read_mask(arguments.distrust, frame.shape)
+    return frame.distrusting(given if frame.distrusted is None else given | frame.distrusted)
 
 
 def add_block_parameters(parser: argparse.ArgumentParser) -> None:

@@ -26,7 +26,9 @@ MAT_SUFFIX = ".mat"
 SPLIT_FILE, TEST_FRAMES = "splits.mat", "testNdxs"
 
 _MOST_FRAMES = 1_000_000
-_CAMERA = "nyu-kinect-v1"
+CAMERA = "nyu-kinect-v1"
+"""Preset of its intrinsics."""
+
 _IMAGES, _FILLED, _RAW = "images", "depths", "rawDepths"
 
 
@@ -76,6 +78,12 @@ class NyuLabelled:
         check_pixel_count(self.path, *size)
         return found
 
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of its frames in pixels."""
+        width, height = self._data[_RAW].shape[1:]
+        return int(width), int(height)
+
     def __len__(self) -> int:
         return int(self._data[_RAW].shape[0])
 
@@ -85,6 +93,10 @@ class NyuLabelled:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let go of the file."""
         self._file.close()
 
     def frame(self, index: int) -> RGBDFrame:
@@ -97,10 +109,16 @@ class NyuLabelled:
         FormatError
             If the file is damaged there.
         """
-        colour = np.ascontiguousarray(self._read(_IMAGES, index).transpose(2, 1, 0))
-        depth = self._read(_RAW, index).T
-        fits = IMAGE_SIZES[_CAMERA] == (depth.shape[1], depth.shape[0])
-        return RGBDFrame(colour, depth, INTRINSICS[_CAMERA] if fits else None, frame_name(index))
+        camera = INTRINSICS[CAMERA] if IMAGE_SIZES[CAMERA] == self.size else None
+        return RGBDFrame(self.colour(index), self.measured(index), camera, frame_name(index))
+
+    def colour(self, index: int) -> NDArray[np.uint8]:
+        """Colour of a frame, uint8 (H, W, 3)."""
+        return np.ascontiguousarray(self._read(_IMAGES, index).transpose(2, 1, 0))
+
+    def measured(self, index: int) -> NDArray[np.float32]:
+        """Depth of a frame as it was measured and registered to colour [m], shape (H, W), 0 = missing."""
+        return np.ascontiguousarray(self._read(_RAW, index).T, np.float32)
 
     def filled(self, index: int) -> NDArray[np.float32]:
         """Depth of a frame with its holes in-painted by the toolbox [m], shape (H, W), NaN = unknown.
