@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -39,7 +38,7 @@ WHAT_A_FOLDER_HOLDS = (
     f"A folder of frames holds one of these: a folder for each frame, with {META_NAME} and its images, or with rgb.png "
     "and depth.png; a folder rgb (or color, colour, image) and a folder depth, with files of the same names or "
     "numbers; colour and depth files side by side, as 0001_rgb.png and 0001_depth.png; rgb.txt and depth.txt, which "
-    "list files by time; scenes of BOP or frames of SUN RGB-D."
+    "list files by time; scenes of BOP, frames of SUN RGB-D or raw files of NYU Depth."
 )
 
 
@@ -130,7 +129,6 @@ def list_frames(
     content = _content(root)
     if META_NAME in content.files:
         return Listing((replace(how, rgb=str(root)),))
-    _refuse_misread(root, content)
     if {"rgb.txt", "depth.txt"} <= content.files or content.file(ASSOCIATION_FILES) is not None:
         return _by_time(root, content, how, max_gap)
     if is_bop(content.files):
@@ -210,15 +208,6 @@ def _recorded(path: Path, how: FrameSource, max_gap: float, topics: Topics | Non
         registered = recording.cameras(index.keys[0]).is_registered
     sources = tuple(replace(how, rgb=str(path), frame=key) for key in index.keys)
     return Listing(sources, index.notes, index.times, registered)
-
-
-def _refuse_misread(root: Path, content: _Content) -> None:
-    """Raise for what looks like frames, and would give wrong depth."""
-    if any(re.match(r"d-.*\.pgm$", name) for name in content.files):
-        raise InputError(
-            f"{root} would be read wrongly: it looks like raw files of NYU Depth, whose depth is not registered to "
-            "colour. Register it, and write 16-bit PNG in millimetres."
-        )
 
 
 def _of_scenes(root: Path, scenes: list[str], how: FrameSource) -> Listing:

@@ -13,6 +13,7 @@ from ...errors import FormatError, InputError
 from .arkit_scenes import ARKitScenes
 from .azure_kinect import AzureKinect
 from .nyu import NyuLabelledFrames
+from .nyu_raw import NyuRawFolder
 from .record3d import Record3D
 from .recording import Recording
 from .ros import RosBag
@@ -21,7 +22,7 @@ from .stray_scanner import StrayScanner
 
 KINDS: tuple[type[Recording], ...] = (
     *(RosBag, AzureKinect, Record3D, ScanNet, NyuLabelledFrames),
-    *(StrayScanner, ARKitScenes),
+    *(StrayScanner, ARKitScenes, NyuRawFolder),
 )
 """All kinds, in the order in which they are tried."""
 
