@@ -11,7 +11,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .blocks import Block, checked_drawn, checked_labels, drawn_of, find_blocks
-from .correction import UNCORRECTED, Correction, corrections, corrects, load_correction_network, made_of
+from .correction import (
+    UNCORRECTED,
+    Correction,
+    changes_any,
+    corrections,
+    corrects,
+    load_correction_network,
+    made_of,
+)
 from .ebs import extract
 from .errors import InputError
 from .filter.convergence import IterationRecord
@@ -364,7 +372,7 @@ def _correction_steps(
     """
     chosen = extraction or BlockParameters()
     known = corrections.find(frame, chosen)
-    if known is not None or is_guided(frame):
+    if known is not None or is_guided(frame) or not changes_any(frame.known):
         return known, ()
     edges = edges_for(frame, UNCORRECTED, chosen)
     try:

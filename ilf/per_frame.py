@@ -45,13 +45,13 @@ class Memory(Generic[Owner, T]):
 
     def __init__(self) -> None:
         self._lock = Lock()
-        # by identity, since arrays cannot be hashed; the reference takes the entry away when its owner goes
-        self._known: dict[int, tuple[weakref.ref[Any], OrderedDict[Hashable, T]]] = {}
+        # by identity, since arrays cannot be hashed
+        self._known: dict[int, _Known[T]] = {}
 
     def find(self, owner: Owner, key: Hashable) -> T | None:
         """What is known of an owner under a key; None if nothing is."""
         with self._lock:
-            known = self._of(owner)
+            known = self._of(owner).values
             if key in known:
                 known.move_to_end(key)
             return known.get(key)
@@ -60,28 +60,41 @@ class Memory(Generic[Owner, T]):
         """Know something of an owner, and no longer what was asked for least lately."""
         _freeze(value)
         with self._lock:
-            known = self._of(owner)
+            known = self._of(owner).values
             known[key] = value
             known.move_to_end(key)
             if len(known) > _KEPT:
                 known.popitem(last=False)
         return value
 
-    def _of(self, owner: Owner) -> OrderedDict[Hashable, T]:
+    def lock_of(self, owner: Owner) -> Lock:
+        """What whoever works something out about an owner may hold, so that nobody else does it at the same time."""
+        with self._lock:
+            return self._of(owner).lock
+
+    def _of(self, owner: Owner) -> _Known[T]:
         number = id(owner)
         if number not in self._known:
-            self._known[number] = weakref.ref(owner, lambda _: self._known.pop(number, None)), OrderedDict()
-        return self._known[number][1]
+            self._known[number] = _Known(weakref.ref(owner, lambda _: self._known.pop(number, None)))
+        return self._known[number]
+
+
+@dataclasses.dataclass(eq=False)
+class _Known(Generic[T]):
+    """What is known of one owner, which the reference takes away when the owner goes."""
+
+    owner: weakref.ref[Any]
+    values: OrderedDict[Hashable, T] = dataclasses.field(default_factory=OrderedDict)
+    lock: Lock = dataclasses.field(default_factory=Lock)
 
 
 def _once(work_out: Callable[Concatenate[Owner, P], T]) -> Callable[Concatenate[Owner, P], T]:
     known = Memory[Owner, tuple[T]]()
-    lock = Lock()  # beside the memory's own: nothing is worked out twice at the same time
 
     @wraps(work_out)
     def remembered(owner: Owner, *args: P.args, **kwargs: P.kwargs) -> T:
         key = args, tuple(sorted(kwargs.items()))
-        with taking(lock):
+        with taking(known.lock_of(owner)):
             found = known.find(owner, key)
             if found is None:
                 check_stopped()

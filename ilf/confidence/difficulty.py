@@ -1,4 +1,7 @@
-"""How much harder a frame is than it looks: part of its own depth is hidden from a small copy of it, and completed."""
+"""How much harder a frame is than it looks: part of its own depth is hidden, and walks from there tell what it was.
+
+What they say is no completion, but as far as frames differ in how hard they are, it is with one as with the other.
+"""
 
 from __future__ import annotations
 
@@ -6,25 +9,23 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..completion import complete
-from ..errors import InputError
 from ..frame import RGBDFrame
-from ..parameters import preset
 from ..per_frame import once_per_frame
-from .features import FLOOR, error_features, filled_pixels, usual_edges
+from .features import FLOOR, features_at, usual_contours
 from .model import WITHIN, ErrorModel
+from .walks import walk
 
-_HALVED = 2
-"""One pixel of so many in a row, and in a column, makes the small copy; of more in a frame so large that the copy's
-longer side would be above `_LONGEST`."""
-
-_LONGEST = 960
-"""[px], so that the test takes no longer in larger frames."""
+_LONGEST = 640
+"""[px], so that the test takes no longer in larger frames: of those, one pixel of so many in a row, and in a column,
+makes a smaller copy."""
 
 _RADIUS, _APART = 0.06, 0.22
 """Radius of the discs that are hidden, and how far apart their middles are, in widths of the frame."""
 
-_FEWEST = 500
+_LOOKED_AT = 10_000
+"""Of the hidden pixels so many are looked at, at most."""
+
+_FEWEST = 2000
 """With fewer hidden pixels than that, nothing can be said."""
 
 
@@ -46,30 +47,28 @@ def own_test(frame: RGBDFrame) -> tuple[NDArray[np.float32], NDArray[np.float64]
 
     None if too little depth is known. What the frame's own blocks are has no part in it.
     """
-    stride = max(_HALVED, -(-max(frame.shape) // _LONGEST))
+    stride = -(-max(frame.shape) // _LONGEST)
     depth = np.ascontiguousarray(frame.depth[stride // 2 :: stride, stride // 2 :: stride])
     hidden = _discs(depth.shape) & np.isfinite(depth)
     if min(np.count_nonzero(hidden), np.count_nonzero(np.isfinite(depth) & ~hidden)) < _FEWEST:
         return None
-    rgb = np.asarray(cv2.resize(frame.rgb, depth.shape[::-1], interpolation=cv2.INTER_AREA), np.uint8)
-    try:
-        small = RGBDFrame(rgb, np.where(hidden, np.float32(np.nan), depth))
-    except InputError:  # what is left of a frame at the limits of depth may lie beyond them
-        return None
-    # however sparse the depth is, one block of all pixels is completed
-    completed = complete(small, np.ones(small.shape, np.int32), preset(min_known_share=0), threads=1).depth
-    filled = filled_pixels(small, completed)
-    there = hidden[filled]
-    found = completed[filled][there].astype(np.float64)
-    shares = np.abs(found - depth[filled][there]) / found
-    return error_features(small, completed, usual_edges(small))[there], np.log(np.maximum(shares, FLOOR))
+    left = np.where(hidden, np.float32(np.nan), depth)
+    contours = cv2.resize(usual_contours(frame), depth.shape[::-1], interpolation=cv2.INTER_AREA)
+    edges = np.asarray(contours, np.float32)
+    walks = walk(left, edges)
+    completed = np.exp(walks.depth)
+    places = np.flatnonzero(hidden)
+    places = places[:: -(-len(places) // _LOOKED_AT)]
+    found = completed.ravel()[places].astype(np.float64)
+    shares = np.abs(found - depth.ravel()[places]) / found
+    return features_at(places, left, completed, edges, walks), np.log(np.maximum(shares, FLOOR))
 
 
 def _discs(shape: tuple[int, ...]) -> NDArray[np.bool_]:
     """Discs at the corners of triangles, about a quarter of all pixels."""
-    rows, columns = np.indices(shape, np.float32)
+    rows, columns = np.ogrid[: shape[0], : shape[1]]
     apart, height = _APART * shape[1], _APART * shape[1] * np.sqrt(0.75)
     row = np.round(rows / height)
-    shifted = columns - apart * (row % 2) / 2
-    column = np.round(shifted / apart)
-    return np.hypot(rows - row * height, shifted - column * apart) <= _RADIUS * shape[1]
+    shifted = (columns - apart * (row % 2) / 2).astype(np.float32)
+    beside = shifted - np.float32(apart) * np.round(shifted / np.float32(apart))
+    return np.asarray(beside**2 + ((rows - row * height) ** 2).astype(np.float32) <= (_RADIUS * shape[1]) ** 2)

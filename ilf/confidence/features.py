@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..edges.frame_edges import find_edges
+from ..edges.frame_edges import FrameEdges, find_edges
 from ..errors import InputError
 from ..filter.pyramid import sums_of_four
 from ..filter.stepper import edge_parameters
@@ -76,7 +76,16 @@ def filled_pixels(frame: RGBDFrame, depth: NDArray[np.floating]) -> NDArray[np.b
 
 def usual_edges(frame: RGBDFrame) -> Array:
     """The edges, (H, W) in [0, 1], that the default preset's filter sees in a frame."""
-    return find_edges(frame, edge_parameters(Parameters()) or BlockParameters()).strength
+    return _found_as_usual(frame).strength
+
+
+def usual_contours(frame: RGBDFrame) -> Array:
+    """Those of them, (H, W) in [0, 1], that are found in colour: the frame's known depth has no part in them."""
+    return _found_as_usual(frame).detected
+
+
+def _found_as_usual(frame: RGBDFrame) -> FrameEdges:
+    return find_edges(frame, edge_parameters(Parameters()) or BlockParameters())
 
 
 def walks_past(frame: RGBDFrame, edges: Array) -> Walks:
@@ -109,45 +118,68 @@ def error_features(frame: RGBDFrame, depth: NDArray[np.floating], edges: Array) 
     filled = filled_pixels(frame, depth)
     if not filled.any():
         return np.empty((0, len(FEATURES)), np.float32)
-    distance, nearest = nearest_values(frame.depth, frame.known)
-    dense = np.where(filled, depth, nearest).astype(np.float32)
-    gap = cv2.dilate(distance, np.ones((_RIM, _RIM), np.uint8))[filled]
+    return features_at(np.flatnonzero(filled), frame.depth, depth, edges, walks_past(frame, edges))
+
+
+def features_at(
+    places: NDArray[np.intp], known_depth: Array, depth: NDArray[np.floating], edges: Array, walks: Walks
+) -> Array:
+    """`error_features` at some of the filled pixels, by their places in the picture from its first row on.
+
+    Parameters
+    ----------
+    places : ndarray of int, shape (N,)
+        Of pixels without known depth and with completed depth.
+    known_depth, depth : ndarray of float, shape (H, W)
+        Known and completed depth [m]; what is not known is NaN, what is not completed NaN or 0.
+    edges : ndarray of float32, shape (H, W)
+    walks : Walks
+        From every pixel to the known depth, past the edges.
+    """
+    known = np.isfinite(known_depth)
+    distance, nearest = nearest_values(known_depth, known)
     check_stopped()
+    dense = np.where(~known & np.isfinite(depth) & (depth > 0), depth, nearest).astype(np.float32)
+    gap = cv2.dilate(distance, np.ones((_RIM, _RIM), np.uint8))
     square = np.ones((3, 3), np.uint8)
-    slope = (cv2.dilate(dense, square) - cv2.erode(dense, square))[filled]
+    range_around = cv2.dilate(dense, square) - cv2.erode(dense, square)
+    near = cv2.dilate(edges, np.ones((_NEAR, _NEAR), np.uint8))
+    around = cv2.blur(edges, (_AROUND, _AROUND))
     check_stopped()
-    z, distance_there = dense[filled], distance[filled]
-    logarithm, usual_width = np.log(z), np.float32(_WIDTH / max(frame.shape))
-    jump = np.log(np.abs(z - nearest[filled]) / z + FLOOR) - np.log(_LARGE_JUMP)
-    walks = walks_past(frame, edges)
-    return np.column_stack(
-        [
-            logarithm,
-            np.log(gap * usual_width),
-            np.log(_bend(frame.depth, distance, filled) / z + FLOOR),
-            np.minimum(jump, 0) * distance_there**-_FADING,
-            np.maximum(jump, 0),
-            np.log(slope / z + FLOOR),
-            np.log(walks.spread[filled] + _LEAST_SHARE),
-            np.log(np.abs(logarithm - walks.depth[filled]) + _LEAST_SHARE),
-            np.log(walks.steps[filled] + _LEAST_STEPS),
-            np.log(walks.aside[filled] * usual_width + _LEAST_ASIDE),
-            edges[filled],
-            cv2.dilate(edges, np.ones((_NEAR, _NEAR), np.uint8))[filled],
-            cv2.blur(edges, (_AROUND, _AROUND))[filled],
-        ]
-    ).astype(np.float32)
+
+    def there(values: NDArray) -> Array:
+        return np.asarray(values.ravel()[places])
+
+    z, distance_there = there(dense), there(distance)
+    logarithm, usual_width = np.log(z), np.float32(_WIDTH / max(known.shape))
+    jump = np.log(np.abs(z - there(nearest)) / z + FLOOR) - np.log(_LARGE_JUMP)
+    columns = [
+        logarithm,
+        np.log(there(gap) * usual_width),
+        np.log(_bend(known_depth, distance_there, places) / z + FLOOR),
+        np.minimum(jump, 0) * distance_there**-_FADING,
+        np.maximum(jump, 0),
+        np.log(there(range_around) / z + FLOOR),
+        np.log(there(walks.spread) + _LEAST_SHARE),
+        np.log(np.abs(logarithm - there(walks.depth)) + _LEAST_SHARE),
+        np.log(there(walks.steps) + _LEAST_STEPS),
+        np.log(there(walks.aside) * usual_width + _LEAST_ASIDE),
+        there(edges),
+        there(near),
+        there(around),
+    ]
+    return np.stack(columns, dtype=np.float32).T  # a law looks at them column by column
 
 
-def _bend(depth: Array, distance: Array, wanted: NDArray[np.bool_]) -> Array:
-    """Mean departure [m] of the known depth from straight lines, around the wanted pixels and over their distance.
+def _bend(depth: Array, distance: Array, places: NDArray[np.intp]) -> Array:
+    """Mean departure [m] of the known depth from straight lines, around some pixels and over their distance to it.
 
     On level n of a pyramid of block means, half the second difference of neighbours is what a straight line over
     2^n px misses; a pixel takes it, averaged around, from the two levels next to its distance.
     """
     known = np.isfinite(depth)
     count, total = known.astype(np.float32), np.where(known, depth, np.float32(0))
-    level_of_pixel = np.clip(np.log2(distance[wanted]), 0, _LEVELS)
+    level_of_pixel = np.clip(np.log2(distance), 0, _LEVELS)
     usual = _UNSEEN_BEND * float(np.median(depth[known])) / 2
     bend = np.zeros(level_of_pixel.shape, np.float32)
     for level in range(int(np.ceil(level_of_pixel.max())) + 1):
@@ -157,7 +189,7 @@ def _bend(depth: Array, distance: Array, wanted: NDArray[np.bool_]) -> Array:
         local = _local_mean(bends, seen, usual)
         size = (local.shape[1] << level, local.shape[0] << level)
         full = cv2.resize(local, size, interpolation=cv2.INTER_LINEAR)[: depth.shape[0], : depth.shape[1]]
-        bend += full[wanted] * np.maximum(1 - np.abs(level_of_pixel - level), 0)
+        bend += full.ravel()[places] * np.maximum(1 - np.abs(level_of_pixel - level), 0)
         count, total = sums_of_four(count), sums_of_four(total)
     return bend
 
@@ -167,11 +199,12 @@ def _second_differences(count: Array, total: Array) -> tuple[Array, Array]:
     known = count > 0
     mean = np.where(known, total / np.maximum(count, 1), np.float32(0))
     bends, seen = np.zeros_like(mean), np.zeros_like(mean)
-    # the transposes give views: what is added along y lands in the same arrays
-    for values, there, out, number in ((mean, known, bends, seen), (mean.T, known.T, bends.T, seen.T)):
-        whole = there[:, 2:] & there[:, 1:-1] & there[:, :-2]
-        out[:, 1:-1] += np.where(whole, np.abs(values[:, 2:] - 2 * values[:, 1:-1] + values[:, :-2]) / 2, 0)
-        number[:, 1:-1] += whole
+    half = np.array([[0.5, -1, 0.5]], np.float32)
+    for kernel in (half, half.T):
+        three = np.ones(kernel.shape, np.uint8)
+        whole = cv2.erode(known.astype(np.uint8), three, borderType=cv2.BORDER_CONSTANT, borderValue=0)
+        bends += whole * np.abs(cv2.filter2D(mean, cv2.CV_32F, kernel))
+        seen += whole
     return bends, seen
 
 

@@ -54,15 +54,15 @@ def walk(depth: Array, edges: Array) -> Walks:
         cell *= 2
     known = np.isfinite(depth)
     logarithm = np.log(depth, where=known, out=np.zeros_like(depth))
-    middle = np.float32(np.median(logarithm[known]))
+    middle = np.float32(logarithm.sum(dtype=np.float64) / np.count_nonzero(known))
     logarithm = np.where(known, logarithm - middle, np.float32(0))
     counts = _sums(known.astype(np.float32), cell)
     mean, square = (_sums(values, cell) / np.maximum(counts, 1) for values in (logarithm, logarithm * logarithm))
     rows, columns = np.indices(counts.shape)
     # known depth that fills a cell ends a walk there sooner than the walk would leave it
     ends = (counts / cell).astype(np.float64)
-    passing = np.maximum(np.exp(-edges / np.float32(_EDGE_SCALE)), np.float32(_LEAST))
-    along_x, along_y = _links(passing, cell), _links(passing.T, cell).T
+    hard = 1 / np.maximum(np.exp(-edges / np.float32(_EDGE_SCALE)), np.float32(_LEAST))
+    along_x, along_y = _links(hard, cell), _links(np.ascontiguousarray(hard.T), cell).T
     wanted = np.stack([ends, np.ones_like(ends), *(ends * values for values in (mean, square, rows, columns))])
     arriving, steps, *gathered = _solve(along_x, along_y, ends + _LEAST, wanted)
     mean_end, square_end, row_end, column_end = (values / np.maximum(arriving, 1e-12) for values in gathered)
@@ -71,22 +71,28 @@ def walk(depth: Array, edges: Array) -> Walks:
     return Walks(*(_on_pixels(values, cell, depth.shape) for values in (mean_end + middle, spread, steps, aside)))
 
 
-def _padded(values: Array, cell: int, mode: str) -> Array:
-    return np.pad(values, [(0, -size % cell) for size in values.shape], mode=mode)  # type: ignore[call-overload]
-
-
-def _sums(values: Array, cell: int) -> Array:
+def _sums(values: NDArray, cell: int) -> Array:
     """Sums over cells, float32 (rows of cells, columns of cells)."""
-    whole = _padded(values, cell, "constant")
-    return whole.reshape(whole.shape[0] // cell, cell, -1, cell).sum((1, 3))
+    height, width = values.shape
+    whole = cv2.copyMakeBorder(values, 0, -height % cell, 0, -width % cell, cv2.BORDER_CONSTANT, value=0)
+    return _means(whole, cell, cell) * np.float32(cell * cell)
 
 
-def _links(passing: Array, cell: int) -> Array:
+def _links(hard: Array, cell: int) -> Array:
     """How easily walks get from a cell's middle to the next along x: by many ways, each as hard as its pixels."""
-    hard = np.cumsum(1 / _padded(passing, cell, "edge"), axis=1, dtype=np.float64)
-    middles = hard[:, cell // 2 :: cell]
-    easy = cell / (middles[:, 1:] - middles[:, :-1])
-    return easy.reshape(easy.shape[0] // cell, cell, easy.shape[1]).mean(axis=1).astype(np.float32)
+    height, width = hard.shape
+    whole = cv2.copyMakeBorder(hard, 0, -height % cell, 0, -width % cell, cv2.BORDER_REPLICATE)
+    after = cell // 2 + 1
+    between = whole[:, after : whole.shape[1] - cell + after]
+    if not between.size:
+        return np.empty((whole.shape[0] // cell, 0), np.float32)
+    return _means(1 / _means(between, cell, 1), 1, cell)
+
+
+def _means(values: NDArray, width: int, height: int) -> Array:
+    """Means over rectangles of so many pixels, of which there is a whole number."""
+    size = values.shape[1] // width, values.shape[0] // height
+    return np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA), np.float32)
 
 
 def _solve(

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from ..models import CORRECTION, model_path
 from ..parameters import Parameters, preset
-from .correction import Correction, corrections, made_of
+from .correction import Correction, changes_any, corrections, made_of
 from .network import CorrectionNetwork
 
 __all__ = [
     "UNCORRECTED",
     "Correction",
     "CorrectionNetwork",
+    "changes_any",
     "corrections",
     "corrects",
     "load_correction_network",

@@ -72,9 +72,18 @@ def made_of(change: Array, known: NDArray[np.bool_]) -> Array:
         Of log depth.
     known : ndarray of bool, shape (H, W)
     """
+    return np.asarray(np.float32(_SHARE) * _faded(known) * change, np.float32)
+
+
+def changes_any(known: NDArray[np.bool_]) -> bool:
+    """Whether any missing depth is far enough from known depth for a change to be made."""
+    return bool(_faded(known).any())
+
+
+def _faded(known: NDArray[np.bool_]) -> Array:
+    """How much is left of changes, from 0 near known depth to 1."""
     distance = cv2.distanceTransform((~known).astype(np.uint8), cv2.DIST_L2, 5)
-    share = np.float32(_SHARE) * np.clip((distance - _FADED) / (_FAR - _FADED), 0, 1)
-    return np.asarray(share * change, np.float32)
+    return np.asarray(np.clip((distance - _FADED) / (_FAR - _FADED), 0, 1), np.float32)
 
 
 corrections = Memory[RGBDFrame, Correction]()

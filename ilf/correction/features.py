@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..edges.depth_features import CHANNELS as KNOWN_CHANNELS
-from ..edges.depth_features import depth_features, filled_log_depth
+from ..edges.depth_features import features_of, filled_log_depth
 
 Array = NDArray[np.float32]
 
@@ -40,14 +40,16 @@ def correction_features(depth: Array, completed: Array, contours: Array) -> tupl
         The completed log depth less the median of the known one, filled from around where it has not been completed.
     """
     filled, median = filled_log_depth(depth)
+    filled -= np.float32(median)
     with np.errstate(invalid="ignore"):
-        log_depth = np.where(np.isfinite(completed), np.log(completed), filled).astype(np.float32) - np.float32(median)
+        log_depth = np.where(np.isfinite(completed), np.log(completed) - np.float32(median), filled).astype(np.float32)
     more = np.stack(
         [
             log_depth,
-            _DEPARTURE_GAIN * (log_depth - (filled - np.float32(median))),
+            _DEPARTURE_GAIN * (log_depth - filled),
             _RELIEF_GAIN * (log_depth - cv2.blur(log_depth, (_FINE, _FINE))),
             contours,
         ]
     )
-    return np.concatenate([depth_features(depth), np.clip(more, -_LIMIT, _LIMIT)]).astype(np.float32), log_depth
+    features = np.concatenate([features_of(filled, np.isfinite(depth)), np.clip(more, -_LIMIT, _LIMIT, out=more)])
+    return features.astype(np.float32, copy=False), log_depth

@@ -25,7 +25,7 @@ LARGEST = 1.0
 LONGEST_SIDE = 640
 """A frame with a longer side [px] is looked at as large as that: the network has learnt from such."""
 
-_LINKS, _AROUND = 6, 9
+_LINKS, _AROUND, _PAIR = 6, 9, 2
 
 _CLEAR = 0.008
 """Change of log depth from which on most of it is made: what a network says of smaller ones is no better than noise."""
@@ -45,7 +45,8 @@ class CorrectionNetwork(OnnxNetwork):
 
     The file is an ONNX network of two inputs, `image`, RGB in [0, 1] as float32 (1, 3, H, W), and `features`, the
     `correction_features`, H and W multiples of 32. Its outputs are `links`, (1, 6, H/4, W/4), in the order that
-    `spread` takes, and `weights`, (1, 9, H, W): of whose change each pixel takes how much, of the cells around it.
+    `spread` takes, and `logits`, (1, 36, H/2, W/2): of whose change each pixel takes how much, of the 9 cells around
+    it, as logarithms but for what they have in common; of every cell those of 2 x 2 pixels.
     """
 
     KIND = "correction network"
@@ -82,23 +83,23 @@ class CorrectionNetwork(OnnxNetwork):
 
     def _look(self, rgb: NDArray[np.uint8], depth: Array, completed: Array, contours: Array) -> Array:
         image, window = reflected(rgb, MULTIPLE)
-        features, _ = reflected(np.moveaxis(correction_features(depth, completed, contours)[0], 0, 2), MULTIPLE)
+        features, _ = correction_features(depth, completed, contours)
         size = image.shape[:2]
-        inputs = {"image": cv2.dnn.blobFromImage(image, 1 / 255), "features": np.moveaxis(features, 2, 0)[None]}
+        whole = np.stack([reflected(channel, MULTIPLE)[0] for channel in features])
         try:
-            outputs = self._forward({name: np.ascontiguousarray(one) for name, one in inputs.items()})
+            outputs = self._forward({"image": cv2.dnn.blobFromImage(image, 1 / 255), "features": whole[None]})
         except cv2.error as error:
             raise FormatError(
                 f"{self.path.name} is no correction network: it does not take an image of {size} and its depth."
             ) from error
         shapes = [one.shape for one in outputs]
-        cells = size[0] // CELL, size[1] // CELL
-        if shapes != [(1, _LINKS, *cells), (1, _AROUND, *size)]:
+        cells, pairs = (tuple(side // length for side in size) for length in (CELL, _PAIR))
+        if shapes != [(1, _LINKS, *cells), (1, _AROUND * _PAIR**2, *pairs)]:
             raise FormatError(f"{self.path.name} is no correction network: it makes {shapes} of an image of {size}.")
         if not all(np.isfinite(one).all() for one in outputs):
             raise FormatError(f"{self.path.name} gives no numbers for this frame.")
-        links, weights = outputs[0][0], outputs[1][0]
-        return smoothed(_weighted(spread(links), weights))[window]
+        links, logits = outputs[0][0], outputs[1][0]
+        return smoothed(_weighted(spread(links), logits))[window]
 
     def _try(self) -> None:
         for height, width in _TRIAL_SHAPES:
@@ -119,13 +120,18 @@ def smoothed(change: Array) -> Array:
     return np.asarray(cv2.bilateralFilter(found, _WINDOW, _ALIKE, _NEAR), np.float32)
 
 
-def _weighted(cells: Array, weights: Array) -> Array:
+def _weighted(cells: Array, logits: Array) -> Array:
     """Of every pixel the weighted mean of what its cell and those around it have."""
-    around = np.pad(cells, 1, mode="edge")
-    height, width = cells.shape
-    grid = weights.reshape(_AROUND, height, CELL, width, CELL)
-    total = np.zeros(grid.shape[1:], np.float32)
-    for k in range(_AROUND):
-        row, column = divmod(k, 3)
-        total += grid[k] * around[row : row + height, column : column + width][:, None, :, None]
-    return total.reshape(weights.shape[1:])
+    height, width = logits.shape[1:]
+    # what a cell has stands at each of its pairs of pixels, as the logits do
+    around = np.pad(cells, 1, mode="edge").repeat(CELL // _PAIR, axis=0).repeat(CELL // _PAIR, axis=1)
+    of_cells = logits.reshape(_AROUND, _PAIR**2, height, width)
+    largest = of_cells.max(axis=0)
+    total, weights = np.zeros_like(largest), np.zeros_like(largest)
+    for k, of_cell in enumerate(of_cells):
+        row, column = (place * (CELL // _PAIR) for place in divmod(k, 3))
+        weight = np.exp(of_cell - largest)
+        weights += weight
+        total += weight * around[row : row + height, column : column + width]
+    mean = (total / weights).reshape(_PAIR, _PAIR, height, width)
+    return np.ascontiguousarray(mean.transpose(2, 0, 3, 1)).reshape(_PAIR * height, _PAIR * width)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _LEAK = 1e-8
 """How firmly every cell is held to 0 at least, so that there is a solution even where nothing else holds."""
@@ -28,7 +28,7 @@ def factors_of(right: Array, below: Array, held: Array) -> Array:
     diagonal[:, :-1] += right
     diagonal[1:] += below
     diagonal[:-1] += below
-    bands = np.zeros((height + 1, width, height))
+    bands = np.zeros((height + 1, width, height), diagonal.dtype)
     bands[0] = diagonal.T
     bands[1, :, :-1] = -below.T
     bands[height, :-1] = -right.T
@@ -70,7 +70,7 @@ def spread(links: NDArray[np.float32]) -> NDArray[np.float32]:
     if height > width:
         # the work grows with the square of the side that is counted along
         return np.ascontiguousarray(spread(links[[1, 0, 3, 2, 4, 5]].transpose(0, 2, 1)).T)
-    right, below, rise_right, rise_below, held, pull = links.astype(np.float64)
+    right, below, rise_right, rise_below, held, pull = links
     right, rise_right, below, rise_below = right[:, :-1], rise_right[:, :-1], below[:-1], rise_below[:-1]
     load = load_of(right, below, rise_right, rise_below, pull)
-    return solve(factors_of(right, below, held), load).astype(np.float32)
+    return solve(factors_of(right, below, held), load)

@@ -62,7 +62,7 @@ class Extraction:
 def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extraction:
     """Extract boundaries and surfaces, and keep the picture of every stage.
 
-    The frame's edges and regions are remembered with it, so that other parameters cost only what follows them.
+    The frame's edges, regions and blocks are remembered with it, so that other parameters cost only what follows them.
 
     Parameters
     ----------
@@ -72,25 +72,32 @@ def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extr
     chosen = parameters or BlockParameters()
     all_edges = find_edges(frame, chosen)
     found = find_boundaries(all_edges, chosen)
-    regions = _regions(frame, chosen.replace(**_OF_MERGING))
-    smallest = chosen.smallest_block(regions.size)
-    check_stopped()
-    graph = RegionGraph(regions, found.strength, frame, found.relief)
-    check_stopped()
-    graph.merge_below(_USUAL_LIMIT ** (2 * chosen.granularity))
-    graph.take_in_unfit(Fitness(smallest, chosen.min_known_share, Parameters().min_known_pixels))
-    blocks = graph.labels()
-    if chosen.existence_rate > 0:
-        blocks = numbered(keep_existing(blocks, frame.known, chosen.existence_rate, smallest))
     return Extraction(
         found.strength,
         found.edges,
         dilate(found.edges, chosen.dilation),
-        regions,
-        blocks,
+        _regions(frame, chosen.replace(**_OF_MERGING)),
+        _blocks(frame, chosen).copy(),
         all_edges.network,
         all_edges.notes,
     )
+
+
+@once_per_frame
+def _blocks(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]:
+    """The label map, int32 (H, W)."""
+    regions = _regions(frame, parameters.replace(**_OF_MERGING))
+    found = find_boundaries(find_edges(frame, parameters), parameters)
+    smallest = parameters.smallest_block(regions.size)
+    check_stopped()
+    graph = RegionGraph(regions, found.strength, frame, found.relief)
+    check_stopped()
+    graph.merge_below(_USUAL_LIMIT ** (2 * parameters.granularity))
+    graph.take_in_unfit(Fitness(smallest, parameters.min_known_share, Parameters().min_known_pixels))
+    blocks = graph.labels()
+    if parameters.existence_rate > 0:
+        blocks = numbered(keep_existing(blocks, frame.known, parameters.existence_rate, smallest))
+    return blocks
 
 
 @once_per_frame

@@ -38,12 +38,17 @@ def depth_features(depth: Array) -> Array:
         known pixel less the filled one.
     """
     known = np.isfinite(depth)
-    features = np.zeros((len(CHANNELS), *depth.shape), np.float32)
     if not known.any():
+        features = np.zeros((len(CHANNELS), *depth.shape), np.float32)
         features[4] = np.log1p(np.float32(max(depth.shape))) / 4
         return features
     filled, median = filled_log_depth(depth)
-    filled -= median
+    return features_of(filled - np.float32(median), known)
+
+
+def features_of(filled: Array, known: NDArray[np.bool_]) -> Array:
+    """`depth_features` from the filled log depth less the median of the known one, and where depth is known."""
+    features = np.zeros((len(CHANNELS), *filled.shape), np.float32)
     distance, nearest = nearest_values(filled, known)
     features[0] = known
     features[1] = filled

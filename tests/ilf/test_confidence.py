@@ -161,7 +161,7 @@ def test_a_frame_is_as_hard_as_its_own_hidden_depth_turns_out():
     rough = ilf.RGBDFrame(COLOUR, PLANE + np.float32(0.3) * (np.sin(ROWS / 7) * np.sin(COLUMNS / 9)))
     easy, hard = (own_test(frame) for frame in (smooth, rough))
     assert easy[0].shape == (len(easy[1]), len(FEATURES))
-    assert 0.2 < len(easy[1]) / (48 * 64) < 0.35
+    assert 0.2 < len(easy[1]) / PLANE.size < 0.35
     assert np.median(easy[1]) < np.median(hard[1])
     again = own_test(ilf.RGBDFrame(COLOUR, PLANE))
     np.testing.assert_array_equal(easy[1], again[1])
@@ -172,14 +172,15 @@ def test_frames_with_sparse_depth_of_great_size_and_at_the_limits_of_depth_can_b
     monkeypatch.setattr("ilf.confidence.difficulty._FEWEST", 10)
     sparse = np.random.default_rng(0).uniform(size=PLANE.shape) < 0.02
     features, _ = own_test(ilf.RGBDFrame(COLOUR, np.where(sparse, PLANE, np.nan)))
-    assert 10 <= len(features) < 30
-    discs = np.kron(_discs((48, 64)), np.ones((2, 2), bool))
-    near = ilf.RGBDFrame(COLOUR, np.where(discs | (COLUMNS < 60), 0.11, 0.099))
-    assert own_test(near) is None, "less its discs, its median is too near for a frame"
-    assert np.isfinite(depth_error(ilf.RGBDFrame(COLOUR, np.where(HOLE, np.nan, near.depth)), near.depth)[HOLE]).all()
+    assert 30 <= len(features) < 100
+    near = np.where(_discs(PLANE.shape) | (COLUMNS < 60), 0.11, 0.099)  # what is left is too near for a frame
+    assert own_test(ilf.RGBDFrame(COLOUR, near)) is not None
+    assert np.isfinite(depth_error(ilf.RGBDFrame(COLOUR, np.where(HOLE, np.nan, near)), near)[HOLE]).all()
     monkeypatch.setattr("ilf.confidence.difficulty._LONGEST", 32)
     features, _ = own_test(ilf.RGBDFrame(COLOUR, PLANE))
     assert 0.2 < len(features) / (24 * 32) < 0.35
+    monkeypatch.setattr("ilf.confidence.difficulty._LOOKED_AT", 50)
+    assert 40 < len(own_test(ilf.RGBDFrame(COLOUR, PLANE))[0]) <= 50
 
 
 def law(**curves):

@@ -18,7 +18,7 @@ from ilf.correction import CorrectionNetwork, load_correction_network, made_of
 from ilf.correction.correction import Correction
 from ilf.correction.features import CHANNELS, correction_features
 from ilf.correction.network import CELL, LARGEST, _weighted, smoothed
-from ilf.correction.spreading import spread
+from ilf.correction.spreading import factors_of, load_of, solve, spread
 from ilf.errors import FormatError, InputError
 from ilf.filter.stepper import is_guided
 from ilf.models import CORRECTION
@@ -55,13 +55,30 @@ def test_changes_spread_as_the_least_sum_says(shape: tuple[int, int]) -> None:
     np.testing.assert_allclose(spread(links).ravel(), np.linalg.solve(matrix, load), rtol=1e-4, atol=1e-6)
 
 
+def test_cells_that_hardly_anything_holds_are_where_exact_numbers_put_them() -> None:
+    """The network holds every cell by e^-9 at least."""
+    links = np.ones((6, 60, 80), np.float32)
+    links[2:4] = RNG.normal(0, 0.01, (2, 60, 80))
+    links[4], links[5] = np.exp(-9), 0
+    links[5, 0, 0] = np.exp(-9)
+    right, below, rise_right, rise_below, held, pull = links.astype(np.float64)
+    one, other = (right[:, :-1], below[:-1]), (rise_right[:, :-1], rise_below[:-1])
+    exact = solve(factors_of(*one, held), load_of(*one, *other, pull))
+    assert spread(links).dtype == np.float32
+    np.testing.assert_allclose(spread(links), exact, atol=2e-5)
+
+
 def test_a_pixel_takes_a_mean_of_the_cells_around_it() -> None:
     cells = RNG.normal(size=(3, 4)).astype(np.float32)
-    weights = RNG.uniform(size=(9, 3 * CELL, 4 * CELL)).astype(np.float32)
-    found = _weighted(cells, weights)
-    for row, column in ((0, 0), (5, 9), (11, 15)):
+    logits = RNG.normal(0, 3, size=(36, 3 * CELL // 2, 4 * CELL // 2)).astype(np.float32)
+    found = _weighted(cells, logits)
+    assert found.shape == (3 * CELL, 4 * CELL)
+    for row, column in ((0, 0), (5, 9), (11, 14)):
         around = np.pad(cells, 1, mode="edge")[row // CELL : row // CELL + 3, column // CELL : column // CELL + 3]
-        assert found[row, column] == pytest.approx(float((around.ravel() * weights[:, row, column]).sum()), rel=1e-5)
+        weights = np.exp(logits[2 * (row % 2) + column % 2 :: 4, row // 2, column // 2])
+        assert found[row, column] == pytest.approx(float((around.ravel() * weights).sum() / weights.sum()), rel=1e-4)
+    huge = _weighted(cells, 1e4 * logits)
+    assert np.isfinite(huge).all()
 
 
 def test_small_changes_specks_and_the_grid_of_cells_go_and_edges_stay() -> None:
@@ -249,6 +266,18 @@ def test_without_its_network_depth_stays_as_the_filter_leaves_it(
     assert "Depth is not corrected: There is no correction network at here." in found.notes
     plain = ilf.complete(fresh, blocks, ilf.preset("best", correction=False))
     np.testing.assert_array_equal(found.depth, plain.depth)
+
+
+def test_the_network_is_not_asked_where_all_missing_depth_is_near_known_depth(
+    frame: ilf.RGBDFrame, blocks: np.ndarray, corrected: ilf.Completion, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(completing, "load_correction_network", lambda: pytest.fail("the network is asked"))
+    thin = corrected.depth.copy()
+    thin[::3, ::3] = np.nan
+    found = ilf.complete(ilf.RGBDFrame(frame.rgb, thin), blocks)
+    assert found.filled.sum() > 1000
+    assert {result.correction for result in found.results.values()} == {None}
+    assert not found.notes
 
 
 def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from threading import Thread
+from threading import Barrier, Thread
 
 import numpy as np
 import pytest
 
-from ilf.per_frame import Memory
+import ilf
+from ilf.per_frame import Memory, once_per_frame
 
 
 class Owner:
@@ -60,3 +61,26 @@ def test_a_thread_that_displaces_what_another_one_looks_at_waits() -> None:
     assert memory.find(owner, key) == 7
     key.other.join()
     assert memory.find(owner, key) is None
+
+
+def frame_of(depth: float) -> ilf.RGBDFrame:
+    return ilf.RGBDFrame(np.zeros((4, 5, 3), np.uint8), np.full((4, 5), depth))
+
+
+def test_frames_do_not_wait_for_each_other_and_nothing_is_worked_out_twice() -> None:
+    both, worked_out = Barrier(2, timeout=10), []
+
+    @once_per_frame
+    def nearest(frame: ilf.RGBDFrame) -> float:
+        worked_out.append(frame)
+        both.wait()  # broken, if one waited for the other
+        return float(frame.depth.min())
+
+    frames, found = (frame_of(1), frame_of(2)), {}
+    threads = [Thread(target=lambda k=k: found.update({k: nearest(frames[k % 2])})) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert found == {0: 1, 1: 2, 2: 1, 3: 2}
+    assert len(worked_out) == 2

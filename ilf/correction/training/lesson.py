@@ -66,19 +66,19 @@ class CorrectionLesson(Lesson):
 
     def loss(self, model: nn.Module, batch: tuple[Tensor, ...]) -> Tensor:
         image, features, lines, log_depth, completed = batch
-        logits, coarse, links, weights = model(image, features)
-        before = line_loss(logits, lines, features) + COARSE_SHARE * coarse_loss(coarse, log_depth, features)
-        return error_ratio(completed[:, 0] + change(links, weights), batch).mean() + LINES_SHARE * before
+        of_lines, coarse, links, of_weights = model(image, features)
+        before = line_loss(of_lines, lines, features) + COARSE_SHARE * coarse_loss(coarse, log_depth, features)
+        return error_ratio(completed[:, 0] + change(links, of_weights), batch).mean() + LINES_SHARE * before
 
     def held_out(self, model: nn.Module, tensors: Callable[[Arrays], tuple[Tensor, ...]]) -> dict[str, float]:
         """Geometric means of the errors over those of the completed depth, and the largest of these ratios."""
         ratios = []
         for path in self.folder.held_out:
             batch = tensors(tuple(one[None] for one in read_sample(path)))
-            links, weights = model(*batch[:2])[2:]
+            links, of_weights = model(*batch[:2])[2:]
             if counted(batch).any():
                 completed = batch[4][:, 0]
-                now, before = torch.cat(errors(completed + change(links, weights), batch)), errors(completed, batch)
+                now, before = torch.cat(errors(completed + change(links, of_weights), batch)), errors(completed, batch)
                 ratios.append(torch.log(now / torch.cat(before)).cpu().numpy())
         mean, rms = np.exp(np.mean(ratios, axis=0))
         return {"MAE ratio": float(mean), "RMS ratio": float(rms), "worst": float(np.exp(np.max(ratios)))}

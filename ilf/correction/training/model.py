@@ -34,7 +34,8 @@ class CorrectionModel(nn.Module):
 
     The image is (N, 3, H, W), RGB in [0, 1], the features are (N, 10, H, W), H and W multiples of 32. `forward` gives
     the logits of lines and the coarse depth, as the depth-edge model does, the links of cells of 4 x 4 pixels
-    (`conduct`), and of whose change each pixel takes how much, of the cells around it, (N, 9, H, W).
+    (`conduct`), and the logits of whose change each pixel takes how much, of the cells around it, (N, 36, H/2, W/2):
+    of each of the 9 cells those of the 2 x 2 pixels.
     """
 
     def __init__(self) -> None:
@@ -56,11 +57,11 @@ class CorrectionModel(nn.Module):
 
     def forward(self, image: Tensor, features: Tensor) -> tuple[Tensor, Tensor, Links, Tensor]:
         half, quarter = self.base.levels(image, features)
-        logits, coarse = self.base.heads(half, quarter)
-        jump = logits[:, :1].float()
-        # from centre to centre of the cells
-        across = functional.max_pool2d(functional.pad(jump[..., CELL // 2 :], (0, CELL // 2), value=-9.0), CELL)
-        down = functional.max_pool2d(functional.pad(jump[..., CELL // 2 :, :], (0, 0, 0, CELL // 2), value=-9.0), CELL)
+        lines, coarse = self.base.lines(half), self.base.coarse(quarter)
+        # the first four are those of jumps in 2 x 2 pixels; from centre to centre of the cells
+        jump = lines[:, :4].float().amax(1, keepdim=True)
+        across = functional.max_pool2d(functional.pad(jump[..., 1:], (0, 1), value=-9.0), CELL // 2)
+        down = functional.max_pool2d(functional.pad(jump[..., 1:, :], (0, 0, 0, 1), value=-9.0), CELL // 2)
         middle, spread = coarse.float().split(1, 1)
         x = self.links(torch.cat([quarter, across / 4, down / 4, middle, spread / 4], 1)).float()
         right = self._conductance(_GAIN * x[:, 0] + across[:, 0])[:, :, :-1]
@@ -74,17 +75,17 @@ class CorrectionModel(nn.Module):
         firm = FIRMNESS * known * torch.exp((_GAIN * x[:, 6]).clamp(-6, 3))
         loose = torch.exp((_TRUST_AT_FIRST + _GAIN * x[:, 7]).clamp(-9, 4))
         pull = loose * _TARGET_GAIN * x[:, 8]
-        weights = functional.softmax(functional.pixel_shuffle(self.weights(half), 2).float(), 1)
-        return logits, coarse, (right, below, rise_right, rise_below, firm + loose, pull), weights
+        links = right, below, rise_right, rise_below, firm + loose, pull
+        return functional.pixel_shuffle(lines, 2), coarse, links, self.weights(half)
 
     def _conductance(self, logit: Tensor) -> Tensor:
         return torch.exp(-self.steepness * functional.softplus(logit)).clamp(max=1) + LEAST_CONDUCTANCE
 
 
-def change(links: Links, weights: Tensor) -> Tensor:
-    """The change of log depth of every pixel, (N, H, W)."""
+def change(links: Links, logits: Tensor) -> Tensor:
+    """The change of log depth of every pixel, (N, H, W), from links and the logits of the weights."""
     cells = conduct(*links).float()
     count, height, width = cells.shape
     around = functional.unfold(functional.pad(cells[:, None], (1, 1, 1, 1), mode="replicate"), 3)
     around = functional.interpolate(around.view(count, AROUND, height, width), scale_factor=CELL, mode="nearest")
-    return (weights * around).sum(1)
+    return (functional.softmax(functional.pixel_shuffle(logits, 2).float(), 1) * around).sum(1)
