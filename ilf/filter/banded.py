@@ -76,9 +76,9 @@ def _cholesky(band: Values, found: Values) -> Values:
             k += 4
         while k < i:
             off = i - k
-            a, first = -band[k, off], band[k, off:reach]
+            a, above = -band[k, off], band[k, off:reach]
             for j in range(reach - off):
-                row[j] += a * first[j]
+                row[j] += a * above[j]
             k += 1
         scale = 1 / np.sqrt(row[0])
         for j in range(reach):
