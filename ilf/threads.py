@@ -11,6 +11,8 @@ from contextlib import nullcontext
 from queue import SimpleQueue
 from typing import Generic, TypeVar
 
+from .stopping import heed, present_wishes
+
 T = TypeVar("T")
 Steps = Generator[T, None, None]
 
@@ -39,7 +41,7 @@ def side_by_side(tasks: Sequence[Steps[T]], width: int) -> Steps[T]:
 
     A thread takes a task and goes on with it, slice by slice, until its end; no more than a slice ahead of who takes
     what the tasks yield. An exception in a task comes out here. When this generator ends or is closed, so have its
-    threads.
+    threads: what they are at is stopped (see `ilf.stopping`).
 
     Parameters
     ----------
@@ -49,7 +51,8 @@ def side_by_side(tasks: Sequence[Steps[T]], width: int) -> Steps[T]:
         Number of threads.
     """
     team = _Team(tasks, width)
-    pool = ThreadPoolExecutor(width, thread_name_prefix="ilf-block")
+    wishes = *present_wishes(), team.stopped
+    pool = ThreadPoolExecutor(width, thread_name_prefix="ilf-block", initializer=heed, initargs=wishes)
     try:
         for _ in range(width):
             pool.submit(team.work)
@@ -70,18 +73,18 @@ class _Team(Generic[T]):
         self._width = width
         self._tasks = iter(tasks)
         self._taking, self._turn = threading.Lock(), threading.Lock()
-        self._stopped = threading.Event()
+        self.stopped = threading.Event()
         self._ahead = threading.Semaphore(2 * width)
         # slices of items; what a thread ends with, None or what went wrong
-        self._done = SimpleQueue[list[T] | Exception | None]()
+        self._done = SimpleQueue[list[T] | BaseException | None]()
 
     def work(self) -> None:
         """What every thread does."""
-        end: Exception | None = None
+        end: BaseException | None = None
         try:
             while (task := self._next_task()) is not None:
                 self._finish(task)
-        except Exception as error:
+        except BaseException as error:  # for the thread that waits for it
             end = error
         self._done.put(end)
 
@@ -90,7 +93,7 @@ class _Team(Generic[T]):
         working = self._width
         while working:
             done = self._done.get()
-            if isinstance(done, Exception):
+            if isinstance(done, BaseException):
                 raise done
             if done is None:
                 working -= 1
@@ -100,18 +103,18 @@ class _Team(Generic[T]):
 
     def stop(self) -> None:
         """Let the threads end, at the next item of their tasks."""
-        self._stopped.set()
+        self.stopped.set()
         self._ahead.release(self._width)
 
     def _next_task(self) -> Steps[T] | None:
         with self._taking:
-            return None if self._stopped.is_set() else next(self._tasks, None)
+            return None if self.stopped.is_set() else next(self._tasks, None)
 
     def _finish(self, task: Steps[T]) -> None:
         tiny, ended = False, False
         while not ended:
             self._ahead.acquire()
-            if self._stopped.is_set():
+            if self.stopped.is_set():
                 return
             with self._turn if tiny else nullcontext():
                 items, ended, tiny = self._slice(task)
@@ -126,7 +129,7 @@ class _Team(Generic[T]):
             items.append(item)
             if len(items) == 1:  # it may hold a set-up
                 begun = time.thread_time()
-            if self._stopped.is_set() or time.perf_counter() >= end:
+            if self.stopped.is_set() or time.perf_counter() >= end:
                 break
         else:
             return items, True, False

@@ -7,9 +7,10 @@ import math
 import os
 from pathlib import Path
 
+from ..camera import checked_motion
 from ..errors import FormatError, InputError, ParameterError
 from ..frame import FrameInputs, InputFile, TruthFile
-from ..io.encodings import ENCODINGS
+from ..io.encodings import encoding_of
 from ..io.files import read_json
 from ..outcomes import BlockOutcome, Status
 from ..parameters import BlockParameters, Parameters
@@ -98,6 +99,7 @@ def _with_what_schema_1_brought(known: RunRecord, record: Section) -> RunRecord:
         # records of runs without drawn borders do not name them
         drawn=_parsed_mask(record, "drawn", DRAWN_FILE) if "drawn" in record.values else None,
         guide=_parsed_guide(record),
+        pose=_parsed_pose(record),
         extraction_networks=networks.texts("extraction"),
         networks=networks.texts("filter"),
         dense=record.get("dense", bool),
@@ -112,6 +114,12 @@ def _parsed_mask(record: Section, key: str, usual_file: str) -> RecordedMask | N
         return None
     mask = record.section(key)
     return RecordedMask(mask.get("sha256", str), mask.filename("file") or usual_file)
+
+
+def _parsed_pose(record: Section) -> tuple[tuple[float, ...], ...] | None:
+    if "pose" not in record.values:  # it was not known
+        return None
+    return tuple(map(tuple, checked_motion(record.get("pose", list), "'pose' in the run record").tolist()))
 
 
 def _parsed_guide(record: Section) -> RecordedGuide | None:
@@ -133,16 +141,19 @@ def parsed_inputs(inputs: Section) -> FrameInputs:
         raise FormatError(f"'intrinsics' in the inputs must be [fx, fy, cx, cy], not {len(numbers)} numbers.")
     camera = None if numbers is None else (numbers[0], numbers[1], numbers[2], numbers[3])
     encoding = inputs.get("encoding", str) if "encoding" in inputs.values else None
-    if encoding is not None and encoding not in ENCODINGS:
-        raise FormatError(f"There is no depth encoding {encoding!r:.60}. Install a newer ILF Studio.")
+    try:
+        named = None if encoding is None else encoding_of(encoding)
+    except ParameterError as error:
+        raise FormatError(f"There is no depth encoding {encoding!r:.60}. Install a newer ILF Studio.") from error
     return FrameInputs(
         rgb,
         depth,
-        inputs.get("depth_units", float) if encoding is None else ENCODINGS[encoding].units,
+        inputs.get("depth_units", float) if named is None else named.units,
         camera,
         _parsed_truth(inputs),
         encoding,
         inputs.get("invalid", float) if "invalid" in inputs.values else None,
+        inputs.get("frame", str) if "frame" in inputs.values else None,
     )
 
 
@@ -188,4 +199,5 @@ def parsed_outcome(outcome: Section) -> BlockOutcome:
         iterations=outcome.get("iterations", int),
         stages=outcome.get("stages", int),
         sigma_i=math.nan if sigma is None else sigma,
+        outside=outcome.get("outside", int) if "outside" in outcome.values else 0,
     )
