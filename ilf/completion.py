@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping
 from contextlib import closing
 from dataclasses import replace
+from functools import cache, partial
 from typing import Self
 
 import numpy as np
@@ -21,6 +22,7 @@ from .correction import (
     made_of,
 )
 from .ebs import extract
+from .edges import FrameEdges
 from .errors import InputError
 from .filter.convergence import IterationRecord
 from .filter.history import CompactHistory
@@ -92,9 +94,11 @@ class CompletionRun(Iterator[Progress]):
         self.uncorrected: dict[int, BlockResult] = {}
         """Blocks that have been iterated on and wait for the correction, as they are without it."""
         self._live: dict[int, Stepper] = {}
+        # a network's file is looked at once, not for every block
+        edges = cache(partial(edges_for, frame, extraction=extraction))
         tasks = {
             label: _block_steps(
-                frame, block, self._parameters[label], extraction, drawn_of(block, borders), self._live, watch
+                frame, block, self._parameters[label], extraction, drawn_of(block, borders), self._live, watch, edges
             )
             for label, block in self.blocks.items()
         }
@@ -284,6 +288,7 @@ def _block_steps(
     drawn: NDArray[np.bool_] | None,
     live: dict[int, Stepper],
     watch: Watch | None,
+    edges_of: Callable[[Parameters], FrameEdges | None],
 ) -> Generator[Progress, None, None]:
     """All steps of one block; while they go on, its stepper stands in `live`."""
     refusal = _refusal(frame, block, parameters)
@@ -292,7 +297,7 @@ def _block_steps(
     if refusal is not None:
         yield Progress(block.label, result=BlockResult(block, raw, refusal, (), parameters, edges=edges, drawn=drawn))
         return
-    stepper = make_stepper(frame, block, parameters, extraction, drawn)
+    stepper = make_stepper(frame, block, parameters, extraction, drawn, edges_of(parameters))
     live[block.label] = stepper
     history: list[IterationRecord] = []
     truth = _hidden_truth(frame, block)

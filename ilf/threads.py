@@ -6,8 +6,9 @@ import os
 import threading
 import time
 from collections.abc import Generator, Iterable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
+from queue import SimpleQueue
 from typing import Generic, TypeVar
 
 from .stopping import heed, present_wishes
@@ -38,8 +39,9 @@ def one_by_one(tasks: Iterable[Steps[T]]) -> Steps[T]:
 def side_by_side(tasks: Sequence[Steps[T]], width: int) -> Steps[T]:
     """All that the tasks yield, `width` of them at a time, each in its own order.
 
-    An exception in a task comes out here. When this generator ends or is closed, so have its threads: what they are at
-    is stopped (see `ilf.stopping`).
+    A thread takes a task and goes on with it, slice by slice, until its end; no more than a slice ahead of who takes
+    what the tasks yield. An exception in a task comes out here. When this generator ends or is closed, so have its
+    threads: what they are at is stopped (see `ilf.stopping`).
 
     Parameters
     ----------
@@ -48,58 +50,88 @@ def side_by_side(tasks: Sequence[Steps[T]], width: int) -> Steps[T]:
     width : int
         Number of threads.
     """
-    stopped, turn = threading.Event(), threading.Lock()
-    waiting = (_Sliced(task, stopped, turn) for task in tasks)
-    pool = ThreadPoolExecutor(
-        width, thread_name_prefix="ilf-block", initializer=heed, initargs=(*present_wishes(), stopped)
-    )
-    slices: dict[Future[tuple[list[T], bool]], _Sliced[T]] = {}
-
-    def go_on(task: _Sliced[T] | None) -> None:
-        if task is not None:
-            slices[pool.submit(task.advance)] = task
-
+    team = _Team(tasks, width)
+    wishes = *present_wishes(), team.stopped
+    pool = ThreadPoolExecutor(width, thread_name_prefix="ilf-block", initializer=heed, initargs=wishes)
     try:
         for _ in range(width):
-            go_on(next(waiting, None))
-        while slices:
-            for done in wait(slices, return_when=FIRST_COMPLETED).done:
-                task = slices.pop(done)
-                items, ended = done.result()
-                go_on(next(waiting, None) if ended else task)
-                yield from items
+            pool.submit(team.work)
+        yield from team.results()
     finally:
-        stopped.set()
-        pool.shutdown(cancel_futures=True)
+        team.stop()
+        pool.shutdown()
 
 
-class _Sliced(Generic[T]):
-    """A task that goes on for a short while at a time, each time in any thread.
+class _Team(Generic[T]):
+    """Threads that share tasks, and what they hand over.
 
     Tasks of tiny steps take turns: two of them would spend more on passing the interpreter's lock to and fro than
     they gain, while set-ups and large steps, which do without it, run beside them.
     """
 
-    def __init__(self, task: Steps[T], stopped: threading.Event, turn: threading.Lock) -> None:
-        self._task = task
-        self._stopped = stopped
-        self._turn = turn
-        self._tiny = False
+    def __init__(self, tasks: Sequence[Steps[T]], width: int) -> None:
+        self._width = width
+        self._tasks = iter(tasks)
+        self._taking, self._turn = threading.Lock(), threading.Lock()
+        self.stopped = threading.Event()
+        self._ahead = threading.Semaphore(2 * width)
+        # slices of items; what a thread ends with, None or what went wrong
+        self._done = SimpleQueue[list[T] | BaseException | None]()
 
-    def advance(self) -> tuple[list[T], bool]:
-        """What the task yields in a slice, and whether that was its end."""
-        with self._turn if self._tiny else nullcontext():
-            items: list[T] = []
-            begun = 0.0
-            end = time.perf_counter() + SLICE_S
-            for item in self._task:
-                items.append(item)
-                if len(items) == 1:  # it may hold a set-up
-                    begun = time.thread_time()
-                if self._stopped.is_set() or time.perf_counter() >= end:
-                    break
+    def work(self) -> None:
+        """What every thread does."""
+        end: BaseException | None = None
+        try:
+            while (task := self._next_task()) is not None:
+                self._finish(task)
+        except BaseException as error:  # for the thread that waits for it
+            end = error
+        self._done.put(end)
+
+    def results(self) -> Steps[T]:
+        """All that the tasks yield, as it comes."""
+        working = self._width
+        while working:
+            done = self._done.get()
+            if isinstance(done, BaseException):
+                raise done
+            if done is None:
+                working -= 1
             else:
-                return items, True
-            if len(items) > 1:
-                self._tiny = time.thread_time() - begun < TINY_STEP_S * (len(items) - 1)
-            return items, False
+                self._ahead.release()
+                yield from done
+
+    def stop(self) -> None:
+        """Let the threads end, at the next item of their tasks."""
+        self.stopped.set()
+        self._ahead.release(self._width)
+
+    def _next_task(self) -> Steps[T] | None:
+        with self._taking:
+            return None if self.stopped.is_set() else next(self._tasks, None)
+
+    def _finish(self, task: Steps[T]) -> None:
+        tiny, ended = False, False
+        while not ended:
+            self._ahead.acquire()
+            if self.stopped.is_set():
+                return
+            with self._turn if tiny else nullcontext():
+                items, ended, tiny = self._slice(task)
+            self._done.put(items)
+
+    def _slice(self, task: Steps[T]) -> tuple[list[T], bool, bool]:
+        """What a task yields in a slice, whether that was its end, and whether its steps are tiny."""
+        items: list[T] = []
+        begun = 0.0
+        end = time.perf_counter() + SLICE_S
+        for item in task:
+            items.append(item)
+            if len(items) == 1:  # it may hold a set-up
+                begun = time.thread_time()
+            if self.stopped.is_set() or time.perf_counter() >= end:
+                break
+        else:
+            return items, True, False
+        steps = len(items) - 1
+        return items, False, steps > 0 and time.thread_time() - begun < TINY_STEP_S * steps

@@ -86,6 +86,7 @@ def make_stepper(
     parameters: Parameters,
     extraction: BlockParameters | None = None,
     drawn: NDArray[np.bool_] | None = None,
+    edges: FrameEdges | None = None,
 ) -> Stepper:
     """The stepper of a block.
 
@@ -100,8 +101,10 @@ def make_stepper(
     drawn : ndarray of bool, optional
         The block's pixels, in the order of `block.mask`'s True values, whose border was drawn by hand: to the
         edge-aware filter an edge of full strength, to the pass band, which sees nothing beyond the block, none.
+    edges : FrameEdges, optional
+        What `edges_for` gives with these parameters, for those who have it.
     """
-    edges = edges_for(frame, parameters, extraction)
+    edges = edges or edges_for(frame, parameters, extraction)
     if edges is None:
         return PassBandIteration(frame, block, parameters)
     return EdgeAwareIteration(frame, block, parameters, edges, drawn)

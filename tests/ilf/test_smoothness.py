@@ -23,7 +23,12 @@ def _weights(rng: np.random.Generator, shape: tuple[int, int], top: float = 3.0)
     def some(rows: int, columns: int) -> np.ndarray:
         return rng.uniform(0.01, top, (max(rows, 0), max(columns, 0))).astype(np.float32)
 
-    return Weights(some(height, width - 1), some(height - 1, width), some(height, width - 2), some(height - 2, width))
+    weights = Weights.none(shape)
+    weights.slope_x[:] = some(height, width - 1)
+    weights.slope_y[:] = some(height - 1, width)
+    weights.bend_x[:] = some(height, width - 2)
+    weights.bend_y[:] = some(height - 2, width)
+    return weights
 
 
 def _samples(rng: np.random.Generator, shape: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:

@@ -264,17 +264,18 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         """From the coarsest grid to the finest, and there the rounds in which jumps let go."""
         coarsest, *others = reversed(self._grids)
         self._stage = 1
-        u = self._energy(coarsest).minimum()
+        u = self._energy(coarsest, self._weights(coarsest)).minimum()
         yield coarsest, u, coarsest.sums(u, coarsest.start)
         for coarser, grid in pairwise((coarsest, *others)):
             limit = _STEPS if grid is not self._grids[0] else self._finest_steps
-            u = yield from self._descend(grid, self._energy(grid), coarser.level.enlarged(u, grid.level), limit)
+            weights = self._weights(grid)
+            energy, start = self._energy(grid, weights), coarser.level.enlarged(u, grid.level)
+            u = yield from self._descend(grid, energy, start, limit)
         finest = self._grids[0]
         if math.isfinite(self._jump) and self._denoising is None:
             scale = np.full(u.shape, self._jump, np.float32)
             for self._round in range(1, _ROUNDS + 1):
-                weights = self._weights(finest).loosened(u, scale, _SLOPE_JUMPS)
-                energy = SmoothnessEnergy(finest.counts + self._levelling, finest.totals, weights)
+                energy = self._energy(finest, weights.loosened(u, scale, _SLOPE_JUMPS))
                 u = yield from self._descend(finest, energy, u, _ROUND_STEPS)
         return u
 
@@ -309,8 +310,8 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
             yield grid, better, sums
         return better
 
-    def _energy(self, grid: _Grid) -> SmoothnessEnergy:
-        return SmoothnessEnergy(grid.counts + self._levelling, grid.totals, self._weights(grid))
+    def _energy(self, grid: _Grid, weights: Weights) -> SmoothnessEnergy:
+        return SmoothnessEnergy(grid.counts + self._levelling, grid.totals, weights)
 
     def _weights(self, grid: _Grid) -> Weights:
         # of a surface on cells of c pixels, slopes add up to the same, bending to c^2 times as much
@@ -425,11 +426,12 @@ class _View:
             at[self.mask] = drawn
             self._drawn = at[self.place]
 
-        trusted = frame.known[around]
+        known = np.isfinite(frame.depth[around])
+        trusted = known
         if parameters.jump_share:
-            trusted = trusted & ~flying_pixels(frame)[around]
+            trusted = known & ~flying_pixels(frame)[around]
             if not trusted[self.mask].any():
-                trusted = frame.known[around]
+                trusted = known
         self._held_out = held_out_of(self._mask & trusted[self.place], parameters.hold_out)
         self.depth = np.where(trusted, frame.depth[around], np.float32(np.nan))
         """Depth [m] in that box, without flying pixels and what is held out."""
@@ -510,7 +512,7 @@ class _View:
 
     def pixels(self, levels: tuple[_Level, ...], trend: Array, changing: bool = False) -> _Pixels:
         """The block's pixels in the window, all or those that may change, for surfaces on grids of these levels."""
-        among = self._mask & ~self._frame.known[self._window] if changing and self._fills else self._mask
+        among = self._mask & np.isnan(self._frame.depth[self._window]) if changing and self._fills else self._mask
         places = np.flatnonzero(among)
         seen = np.flatnonzero(self.seen)[among[self._mask]]
         return _Pixels(levels, places, seen, trend.ravel()[places], self._frame, self._block)
@@ -553,7 +555,7 @@ class _Pixels:
 def _window(frame: RGBDFrame, block: Block, mode: str) -> Box:
     """Where the surface is sought: around all that may change, with some known depth beyond."""
     rows, columns = block.box
-    wanted = block.mask & ~frame.known[block.box] if mode == "fill" else block.mask
+    wanted = block.mask & np.isnan(frame.depth[block.box]) if mode == "fill" else block.mask
     if not wanted.any():
         wanted = block.mask
     margin = math.ceil(max(frame.shape) / _CONTEXT[mode])

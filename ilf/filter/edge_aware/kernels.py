@@ -36,13 +36,13 @@ class Sums(NamedTuple):
     misfits: float
 
 
-def framed(values: Array, shape: tuple[int, ...]) -> Array:
-    """Values of a grid of this shape, or but for its last rows and columns, in a frame of zeros: shape (H + 4, W).
+def framed(values: Array) -> Array:
+    """Values in a frame of two rows of zeros above and below: shape (H + 4, W).
 
-    So what lies two rows off a cell lies in the array, and two columns off, in the row before or after.
+    So what lies two rows off a cell lies in the array, and what lies two columns off, in the row before or after.
     """
-    result = np.zeros((shape[0] + 4, shape[1]), np.float32)
-    result[2 : 2 + values.shape[0], : values.shape[1]] = values
+    result = np.zeros((values.shape[0] + 4, values.shape[1]), np.float32)
+    result[2:-2] = values
     return result
 
 
@@ -245,89 +245,86 @@ def descend(
     return len(found), size, ratio
 
 
-def _spread(slope_x: Array, slope_y: Array, bend_x: Array, bend_y: Array, out: NDArray[Any]) -> None:
-    height, width = out.shape
-    one, four = np.float32(1), np.float32(4)
-    for y in range(height):
-        row = out[y]
-        slope, bend = slope_x[y], bend_x[y]
-        right, beyond = row[1:], row[2:]
-        for x in range(width - 1):
-            right[x] += slope[x]
-        for x in range(width - 1):
-            row[x] += slope[x]
-        for x in range(width - 2):
-            beyond[x] += bend[x]
-        for x in range(width - 2):
-            right[x] += four * bend[x]
-        for x in range(width - 2):
-            row[x] += bend[x]
-        for off in range(3):
-            if off < 2 and 0 <= y - off < height - 1:
-                slope = slope_y[y - off]
-                for x in range(width):
-                    row[x] += slope[x]
-            if 0 <= y - off < height - 2:
-                bend = bend_y[y - off]
-                times = four if off == 1 else one
-                for x in range(width):
-                    row[x] += times * bend[x]
+def _spread(weights: Array, out: NDArray[Any]) -> None:
+    diagonal = out.reshape(-1)
+    slope_x, slope_y = weights[0].reshape(-1), weights[1].reshape(-1)
+    bend_x, bend_y = weights[2].reshape(-1), weights[3].reshape(-1)
+    one, two, four = np.uint64(1), np.uint64(2), np.float32(4)
+    row, rows = np.uint64(out.shape[1]), np.uint64(2 * out.shape[1])
+    for cell in range(np.uint64(out.size)):
+        i = rows + cell
+        here = diagonal[cell] + slope_x[i - one] + slope_x[i]  # in its own digits
+        here = here + bend_x[i - two] + four * bend_x[i - one] + bend_x[i]
+        here = here + slope_y[i - row] + slope_y[i]
+        diagonal[cell] = here + bend_y[i - rows] + four * bend_y[i - row] + bend_y[i]
 
 
 @compiled(_spread)
-def spread(slope_x: Array, slope_y: Array, bend_x: Array, bend_y: Array, out: NDArray[Any]) -> None:
+def spread(weights: Array, out: NDArray[Any]) -> None:
     """Add the smoothness terms' share in the diagonal of the energy's matrix, in place.
 
     Parameters
     ----------
-    slope_x, slope_y, bend_x, bend_y : ndarray
-        See `Weights`.
-    out : ndarray of float32 or float64
+    weights : ndarray of float32, shape (4, H + 4, W)
+        See `Weights.framed`.
+    out : ndarray of float32 or float64, shape (H, W)
     """
+    slope_x, slope_y, bend_x, bend_y = weights[:, 2:-2]
     for diagonal, slope, bend in ((out, slope_x, bend_x), (out.T, slope_y.T, bend_y.T)):
-        diagonal[:, 1:] += slope
-        diagonal[:, :-1] += slope
-        diagonal[:, 2:] += bend
-        diagonal[:, 1:-1] += 4 * bend
-        diagonal[:, :-2] += bend
+        diagonal[:, 1:] += slope[:, :-1]
+        diagonal[:, :-1] += slope[:, :-1]
+        diagonal[:, 2:] += bend[:, :-2]
+        diagonal[:, 1:-1] += 4 * bend[:, :-2]
+        diagonal[:, :-2] += bend[:, :-2]
 
 
-def _let_go(weights: Array, down: int, right: int, second: bool, u: Array, scale: Array, times: Any) -> Array:
-    one, two = np.float32(1), np.float32(2)
-    out = np.empty_like(weights)
-    for y in range(weights.shape[0]):
-        weight, left = weights[y], out[y]
-        here, there, width = u[y], u[y + down, right:], scale[y + down, right:]
-        if second:
-            beyond = u[y + 2 * down, 2 * right :]
-            for x in range(weights.shape[1]):
-                ratio = (beyond[x] - two * there[x] + here[x]) / (times * width[x])
-                left[x] = weight[x] / (one + ratio * ratio)
-        else:
-            for x in range(weights.shape[1]):
-                ratio = (there[x] - here[x]) / (times * width[x])
-                left[x] = weight[x] / (one + ratio * ratio)
+def _let_go(weights: Array, u: Array, scale: Array, times: Any) -> Array:
+    out = np.zeros_like(weights)
+    values, scales, size = u.reshape(-1), scale.reshape(-1), np.uint64(u.size)
+    row, rows, two = np.uint64(u.shape[1]), np.uint64(2 * u.shape[1]), np.float32(2)
+    for kind in range(2):
+        step = row if kind else np.uint64(1)
+        slope, bend, looser, softer = (
+            weights[kind].reshape(-1),
+            weights[2 + kind].reshape(-1),
+            out[kind].reshape(-1),
+            out[2 + kind].reshape(-1),
+        )
+        for i in range(max(size, step) - step):
+            ratio = (values[i + step] - values[i]) / (times * scales[i + step])
+            looser[rows + i] = slope[rows + i] / (np.float32(1) + ratio * ratio)
+        for i in range(max(size, step + step) - step - step):
+            ratio = (values[i + step + step] - two * values[i + step] + values[i]) / scales[i + step]
+            softer[rows + i] = bend[rows + i] / (np.float32(1) + ratio * ratio)
     return out
 
 
 @compiled(_let_go)
-def let_go(weights: Array, down: int, right: int, second: bool, u: Array, scale: Array, times: np.float32) -> Array:
+def let_go(weights: Array, u: Array, scale: Array, times: np.float32) -> Array:
     """Weights of differences by Cauchy's rule: halved where a difference is as large as its scale.
 
     Parameters
     ----------
-    weights : ndarray
-        Of the differences between neighbours along y (`down` is 1) or x (`right` is 1), first or second ones.
-    down, right : int
-    second : bool
-    u, scale : ndarray
+    weights : ndarray of float32, shape (4, H + 4, W)
+        See `Weights.framed`.
+    u, scale : ndarray of float32, shape (H, W)
+        The scale is that of second differences.
     times : float32
-        Factor on the scale.
+        How many times larger it is for first ones.
+
+    Returns
+    -------
+    ndarray of float32, shape (4, H + 4, W)
     """
-    height, width = weights.shape
-    here, there = u[:height, :width], u[down : down + height, right : right + width]
-    difference = there - here
-    if second:
-        difference = u[2 * down :, 2 * right :] - there - difference
-    ratio = difference / (times * scale[down : down + height, right : right + width])
-    return weights / (1 + ratio * ratio)
+    out = np.zeros_like(weights)
+    inside, kept = out[:, 2:-2], weights[:, 2:-2]
+    for kind, (values, width) in enumerate(((u, scale), (u.T, scale.T))):
+        slope, bend, looser, softer = (
+            part.T if kind else part for part in (kept[kind], kept[2 + kind], inside[kind], inside[2 + kind])
+        )
+        step = values[:, 1:] - values[:, :-1]
+        ratio = step / (times * width[:, 1:])
+        looser[:, :-1] = slope[:, :-1] / (1 + ratio * ratio)
+        ratio = (step[:, 1:] - step[:, :-1]) / width[:, 1:-1]
+        softer[:, :-2] = bend[:, :-2] / (1 + ratio * ratio)
+    return out

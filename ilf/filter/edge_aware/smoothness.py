@@ -53,26 +53,45 @@ class Told(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Weights:
-    """Weights of first and second differences, float32.
+    """Weights of first and second differences.
 
     Attributes
     ----------
-    slope_x, slope_y : ndarray, shapes (H, W - 1) and (H - 1, W)
-    bend_x, bend_y : ndarray, shapes (H, W - 2) and (H - 2, W)
+    framed : ndarray of float32, shape (4, H + 4, W)
+        Those of first ones along x and y and of second ones along x and y, at the first pixel of each; 0 where there is
+        no such difference, and in a frame of two rows above and below.
     """
 
-    slope_x: Array
-    slope_y: Array
-    bend_x: Array
-    bend_y: Array
+    framed: Array
+
+    @classmethod
+    def none(cls, shape: tuple[int, ...]) -> Weights:
+        """All 0, to be filled in."""
+        return cls(np.zeros((4, shape[0] + 4, shape[1]), np.float32))
+
+    @property
+    def slope_x(self) -> Array:
+        """Shape (H, W - 1)."""
+        return self.framed[0, 2:-2, :-1]
+
+    @property
+    def slope_y(self) -> Array:
+        """Shape (H - 1, W)."""
+        return self.framed[1, 2:-3]
+
+    @property
+    def bend_x(self) -> Array:
+        """Shape (H, W - 2)."""
+        return self.framed[2, 2:-2, :-2]
+
+    @property
+    def bend_y(self) -> Array:
+        """Shape (H - 2, W)."""
+        return self.framed[3, 2:-4]
 
     def bent(self, times: np.float32) -> Weights:
         """Weights with those of second differences so many times as large."""
-        return Weights(self.slope_x, self.slope_y, times * self.bend_x, times * self.bend_y)
-
-    def framed(self, shape: tuple[int, ...]) -> Array:
-        """All four for a grid of this shape, each in a frame of zeros: shape (4, H + 4, W)."""
-        return np.stack([kernels.framed(one, shape) for one in (self.slope_x, self.slope_y, self.bend_x, self.bend_y)])
+        return Weights(self.framed * np.array([1, 1, times, times], np.float32)[:, None, None])
 
     def loosened(self, u: Array, scale: Array, slope_jumps: float) -> Weights:
         """Weights by Cauchy's rule: differences of u far above the scale let go.
@@ -85,13 +104,7 @@ class Weights:
         slope_jumps : float
             The same for first differences, in units of `scale`.
         """
-        one, times = np.float32(1), np.float32(slope_jumps)
-        return Weights(
-            kernels.let_go(self.slope_x, 0, 1, False, u, scale, times),
-            kernels.let_go(self.slope_y, 1, 0, False, u, scale, times),
-            kernels.let_go(self.bend_x, 0, 1, True, u, scale, one),
-            kernels.let_go(self.bend_y, 1, 0, True, u, scale, one),
-        )
+        return Weights(kernels.let_go(self.framed, u, scale, np.float32(slope_jumps)))
 
 
 def make_weights(smooth_x: Array, smooth_y: Array, slope: float, bending: float, stiff: Array | None = None) -> Weights:
@@ -108,12 +121,18 @@ def make_weights(smooth_x: Array, smooth_y: Array, slope: float, bending: float,
         How much of the second difference around a pixel counts, from 1, all, to 0, none, where the surface has a
         crease: it may bend there, but not tear.
     """
-    first, second = np.float32(slope), np.float32(bending)
-    bend_x = second * np.minimum(smooth_x[:, 1:], smooth_x[:, :-1])
-    bend_y = second * np.minimum(smooth_y[1:], smooth_y[:-1])
+    made = Weights.none((smooth_x.shape[0], smooth_y.shape[1]))
+    np.multiply(np.float32(slope), smooth_x, out=made.slope_x)
+    np.multiply(np.float32(slope), smooth_y, out=made.slope_y)
+    bend_x, bend_y = made.bend_x, made.bend_y
+    np.minimum(smooth_x[:, 1:], smooth_x[:, :-1], out=bend_x)
+    np.minimum(smooth_y[1:], smooth_y[:-1], out=bend_y)
+    for bend in (bend_x, bend_y):
+        bend *= np.float32(bending)
     if stiff is not None:
-        bend_x, bend_y = bend_x * stiff[:, 1:-1], bend_y * stiff[1:-1]
-    return Weights(first * smooth_x, first * smooth_y, bend_x, bend_y)
+        bend_x *= stiff[:, 1:-1]
+        bend_y *= stiff[1:-1]
+    return made
 
 
 class SmoothnessEnergy:
@@ -140,7 +159,7 @@ class SmoothnessEnergy:
         Ends after so many steps, where they are steady, and where float32 can come no nearer. Small ones are made
         several at a time.
         """
-        weights, direction = self._weights.framed(start.shape), kernels.framed(start, start.shape)
+        weights, direction = self._weights.framed, kernels.framed(start)
         inverse = np.reciprocal(self._diagonal(np.float32))
         image = np.empty_like(start)
         kernels.pull(self._counts, weights, direction, image)
@@ -171,9 +190,8 @@ class SmoothnessEnergy:
         return found[0].astype(np.float32)
 
     def _diagonal(self, dtype: type[np.floating]) -> NDArray[Any]:
-        weights = self._weights
         result = self._counts.astype(dtype)
-        kernels.spread(weights.slope_x, weights.slope_y, weights.bend_x, weights.bend_y, result)
+        kernels.spread(self._weights.framed, result)
         return result
 
 
