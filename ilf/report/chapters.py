@@ -240,6 +240,8 @@ def _provenance(record: RunRecord) -> Facts:
         for name, file in files:
             if file is not None:
                 facts += [Fact(name, file.path), Fact("SHA-256", file.sha256, is_hash=True)]
+        if record.inputs.frame is not None:
+            facts.append(Fact("Frame of the recording", record.inputs.frame))
         facts.append(Fact("Depth encoding", encoding_of_inputs(record.inputs).text))
     if record.guide is not None:
         given = [Fact("Guide", record.guide.path)] if record.guide.path is not None else []
