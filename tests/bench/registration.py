@@ -4,7 +4,7 @@ The generated room is seen by a depth camera and by a colour camera that stands 
 and the raw pair is registered: by `ilf.registration`, by one sample for each depth pixel with the same lenses, and by
 Open3D's `project_to_depth_image`, which knows of no lenses. Exact depth of every colour pixel, without distortion, says
 which of them the depth camera has seen: their points lie in its image, nearer than all else on their rays, and where it
-gave depth. Given are
+gave depth. "more" is the library's way with twice as many samples along a row and along a column. Given are
 
 - known: share of those pixels that have depth after registration; the others are false holes.
 - see-through: share of them where the depth is that of something at least 5 cm and 5 % farther away.
@@ -22,6 +22,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from unittest import mock
 
 import cv2
 import numpy as np
@@ -29,7 +30,7 @@ from numpy.typing import NDArray
 
 from ilf.camera import CameraIntrinsics
 from ilf.open3d_images import load_open3d
-from ilf.registration import Camera, RawPair, register
+from ilf.registration import Camera, RawPair, register, registering
 
 sys.path.append(str(Path(__file__).parents[2] / "assets" / "samples"))
 from roomkit.room import Room, build
@@ -122,6 +123,12 @@ def registered(pair: RawPair, _: Camera) -> NDArray[np.float32]:
     return register(pair).depth
 
 
+def more_samples(pair: RawPair, _: Camera) -> NDArray[np.float32]:
+    """The same with twice as many samples along a row and along a column."""
+    with mock.patch.object(registering, "SAMPLES_PER_PIXEL", 2 * registering.SAMPLES_PER_PIXEL):
+        return register(pair).depth
+
+
 def one_sample(pair: RawPair, view: Camera) -> NDArray[np.float32]:
     """Every depth pixel's centre, moved to one colour pixel."""
     points = rays_of(pair.depth_camera) * pair.depth.reshape(-1, 1)
@@ -146,7 +153,12 @@ def by_open3d(pair: RawPair, view: Camera) -> NDArray[np.float32]:
     return np.where(depth > 0, depth, np.float32(np.nan))
 
 
-WAYS: dict[str, Way] = {"ilf": registered, "one sample": one_sample, "open3d": by_open3d}
+WAYS: dict[str, Way] = {
+    "ilf": registered,
+    "more": more_samples,
+    "one sample": one_sample,
+    "open3d": by_open3d,
+}
 
 
 def visible(room: Room, pair: RawPair, points: Floats) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
