@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from .. import __version__
 from ..errors import IlfError
-from . import bench, blocks, complete, experiments, info, judge, models, presets, project, report_page, sample
+from . import bench, blocks, capture, complete, experiments, info, judge, models, presets, project, report_page, sample
 from .parsing import Parser, UsageError
 
 
@@ -56,7 +56,20 @@ def build_parser() -> Parser:
     )
     parser.add_argument("--version", action="version", version=f"ilf {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for module in (complete, blocks, info, judge, report_page, bench, experiments, sample, models, presets, project):
+    for module in (
+        complete,
+        blocks,
+        capture,
+        info,
+        judge,
+        report_page,
+        bench,
+        experiments,
+        sample,
+        models,
+        presets,
+        project,
+    ):
         module.add_command(commands)
     return parser
 
