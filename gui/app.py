@@ -5,10 +5,9 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import traceback
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING
 
 from gui.display import display_problem, qt_problem
@@ -16,6 +15,7 @@ from gui.frames.paths import sorted_out
 from ilf.assets import asset_path
 from ilf.errors import InputError
 from ilf.extras import optional
+from ilf.fault_log import note_crashes, note_fault
 from ilf.io.frame_source import FrameSource
 
 if TYPE_CHECKING:
@@ -24,6 +24,13 @@ if TYPE_CHECKING:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point of `ilf-gui`."""
+    try:
+        return _main(arguments)
+    except Exception as error:
+        return _refused(note_fault(error))
+
+
+def _main(arguments: Sequence[str] | None) -> int:
     parser = _parser()
     options = parser.parse_args(arguments)
     for name in ("truth", "guide"):
@@ -49,7 +56,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     from PySide6.QtWidgets import QApplication
 
     from gui import theme
+    from gui.faults import Faults, leave
 
+    note_crashes()
     QCoreApplication.setOrganizationName("ILF Studio")
     QCoreApplication.setApplicationName("ilf-studio")
     present = QApplication.instance()
@@ -63,11 +72,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     window = MainWindow(remembers=options.screenshot is None)
     if options.size:
         window.resize(*options.size)
-    _install_exception_hook(window)
+    Faults(window.notes).watch()
     window.show()
     if not options.run and options.screenshot is None:
         _open(window, options)
-        return app.exec()
+        status = app.exec()
+        return status if app is present else leave(status)
 
     from gui.unattended import Unattended
 
@@ -84,11 +94,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options.screenshot,
     )
     if options.screenshot is not None:
-        _install_exception_hook(window, unattended.finish)
+        Faults(window.notes, unattended.finish).watch()
     _open(window, options, None if options.screenshot is None else unattended.note_failure)
     QTimer.singleShot(0, unattended.start)
     status = app.exec()
-    return unattended.status or status
+    status = unattended.status or status
+    return status if app is present else leave(status)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -108,6 +119,9 @@ def _parser() -> argparse.ArgumentParser:
     how.add_argument("--depth-encoding", metavar="NAME", help="how depth files become metres, as for `ilf complete`")
     how.add_argument("--depth-units", type=float, help="the same for most files: units per metre (1000: millimetres)")
     parser.add_argument("--invalid", type=float, metavar="N", help="value of depth files that stands for missing")
+    parser.add_argument(
+        "--min-confidence", type=float, metavar="N", help="depth of a lower confidence counts as missing"
+    )
     parser.add_argument("--intrinsics", help="camera preset, fx,fy,cx,cy or a JSON file, for a colour and depth file")
     parser.add_argument("--truth", metavar="FILE", help="true depth of the (one) frame, to judge results by")
     parser.add_argument("--truth-units", type=float, help="file units per metre of the truth (1000: millimetres)")
@@ -152,13 +166,15 @@ def _no_partner(path: Path) -> str:
 
 def _inputs(options: argparse.Namespace) -> tuple[list[Path], list[Path], list[FrameSource], list[Path]]:
     """Project files, run records, frames, and a colour or depth file that has no partner."""
-    how = (
-        *(options.depth_units, options.intrinsics, options.truth, options.truth_units, options.guide),
+    how = FrameSource(
+        *("", None, options.depth_units, options.intrinsics, options.truth, options.truth_units, options.guide),
         *(options.depth_encoding, options.invalid),
+        min_confidence=options.min_confidence,
     )
     projects, folders, records, files = sorted_out(options.frames)
-    sources = [FrameSource(str(path), None, *how) for path in folders]
-    sources += [FrameSource(str(rgb), str(depth), *how) for rgb, depth in zip(files[::2], files[1::2], strict=False)]
+    sources = [replace(how, rgb=str(path)) for path in folders]
+    pairs = zip(files[::2], files[1::2], strict=False)
+    sources += [replace(how, rgb=str(rgb), depth=str(depth)) for rgb, depth in pairs]
     return projects, records, sources, files[len(files) // 2 * 2 :]
 
 
@@ -188,6 +204,7 @@ def _without_display(options: argparse.Namespace, problem: str) -> int:
     reading = ["--depth-units", str(options.depth_units)] if options.depth_units else []
     reading += ["--depth-encoding", options.depth_encoding] if options.depth_encoding else []
     reading += ["--invalid", str(options.invalid)] if options.invalid is not None else []
+    reading += ["--min-confidence", str(options.min_confidence)] if options.min_confidence is not None else []
     reading += ["--intrinsics", options.intrinsics] if options.intrinsics else []
     reading += ["--truth", options.truth] if options.truth else []
     reading += ["--truth-units", str(options.truth_units)] if options.truth_units else []
@@ -198,19 +215,6 @@ def _without_display(options: argparse.Namespace, problem: str) -> int:
         print(f"Running this instead: ilf {' '.join(arguments)}", file=sys.stderr)
         status = command_line(arguments) or status
     return status
-
-
-def _install_exception_hook(window: MainWindow, stop: Callable[[], None] | None = None) -> None:
-    """An unexpected error in a slot is shown and logged; the program goes on with what it has, or stops."""
-
-    def hook(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
-        traceback.print_exception(kind, error, trace)
-        if isinstance(error, Exception):
-            window.notes.report("Unexpected error", error)
-            if stop is not None:
-                stop()
-
-    sys.excepthook = hook
 
 
 if __name__ == "__main__":

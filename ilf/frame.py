@@ -247,6 +247,24 @@ class RGBDFrame:
         return np.isfinite(self.depth)
 
     @property
+    def missing(self) -> NDArray[np.bool_]:
+        """Pixels without depth that the depth camera could see, bool (H, W): all without depth if nothing is said of
+        its view."""
+        return ~self.known if self.outside_view is None else ~(self.known | self.outside_view)
+
+    def left_missing(self, outside_view: bool = False) -> NDArray[np.bool_] | None:
+        """Pixels, bool (H, W), that nothing fills: those outside the depth camera's view, unless they are asked for.
+
+        The one place that decides it. None if there are no such pixels.
+        """
+        return None if outside_view else self.outside_view
+
+    @property
+    def outside_share(self) -> float:
+        """Share of pixels that lie outside the depth camera's view, 0-1."""
+        return 0.0 if self.outside_view is None else float(np.count_nonzero(self.outside_view)) / self.depth.size
+
+    @property
     def missing_share(self) -> float:
         """Share of pixels without depth, 0-1."""
         return 1.0 - float(np.count_nonzero(self.known)) / self.depth.size

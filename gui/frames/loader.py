@@ -109,6 +109,7 @@ class FrameLoader(QObject):
         for line in self._lines:
             line.changed.connect(self._tell_busy)
         workspace.session_changed.connect(self._take_up)
+        workspace.sessions_changed.connect(self._give_up_closed)
 
     @property
     def busy(self) -> bool:
@@ -313,6 +314,10 @@ class FrameLoader(QObject):
             self._put_off.discard(session)
             self._extract_first(session, passing=True)
 
+    def _give_up_closed(self) -> None:
+        """The extraction of a frame that has been closed need not go on."""
+        self._extracting.give_up(lambda session: session not in self._workspace.sessions)
+
     def _take_first(self, session: Session, found: Found) -> None:
         """The blocks of a frame that has been opened without any, unless another's have been carried to it since."""
         if session.notes.carried_from:
@@ -360,7 +365,12 @@ def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
 
 def _list(how: FrameSource) -> tuple[Listing, list[Entry]]:
     listing = list_frames(
-        how.rgb, depth_units=how.depth_units, encoding=how.encoding, invalid=how.invalid, intrinsics=how.intrinsics
+        how.rgb,
+        depth_units=how.depth_units,
+        encoding=how.encoding,
+        invalid=how.invalid,
+        intrinsics=how.intrinsics,
+        min_confidence=how.min_confidence,
     )
     return listing, [Entry.of(source, of_folder=True) for source in listing.sources]
 

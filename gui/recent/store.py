@@ -95,6 +95,8 @@ def _entry(origin: Origin) -> dict[str, Any] | None:
         "encoding": origin.encoding,
         "invalid": origin.invalid,
         "frame": origin.frame,
+        "confidence": _absolute(origin.confidence),
+        "min_confidence": origin.min_confidence,
     }
 
 
@@ -125,5 +127,7 @@ def _origin(entry: dict[str, Any]) -> Origin:
         entry.get("guide"),
         entry.get("encoding"),
         entry.get("invalid"),
-        entry.get("frame"),
+        frame=entry.get("frame"),
+        confidence=entry.get("confidence"),
+        min_confidence=entry.get("min_confidence"),
     )

@@ -58,6 +58,12 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
         metavar="KEY",
         help="frame of a folder of frames, a data set or a recording, one of those that `ilf info` tells of",
     )
+    add_pairing(parser)
+    add_reading(parser.add_argument_group("reading the frame"))
+
+
+def add_pairing(parser: argparse._ActionsContainer) -> None:
+    """Add the arguments that say which colour and depth belong together; see `pairing_of`."""
     parser.add_argument(
         "--max-gap",
         type=float,
@@ -72,7 +78,11 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
         help="topics of the images, in a recording of ROS that has several cameras (default: aligned depth with its "
         "colour; `ilf info` tells which)",
     )
-    add_reading(parser.add_argument_group("reading the frame"))
+
+
+def pairing_of(arguments: argparse.Namespace) -> dict[str, Any]:
+    """What the arguments of `add_pairing` say, by the names that `open_source` has for it."""
+    return {"max_gap": MOST_APART_S if arguments.max_gap is None else arguments.max_gap, "topics": arguments.topics}
 
 
 def _topics(text: str) -> tuple[str, str]:
@@ -105,6 +115,13 @@ def add_reading(reading: argparse._ArgumentGroup) -> None:
         "meta.json says)",
     )
     reading.add_argument(
+        "--min-confidence",
+        type=float,
+        metavar="N",
+        help="depth of a lower confidence counts as missing, where there is a confidence map: 2 for what ARKit calls "
+        "high (default: what meta.json says, otherwise all depth counts)",
+    )
+    reading.add_argument(
         "--intrinsics",
         metavar="CAMERA",
         help=f"{', '.join(INTRINSICS)}; or fx,fy,cx,cy; or a JSON file. Needed for point clouds only",
@@ -118,6 +135,16 @@ def add_distrusted(parser: argparse.ArgumentParser) -> None:
         metavar="MASK.png",
         help="mask of measured depth that is wrong (behind glass, flying pixels, glare) and counts as missing: an "
         "image of the frame's size with one channel, not 0 where depth is distrusted",
+    )
+
+
+def add_drawn(parser: argparse.ArgumentParser) -> None:
+    """Add the argument that says which borders of blocks were drawn by hand."""
+    parser.add_argument(
+        "--drawn",
+        metavar="MASK.png",
+        help="mask of the blocks' pixels whose border was drawn by hand, which no depth gets across: an image of the "
+        "frame's size with one channel, not 0 there",
     )
 
 
@@ -206,6 +233,7 @@ def reading_of(arguments: argparse.Namespace) -> dict[str, Any]:
         "encoding": arguments.depth_encoding,
         "invalid": arguments.invalid,
         "intrinsics": arguments.intrinsics,
+        "min_confidence": arguments.min_confidence,
     }
 
 
@@ -213,8 +241,7 @@ def source_from(arguments: argparse.Namespace) -> Source:
     """The folder of frames, data set or recording that the arguments name; what there is to say of it is told."""
     if len(arguments.inputs) != 1:
         raise UsageError(f"Name one folder of frames, data set or recording; these are {len(arguments.inputs)} paths.")
-    max_gap = MOST_APART_S if arguments.max_gap is None else arguments.max_gap
-    source = open_source(arguments.inputs[0], **reading_of(arguments), max_gap=max_gap, topics=arguments.topics)
+    source = open_source(arguments.inputs[0], **reading_of(arguments), **pairing_of(arguments))
     warn(source.notes)
     return source
 
@@ -244,7 +271,10 @@ def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
     is doubtful about how it is read is told at once."""
     frame = (_frame_of_files(arguments) if arguments.frame is None else frame_of_source(arguments)).load()
     warn(frame.notes)
-    return frame if arguments.distrust is None else frame.distrusting(read_mask(arguments.distrust, frame.shape))
+    if arguments.distrust is None:
+        return frame
+    given = read_mask(arguments.distrust, frame.shape)
+    return frame.distrusting(given if frame.distrusted is None else given | frame.distrusted)
 
 
 def add_block_parameters(parser: argparse.ArgumentParser) -> None:

@@ -29,7 +29,8 @@ class FrameSource:
     `depth_units`, `encoding`, `invalid` and `intrinsics` are what `ilf.load_frame` takes. `truth` is the file with
     the true depth, None for that of the folder if it has one, and `truth_units` are its file units per metre. `guide`
     is the file with the guide, None for that of the folder if it has one. `frame` is the key of a frame of a recording,
-    which `rgb` then is, without `depth`.
+    which `rgb` then is, without `depth`. `confidence` is the file with the confidence map, None for that of the folder
+    if it has one, and depth below `min_confidence` counts as missing.
     """
 
     rgb: str
@@ -42,10 +43,12 @@ class FrameSource:
     encoding: EncodingSpec | None = None
     invalid: float | None = None
     frame: str | None = None
+    confidence: str | None = None
+    min_confidence: float | None = None
 
     @classmethod
     def of(cls, inputs: FrameInputs) -> Self:
-        """What a frame with these inputs is opened from again, but for its guide."""
+        """What a frame with these inputs is opened from again, but for its guide and what of it is distrusted."""
         truth = inputs.truth
         return cls(
             inputs.rgb.path,
@@ -75,7 +78,7 @@ class FrameSource:
 
     def absolute(self) -> FrameSource:
         """The same with absolute paths; itself if it has them."""
-        paths = {name: getattr(self, name) for name in ("rgb", "depth", "truth", "guide")}
+        paths = {name: getattr(self, name) for name in ("rgb", "depth", "truth", "guide", "confidence")}
         if all(path is None or os.path.isabs(path) for path in paths.values()):
             return self
         return replace(self, **{name: os.path.abspath(path) for name, path in paths.items() if path is not None})
@@ -95,6 +98,8 @@ class FrameSource:
             truth_units=self.truth_units,
             guide=self.guide,
             frame=self.frame,
+            confidence=self.confidence,
+            min_confidence=self.min_confidence,
             warn=False,
         )
 
@@ -148,6 +153,8 @@ class FrameSource:
             encoding=found.encoding if spec is None else spec,
             invalid=found.invalid if self.invalid is None else self.invalid,
             intrinsics=intrinsics_from(self.intrinsics) or found.intrinsics,
+            confidence=found.confidence if self.confidence is None else Path(self.confidence),
+            min_confidence=found.min_confidence if self.min_confidence is None else self.min_confidence,
         )
 
     def beside(self) -> str:
@@ -165,4 +172,5 @@ class FrameSource:
         taken += ["intrinsics"] * (self.intrinsics is None and files.intrinsics is not None)
         taken += ["truth"] * (self.truth is None and files.truth is not None)
         taken += ["guide"] * (self.guide is None and files.guide is not None)
+        taken += ["least confidence"] * (self.min_confidence is None and files.min_confidence is not None)
         return f"As {META_NAME} beside the files says: {', '.join(taken)}."

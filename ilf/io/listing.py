@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,6 +11,7 @@ from ..errors import FormatError, InputError, ParameterError
 from ..number_words import counted
 from .bop import CAMERA_FILE
 from .camera_files import IntrinsicsSpec
+from .confidence_files import checked_least
 from .datasets import (
     SEVEN_SCENES_NOTE,
     bop_frames,
@@ -38,7 +38,7 @@ WHAT_A_FOLDER_HOLDS = (
     f"A folder of frames holds one of these: a folder for each frame, with {META_NAME} and its images, or with rgb.png "
     "and depth.png; a folder rgb (or color, colour, image) and a folder depth, with files of the same names or "
     "numbers; colour and depth files side by side, as 0001_rgb.png and 0001_depth.png; rgb.txt and depth.txt, which "
-    "list files by time; scenes of BOP or frames of SUN RGB-D."
+    "list files by time; scenes of BOP, frames of SUN RGB-D or raw files of NYU Depth."
 )
 
 
@@ -72,6 +72,7 @@ def list_frames(
     encoding: EncodingSpec | None = None,
     invalid: float | None = None,
     intrinsics: IntrinsicsSpec | None = None,
+    min_confidence: float | None = None,
     max_gap: float = MOST_APART_S,
     topics: Topics | None = None,
 ) -> Listing:
@@ -89,6 +90,8 @@ def list_frames(
         How the depth of all frames is read, as for `ilf.load_frame`. None takes what is known of each.
     intrinsics : optional
         Of all frames; anything that `ilf.io.intrinsics_from` takes.
+    min_confidence : float, optional
+        As for `ilf.load_frame`.
     max_gap : float
         How far apart in time [s] colour and depth of one frame may be, where they are matched by time.
     topics : tuple of str, optional
@@ -113,7 +116,12 @@ def list_frames(
     one_encoding(encoding, depth_units)
     if not max_gap >= 0:
         raise ParameterError(f"The largest gap in time must be 0 s or more, not {max_gap!r:.60}.")
-    how = FrameSource("", None, depth_units, intrinsics, encoding=encoding, invalid=invalid)
+    how = FrameSource(
+        *("", None, depth_units, intrinsics),
+        encoding=encoding,
+        invalid=invalid,
+        min_confidence=None if min_confidence is None else checked_least(min_confidence),
+    )
     if is_recording(root):
         return _recorded(root, how, max_gap, topics)
     if topics is not None:
@@ -121,7 +129,6 @@ def list_frames(
     content = _content(root)
     if META_NAME in content.files:
         return Listing((replace(how, rgb=str(root)),))
-    _refuse_misread(root, content)
     if {"rgb.txt", "depth.txt"} <= content.files or content.file(ASSOCIATION_FILES) is not None:
         return _by_time(root, content, how, max_gap)
     if is_bop(content.files):
@@ -201,15 +208,6 @@ def _recorded(path: Path, how: FrameSource, max_gap: float, topics: Topics | Non
         registered = recording.cameras(index.keys[0]).is_registered
     sources = tuple(replace(how, rgb=str(path), frame=key) for key in index.keys)
     return Listing(sources, index.notes, index.times, registered)
-
-
-def _refuse_misread(root: Path, content: _Content) -> None:
-    """Raise for what looks like frames, and would give wrong depth."""
-    if any(re.match(r"d-.*\.pgm$", name) for name in content.files):
-        raise InputError(
-            f"{root} would be read wrongly: it looks like raw files of NYU Depth, whose depth is not registered to "
-            "colour. Register it, and write 16-bit PNG in millimetres."
-        )
 
 
 def _of_scenes(root: Path, scenes: list[str], how: FrameSource) -> Listing:

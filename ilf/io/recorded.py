@@ -12,6 +12,7 @@ from ..frame import FrameInputs, InputFile, RGBDFrame
 from ..registration import Camera, RawPair, register
 from .depth_reading import DepthReading, reading_of
 from .encodings import EncodingSpec
+from .images import scaled_colour
 from .naming import name_of_recorded
 from .recordings import Cameras, RecordedFrame, opened
 
@@ -36,6 +37,12 @@ class ReadFrame:
     stored: RecordedFrame
     cameras: Cameras
     reading: DepthReading
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width of the frame that it becomes."""
+        image = self.reading.metres if self.cameras.is_registered else self.stored.rgb
+        return image.shape[0], image.shape[1]
 
     def frame(self, intrinsics: CameraIntrinsics | None = None, name: str | None = None) -> RGBDFrame:
         """Colour with registered depth.
@@ -74,10 +81,10 @@ class ReadFrame:
             raise InputError(f"{self.path}: {error}") from error
 
     def _registered(self, name: str | None) -> RGBDFrame:
-        camera = self.cameras.colour
+        camera, metres = self.cameras.depth, self.reading.metres
         return RGBDFrame(
-            self.stored.rgb,
-            self.reading.metres,
+            scaled_colour(self.stored.rgb, (metres.shape[0], metres.shape[1])),
+            metres,
             None if camera is None else camera.intrinsics,
             self._name(name),
             notes=(*self._notes(), *_distortion_note(camera)),

@@ -18,6 +18,9 @@ from .pair import Camera, RawPair
 SAMPLES_PER_PIXEL = 1.5
 """Samples of depth for each pixel of colour, along a row and along a column, at least: closed surfaces stay closed."""
 
+SAME_SURFACE = 0.02
+"""How much farther than the nearest sample that comes to a pixel another may be and count as of the same surface."""
+
 _MOST_SAMPLES = 16
 """Of one depth pixel, along a row and along a column."""
 
@@ -38,8 +41,9 @@ def register(pair: RawPair) -> RGBDFrame:
     """Bring a raw pair together in the colour camera's image, without the distortion of either lens.
 
     Each depth pixel is a small square of constant depth. It is split into 2 x 2 samples or more, `SAMPLES_PER_PIXEL` of
-    them for each pixel of colour, which are moved to the colour camera; where several come to one of its pixels, the
-    nearest one counts. Nothing is interpolated, within surfaces or across their edges.
+    them for each pixel of colour, which are moved to the colour camera. Where several come to one of its pixels,
+    those of the nearest surface count, and of these the one that lies closest to the pixel's centre. Nothing is
+    interpolated, within surfaces or across their edges.
 
     Parameters
     ----------
@@ -154,30 +158,57 @@ def _extent(camera: Camera) -> tuple[float, float, float, float]:
 def _moved(
     depth: NDArray[np.float32], fine: _FineView, colour: Camera, motion: NDArray[np.float64]
 ) -> NDArray[np.float32]:
-    """The nearest depth [m] that comes to each pixel of the colour camera, NaN where none does."""
-    samples = cv2.remap(depth, fine.columns, fine.rows, cv2.INTER_NEAREST, None, cv2.BORDER_CONSTANT, np.nan)
-    width, height = colour.size
-    nearest = np.full(height * width, np.inf, np.float32)
+    """The depth [m] of the nearest surface that comes to each pixel of the colour camera, NaN where none does."""
+    split = cv2.remap(depth, fine.columns, fine.rows, cv2.INTER_NEAREST, None, cv2.BORDER_CONSTANT, np.nan)
+    samples = np.asarray(split, np.float32)
     turned = (colour.matrix @ motion[:3, :3] @ np.linalg.inv(fine.matrix)).astype(np.float32)
     shift = (colour.matrix @ motion[:3, 3]).astype(np.float32)
     across = np.arange(samples.shape[1], dtype=np.float32)
     step = max(_AT_ONCE // samples.shape[1], 1)
-    for start in range(0, samples.shape[0], step):
-        part = samples[start : start + step]
-        down = np.arange(start, start + len(part), dtype=np.float32)[:, None]
-        known = np.isfinite(part)
-        z = part[known]
-        x, y, away = (
-            ((row[0] * across + row[1] * down + row[2])[known] * z + along)
-            for row, along in zip(turned, shift, strict=True)
-        )
-        ahead = away > 0
-        with np.errstate(divide="ignore", invalid="ignore"):
-            column, line = np.rint(x / away), np.rint(y / away)
-        hits = ahead & (column >= 0) & (column < width) & (line >= 0) & (line < height)
-        place = line[hits].astype(np.int64) * width + column[hits].astype(np.int64)
-        np.minimum.at(nearest, place, away[hits])
-    return np.where(np.isfinite(nearest), nearest, np.float32(np.nan)).reshape(height, width)
+    parts = [
+        _hits(samples[start : start + step], across, start, turned, shift, colour.size)
+        for start in range(0, samples.shape[0], step)
+    ]
+    pixels = colour.size[0] * colour.size[1]
+    front = np.full(pixels, np.inf, np.float32)
+    for place, away, _ in parts:
+        np.minimum.at(front, place, away)
+    front *= 1 + SAME_SURFACE
+    closest, depth = np.full(pixels, np.inf, np.float32), np.full(pixels, np.nan, np.float32)
+    for place, away, off in parts:
+        off[away > front[place]] = np.inf
+        np.minimum.at(closest, place, off)
+    for place, away, off in parts:
+        chosen = (off == closest[place]) & np.isfinite(off)
+        depth[place[chosen]] = away[chosen]
+    return depth.reshape(colour.shape)
+
+
+def _hits(
+    samples: NDArray[np.float32],
+    across: NDArray[np.float32],
+    first: int,
+    turned: NDArray[np.float32],
+    shift: NDArray[np.float32],
+    size: tuple[int, int],
+) -> tuple[NDArray[np.int32], NDArray[np.float32], NDArray[np.float32]]:
+    """Of the samples in some rows that come to lie in the colour image: the pixel, the depth [m], and the square of the
+    distance to the pixel's centre [px]."""
+    down = np.arange(first, first + len(samples), dtype=np.float32)[:, None]
+    known = np.isfinite(samples)
+    z = samples[known]
+    x, y, away = (
+        (row[0] * across + (row[1] * down + row[2]))[known] * z + along
+        for row, along in zip(turned, shift, strict=True)
+    )
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x /= away
+        y /= away
+    column, line = np.rint(x), np.rint(y)
+    hits = (away > 0) & (column >= 0) & (column < size[0]) & (line >= 0) & (line < size[1])
+    column, line = column[hits], line[hits]
+    off = np.square(x[hits] - column) + np.square(y[hits] - line)
+    return line.astype(np.int32) * np.int32(size[0]) + column.astype(np.int32), away[hits], off
 
 
 def _in_view(

@@ -13,6 +13,7 @@ from ..errors import InputError
 from ..frame import RGBDFrame
 from ..io import write_cloud, write_mesh
 from ..outcomes import Completion
+from ..stopping import check_stopped
 from .options import CLOUD_FILES, MESH_FILES, ExportOptions
 from .run import Run
 
@@ -63,8 +64,10 @@ def write_space(
         path = folder / CLOUD_FILES[options.cloud]
         write_cloud(path, cloud, axes=options.axes, unit=options.cloud_unit, ascii=options.cloud == "ply-ascii")
         del cloud  # a mesh is as large
+        check_stopped()
     if options.mesh is not None:
         mesh = surface_mesh(depth, rgb, camera, **known)
+        check_stopped()
         write_mesh(folder / MESH_FILES[options.mesh], mesh, axes=options.axes, unit=options.cloud_unit)
     return notes
 

@@ -21,6 +21,7 @@ from ..io.files import file_sha256, read_json
 from ..io.guide_files import write_guide
 from ..io.images import encode_image
 from ..outcomes import Completion
+from ..stopping import check_stopped
 from .curve_files import write_curves
 from .options import (
     COLOUR_FILE,
@@ -32,6 +33,7 @@ from .options import (
     GUESSED_FILE,
     GUIDE_FILE,
     LABELS_FILE,
+    OUTSIDE_FILE,
     RECORD_FILE,
     UNVOUCHED_FILE,
     ExportOptions,
@@ -134,7 +136,7 @@ def write(
                 write_bytes(staged / COLOUR_FILE, encode_image(".png", run.frame.rgb[..., ::-1]))
             write_bytes(staged / META_NAME, _meta(run.frame, run.frame.inputs, chosen))
         if chosen.run_record:
-            outputs = {name: file_sha256(staged / name) for name in names if name != RECORD_FILE}
+            outputs = {name: _sealed(staged / name) for name in names if name != RECORD_FILE}
             record = dataclasses.replace(make_record(run, completion, chosen), outputs=outputs)
             write_bytes(staged / RECORD_FILE, to_json(record))
             if run.edited and not chosen.labels:
@@ -233,9 +235,15 @@ def _write_errors(
 
 
 def _masks(run: Run) -> dict[str, NDArray[np.bool_]]:
-    """File name -> what the run was made with beside files and blocks, and cannot be made again without."""
-    masks = {DISTRUSTED_FILE: run.frame.distrusted, DRAWN_FILE: run.drawn}
+    """File name -> what the run was made with beside files and blocks, and what the depth camera could not see."""
+    masks = {DISTRUSTED_FILE: run.frame.distrusted, DRAWN_FILE: run.drawn, OUTSIDE_FILE: run.frame.outside_view}
     return {name: mask for name, mask in masks.items() if mask is not None}
+
+
+def _sealed(path: Path) -> str:
+    """SHA-256 of a file that has been written."""
+    check_stopped()
+    return file_sha256(path)
 
 
 def _is_ours(meta: Path) -> bool:

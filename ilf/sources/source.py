@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, Self, overload
 
@@ -22,6 +22,11 @@ from ..io.poses import camera_pose
 from ..io.recordings import Cameras, Topics, opened
 from ..io.time_lists import MOST_APART_S
 from ..registration import RawPair
+
+_ONE_CAMERA_NOTE = (
+    "How the depth camera stands to the colour camera is not known: both are taken for one, and edges of both may lie "
+    "some pixels apart."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +168,12 @@ class Source:
             If there is no such frame, or as `ilf.load_frame` does; of a raw pair, also if its cameras are not known.
         """
         source = self.frame_source(key)
-        return source.load() if registered else source.load_pair()
+        if registered:
+            return source.load()
+        pair = source.load_pair()
+        if self.is_registered or source.frame is not None:
+            return pair
+        return replace(pair, notes=(*pair.notes, _ONE_CAMERA_NOTE))
 
 
 def open_source(
@@ -173,22 +183,23 @@ def open_source(
     encoding: EncodingSpec | None = None,
     invalid: float | None = None,
     intrinsics: IntrinsicsSpec | None = None,
+    min_confidence: float | None = None,
     max_gap: float = MOST_APART_S,
     topics: Topics | None = None,
 ) -> Source:
     """Open a folder of frames, a data set or a recording.
 
     Paired folders and files, matched by name, number or time; a folder per frame; sequences of TUM, Bonn and ICL-NUIM;
-    scenes of BOP; frames of SUN RGB-D; sequences of 7-Scenes; recordings of ROS 1 (.bag) and ROS 2 (a folder, .db3,
-    .mcap).
+    scenes of BOP; frames of SUN RGB-D; sequences of 7-Scenes; raw folders of NYU Depth; recordings of ROS 1 (.bag) and
+    ROS 2 (a folder, .db3, .mcap).
 
     Parameters
     ----------
     path : path-like
         See `ilf.io.list_frames`.
-    depth_units, encoding, invalid, intrinsics : optional
-        How depth is read and which camera has seen it, as for `ilf.load_frame`, for all frames. None takes what the
-        layout of the source says.
+    depth_units, encoding, invalid, intrinsics, min_confidence : optional
+        How depth is read, which camera has seen it, and how sure it must be, as for `ilf.load_frame`, for all frames.
+        None takes what the layout of the source says.
     max_gap : float
         How far apart in time [s] colour and depth of one frame may be, where they are matched by time. Each is used
         once.
@@ -203,7 +214,8 @@ def open_source(
     FormatError
         If its lists or calibrations are damaged.
     ParameterError
-        If there are both units and an encoding, `max_gap` is no length of time, or there are `topics` of what has none.
+        If there are both units and an encoding, the least confidence is no number, `max_gap` is no length of time, or
+        there are `topics` of what has none.
 
     Examples
     --------
@@ -218,6 +230,7 @@ def open_source(
         encoding=encoding,
         invalid=invalid,
         intrinsics=intrinsics,
+        min_confidence=min_confidence,
         max_gap=max_gap,
         topics=topics,
     )

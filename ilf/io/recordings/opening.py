@@ -10,11 +10,20 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ...errors import FormatError, InputError
+from .arkit_scenes import ARKitScenes
 from .azure_kinect import AzureKinect
+from .nyu import NyuLabelledFrames
+from .nyu_raw import NyuRawFolder
+from .record3d import Record3D
 from .recording import Recording
 from .ros import RosBag
+from .scannet import ScanNet
+from .stray_scanner import StrayScanner
 
-KINDS: tuple[type[Recording], ...] = (RosBag, AzureKinect)
+KINDS: tuple[type[Recording], ...] = (
+    *(RosBag, AzureKinect, Record3D, ScanNet, NyuLabelledFrames),
+    *(StrayScanner, ARKitScenes, NyuRawFolder),
+)
 """All kinds, in the order in which they are tried."""
 
 _MOST_OPEN = 2
@@ -57,7 +66,8 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
     if kind is None:
         is_there = os.path.lexists(found)
         raise InputError(
-            f"{found} is no recording: one ends in {', '.join(recording_suffixes())}, or is a folder of ROS 2."
+            f"{found} is no recording: one ends in {', '.join(recording_suffixes())}, or is a folder of ROS 2, Stray "
+            "Scanner or ARKitScenes."
             if is_there
             else f"{found}: there is no such recording. Check the name."
         )

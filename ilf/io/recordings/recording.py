@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ...camera import fitted
 from ...errors import InputError
 from ...registration import Camera
 from ..encodings import EncodingSpec
@@ -46,17 +47,30 @@ class Cameras:
     Attributes
     ----------
     colour, depth : Camera or None
-        None where it is not known. Of registered frames, `depth` is that of `colour`.
+        None where it is not known. Of registered frames, `depth` is that of `colour`, in another size perhaps.
     depth_to_colour : ndarray of float64, shape (4, 4), or None
         Takes points [m] of the depth camera to the colour camera; None where it is not known.
     is_registered : bool
-        Whether colour and depth show the same pixels.
+        Whether colour and depth show the same pixels, or the same view in two sizes: colour is then brought to the
+        pixels of depth.
     """
 
     colour: Camera | None
     depth: Camera | None
     depth_to_colour: NDArray[np.float64] | None
     is_registered: bool
+
+
+def scaled_cameras(colour: Camera, size: tuple[int, int]) -> Cameras:
+    """Those of a frame whose depth shows the view of its colour, in another size (width, height).
+
+    Raises
+    ------
+    InputError
+        If the two sizes differ in their aspect.
+    """
+    depth = fitted(colour.intrinsics, colour.size, (size[1], size[0]))
+    return Cameras(colour, Camera(depth, size, colour.distortion), np.eye(4), is_registered=True)
 
 
 def registered_cameras(camera: Camera | None) -> Cameras:
@@ -71,7 +85,7 @@ class RecordedFrame:
     Attributes
     ----------
     rgb : ndarray of uint8, shape (h, w, 3)
-        Red first.
+        Red first. Of a registered frame it has the size of depth, or another of the same aspect.
     depth : ndarray, shape (hd, wd)
         Values as they are stored, whatever type and size they have.
     rgb_sha256, depth_sha256 : str
@@ -85,6 +99,8 @@ class RecordedFrame:
         Of its colour [s].
     notes : tuple of str
         What the user should know, a sentence each.
+    confidence : ndarray or None
+        How sure the sensor was of its depth, shape (hd, wd), of registered frames; the larger, the surer.
     """
 
     rgb: NDArray[np.uint8]
@@ -95,6 +111,7 @@ class RecordedFrame:
     invalid: float | None = None
     time: float | None = None
     notes: tuple[str, ...] = ()
+    confidence: NDArray[Any] | None = None
 
 
 class Recording(ABC):
