@@ -317,10 +317,21 @@ class ExportDialog(QDialog):
     def _guess_text(self, depth: NDArray[np.floating]) -> str:
         if self._run.dense:
             return "What no block could complete is guessed; guessed.png shows where."
-        missing = np.count_nonzero(~np.isfinite(depth)) / depth.size
-        if not missing or not self._has_result:
+        frame = self._run.frame
+        missing = np.count_nonzero(frame.missing & np.isnan(depth)) / depth.size
+        outside = (
+            0 if frame.outside_view is None else np.count_nonzero(frame.outside_view & np.isnan(depth)) / depth.size
+        )
+        if not self._has_result:
             return ""
-        return f"{missing:.1%} of the pixels stay missing. For programs that need them all: Run > Guess the rest."
+        lines = (
+            [f"{outside:.1%} of the pixels lie outside the depth camera's view and stay missing."] if outside else []
+        )
+        if missing:
+            lines.append(
+                f"{missing:.1%} of the pixels stay missing. For programs that need them all: Run > Guess the rest."
+            )
+        return "\n".join(lines)
 
     def _png_note(self, units: float) -> tuple[str, str]:
         fit = png_fit(self._depth, units)

@@ -358,7 +358,7 @@ def _reading(frame: RGBDFrame) -> str:
     encoding = "" if frame.inputs is None else encoding_of_inputs(frame.inputs).text
     first = (
         f"Median {np.median(known):.2f} m, range {known.min():.2f}–{known.max():.2f} m, {width} x {height}, "
-        f"{100 * frame.missing_share:.0f} % missing, at {encoding}."
+        f"{100 * frame.missing_share:.0f} % missing{_outside(frame)}, at {encoding}."
     )
     if frame.guide is not None:
         said = np.isfinite(frame.guide.values[~frame.known])
@@ -367,6 +367,10 @@ def _reading(frame: RGBDFrame) -> str:
         return f"{first}\nWithout intrinsics there will be no point cloud."
     camera = frame.intrinsics
     return f"{first}\nIntrinsics: fx {camera.fx:g}, fy {camera.fy:g}, cx {camera.cx:g}, cy {camera.cy:g} px."
+
+
+def _outside(frame: RGBDFrame) -> str:
+    return f", {100 * frame.outside_share:.0f} % outside the depth camera's view" if frame.outside_share else ""
 
 
 def _attempt(read: Callable[[], _Result]) -> _Result | None:

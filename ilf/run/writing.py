@@ -72,8 +72,7 @@ def filenames(run: Run, options: ExportOptions) -> tuple[str, ...]:
     if run.frame.guide is not None:
         names.append(GUIDE_FILE)
     if run.frame.inputs is not None and options.depth_formats:
-        names += [COLOUR_FILE] * (run.frame.inputs.frame is not None)
-        names.append(META_NAME)
+        names += [COLOUR_FILE, META_NAME] if run.frame.inputs.frame is not None else [META_NAME]
     if options.run_record:
         names.append(RECORD_FILE)
     return tuple(names)
@@ -131,9 +130,10 @@ def write(
     names = filenames(run, chosen)
     with staging(target) as staged:
         notes = _write_results(staged, run, completion, chosen)
+        if COLOUR_FILE in names:
+            # the encoder takes colours with blue first
+            write_bytes(staged / COLOUR_FILE, encode_image(".png", run.frame.rgb[..., ::-1]))
         if META_NAME in names and run.frame.inputs is not None:
-            if COLOUR_FILE in names:
-                write_bytes(staged / COLOUR_FILE, encode_image(".png", run.frame.rgb[..., ::-1]))
             write_bytes(staged / META_NAME, _meta(run.frame, run.frame.inputs, chosen))
         if chosen.run_record:
             outputs = {name: _sealed(staged / name) for name in names if name != RECORD_FILE}
