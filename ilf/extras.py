@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from importlib import import_module
 from types import ModuleType
 
@@ -72,6 +73,15 @@ def optional(module: str, extra: str, purpose: str) -> ModuleType:
     except (ImportError, OSError) as error:
         package = module.partition(".")[0]
         raise InputError(f"{purpose} needs the package {package}, {way_out(package, extra, error)}") from error
+
+
+def load_libusb() -> None:
+    """Load a copy of libusb-1.0, which some packages are linked against and bare machines lack: what is loaded first
+    satisfies them. Where there is none, they say what they miss."""
+    with suppress(ImportError, OSError):
+        library = import_module("libusb_package").get_library_path()
+        if library is not None:
+            ctypes.CDLL(str(library), mode=ctypes.RTLD_GLOBAL)
 
 
 def way_out(module: str, extra: str, error: ImportError | OSError, libraries: Sequence[str] = ()) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -11,7 +9,7 @@ from numpy.typing import NDArray
 
 from .camera import CameraIntrinsics, camera_from_numbers
 from .errors import ExportError, InputError
-from .extras import way_out
+from .extras import load_libusb, way_out
 
 # what Open3D is linked against that bare machines lack
 _LIBRARIES = ("libEGL.so.1", "libGL.so.1", "libX11.so.6", "libgomp.so.1", "libidn2.so.0", "libudev.so.1")
@@ -25,13 +23,7 @@ def load_open3d() -> Any:
     ExportError
         If it is not installed or cannot be loaded; the message names what to install.
     """
-    with suppress(ImportError, OSError):
-        import libusb_package
-
-        # open3d is linked against libusb-1.0, which bare machines lack; a copy loaded first satisfies it
-        library = libusb_package.get_library_path()
-        if library is not None:
-            ctypes.CDLL(str(library), mode=ctypes.RTLD_GLOBAL)
+    load_libusb()
     try:
         import open3d
     except (ImportError, OSError) as error:

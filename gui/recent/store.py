@@ -127,7 +127,7 @@ def _origin(entry: dict[str, Any]) -> Origin:
         entry.get("guide"),
         entry.get("encoding"),
         entry.get("invalid"),
-        entry.get("frame"),
+        frame=entry.get("frame"),
         confidence=entry.get("confidence"),
         min_confidence=entry.get("min_confidence"),
     )

@@ -16,6 +16,7 @@ from . import (
     batch,
     bench,
     blocks,
+    capture,
     complete,
     experiments,
     info,
@@ -25,6 +26,7 @@ from . import (
     presets,
     project,
     report_page,
+    rosbag,
     sample,
 )
 from .ending import Interrupted, ending_when_asked
@@ -85,7 +87,7 @@ def build_parser() -> Parser:
     parser.add_argument("--version", action="version", version=f"ilf {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     often = complete, batch, blocks, info, judge, report_page
-    for module in (*often, bench, experiments, sample, models, presets, project, nerfstudio):
+    for module in (*often, capture, rosbag, bench, experiments, sample, models, presets, project, nerfstudio):
         module.add_command(commands)
     return parser
 

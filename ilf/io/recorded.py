@@ -111,7 +111,8 @@ class ReadFrame:
                 "depth, or the cameras' calibration with it."
             )
         rgb, metres = self.stored.rgb, self.reading.metres
-        return RawPair(rgb, metres, colour, depth, motion, self._name(name), self._inputs(), self._notes())
+        view = self.stored.depth_view
+        return RawPair(rgb, metres, colour, depth, motion, self._name(name), self._inputs(), self._notes(), view)
 
     def _name(self, given: str | None) -> str:
         return given or name_of_recorded(self.path, self.key)

@@ -280,7 +280,7 @@ def _source_from(data: Section) -> FrameSource:
         data.get("guide", str, type(None)) if "guide" in data.values else None,
         data.get("encoding", str, float) if "encoding" in data.values else None,
         data.get("invalid", float) if "invalid" in data.values else None,
-        data.get("frame", str) if "frame" in data.values else None,
+        frame=data.get("frame", str) if "frame" in data.values else None,
         confidence=data.get("confidence", str) if "confidence" in data.values else None,
         min_confidence=data.get("min_confidence", float) if "min_confidence" in data.values else None,
     )

@@ -16,7 +16,6 @@ OUTSIDE_FILE = "outside_view.png"
 COLOUR_FILE = "rgb.png"
 """Colour, where no file has it as it is in the frame: taken out of a recording, or without a lens's distortion."""
 GUIDE_FILE = "guide_used.npy"
-COLOUR_FILE = "rgb.png"
 
 DEPTH_FILES = {"png": "depth.png", "tiff": "depth.tiff", "npy": "depth.npy"}
 """Depth format -> file name. PNG is 16 bit in `depth_units`; TIFF and NPY are float32 metres."""

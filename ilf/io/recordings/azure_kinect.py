@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,7 +21,8 @@ from .azure_calibration import cameras_of
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, sha256_of
 from .stamps import StampedPairs
 
-_COLOUR, _DEPTH, _CALIBRATION = "K4A_COLOR_TRACK", "K4A_DEPTH_TRACK", "K4A_CALIBRATION_FILE"
+_COLOUR, _DEPTH, _INFRARED = "K4A_COLOR_TRACK", "K4A_DEPTH_TRACK", "K4A_IR_TRACK"
+_CALIBRATION = "K4A_CALIBRATION_FILE"
 _PER_SECOND = 1_000_000
 
 
@@ -36,6 +39,7 @@ class AzureKinect(Recording):
         with self._reading():
             self._container = self._av.open(str(path))
         self._colour, self._depth = self._track(_COLOUR), self._track(_DEPTH)
+        self._infrared = next((one for one in self._container.streams.video if _INFRARED in one.metadata), None)
         self._paired: StampedPairs | None = None
 
     def close(self) -> None:
@@ -45,20 +49,41 @@ class AzureKinect(Recording):
         return self._pairs().index(max_gap, self.path)
 
     def frame(self, key: str) -> RecordedFrame:
-        stamps = self._stamps(key)
-        colour, depth = self._packets(*stamps)
-        width, height = self._depth.codec_context.width, self._depth.codec_context.height
-        data = bytes(depth)
-        if len(data) != 2 * width * height:
-            raise FormatError(f"{self.path}: a depth image has {len(data)} bytes in place of {2 * width * height}.")
-        values = np.frombuffer(data, ">u2").reshape(height, width).astype(np.uint16)
-        rgb = self._decoded(colour)
+        colour_stamp, depth_stamp = self._stamps(key)
+        colour, depth = self._packet(self._colour, colour_stamp), self._packet(self._depth, depth_stamp)
         return RecordedFrame(
-            rgb, values, sha256_of(bytes(colour)), sha256_of(data), 1000.0, time=stamps[0] / _PER_SECOND
+            self._decoded(colour),
+            self._values(depth),
+            sha256_of(bytes(colour)),
+            sha256_of(bytes(depth)),
+            1000.0,
+            time=colour_stamp / _PER_SECOND,
+            depth_view=self._lit(depth_stamp),
         )
 
     def colour(self, key: str) -> NDArray[np.uint8]:
-        return self._decoded(self._packets(self._stamps(key)[0])[0])
+        return self._decoded(self._packet(self._colour, self._stamps(key)[0]))
+
+    def _values(self, packet: Any) -> NDArray[np.uint16]:
+        """The values of a packet of depth or infrared."""
+        width, height = packet.stream.codec_context.width, packet.stream.codec_context.height
+        data = bytes(packet)
+        if len(data) != 2 * width * height:
+            raise FormatError(f"{self.path}: an image has {len(data)} bytes in place of {2 * width * height}.")
+        return np.frombuffer(data, ">u2").reshape(height, width).astype(np.uint16)
+
+    def _lit(self, stamp: int) -> NDArray[np.bool_] | None:
+        """Where the depth camera's own light falls, a hexagon or a circle, beyond which it cannot measure: the infrared
+        image is black there. None where there is no such image."""
+        packet = None if self._infrared is None else self._find(self._infrared, stamp)
+        if packet is None:
+            return None
+        infrared = self._values(packet)
+        points = np.argwhere(infrared)[:, ::-1].astype(np.int32)
+        lit = np.zeros(infrared.shape, np.uint8)
+        if len(points):
+            cv2.fillConvexPoly(lit, cv2.convexHull(points), 1)
+        return lit.astype(bool)
 
     def cameras(self, key: str) -> Cameras:
         attached = [one for one in self._container.streams.attachments if _CALIBRATION in one.metadata]
@@ -86,7 +111,7 @@ class AzureKinect(Recording):
     def _pairs(self) -> StampedPairs:
         if self._paired is None:
             stamps: dict[int, list[int]] = {self._colour.index: [], self._depth.index: []}
-            for packet in self._from(None):
+            for packet in self._from(None, self._colour, self._depth):
                 stamps[packet.stream.index].append(_stamp(packet))
             self._paired = StampedPairs(stamps[self._colour.index], stamps[self._depth.index], _PER_SECOND)
         return self._paired
@@ -97,23 +122,23 @@ class AzureKinect(Recording):
             raise self.unknown(key)
         return stamps
 
-    def _packets(self, colour: int, depth: int | None = None) -> list[Any]:
-        """The packets of colour and depth with these stamps."""
-        wanted = [(self._colour.index, colour), *([] if depth is None else [(self._depth.index, depth)])]
-        found: dict[tuple[int, int], Any] = {}
-        for packet in self._from(min(stamp for _, stamp in wanted)):
-            name = packet.stream.index, _stamp(packet)
-            if name in wanted:
-                found[name] = packet
-            if len(found) == len(wanted):
-                return [found[name] for name in wanted]
-        raise FormatError(f"{self.path}: an image that was there when it was listed is gone. It is damaged.")
+    def _packet(self, track: Any, stamp: int) -> Any:
+        """The packet of a track with a stamp, which is known to be there."""
+        found = self._find(track, stamp)
+        if found is None:
+            raise FormatError(f"{self.path}: an image that was there when it was listed is gone. It is damaged.")
+        return found
 
-    def _from(self, stamp: int | None) -> Iterator[Any]:
-        """Packets of colour and depth that are not empty, from a stamp on or a little before, or from the start."""
+    def _find(self, track: Any, stamp: int) -> Any:
+        """The same, or None if there is none."""
+        packets = takewhile(lambda packet: _stamp(packet) <= stamp, self._from(stamp, track))
+        return next((packet for packet in packets if _stamp(packet) == stamp), None)
+
+    def _from(self, stamp: int | None, *tracks: Any) -> Iterator[Any]:
+        """Packets of tracks that are not empty, from a stamp on or a little before, or from the start."""
         with self._reading():
             self._container.seek(0 if stamp is None else stamp, backward=True)
-            for packet in self._container.demux(self._colour, self._depth):
+            for packet in self._container.demux(*tracks):
                 if packet.size and packet.pts is not None:
                     yield packet
 

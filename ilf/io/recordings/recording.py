@@ -101,6 +101,8 @@ class RecordedFrame:
         What the user should know, a sentence each.
     confidence : ndarray or None
         How sure the sensor was of its depth, shape (hd, wd), of registered frames; the larger, the surer.
+    depth_view : ndarray of bool or None
+        Pixels of depth, shape (hd, wd), in which the camera can measure at all; None if in all of them.
     """
 
     rgb: NDArray[np.uint8]
@@ -112,6 +114,7 @@ class RecordedFrame:
     time: float | None = None
     notes: tuple[str, ...] = ()
     confidence: NDArray[Any] | None = None
+    depth_view: NDArray[np.bool_] | None = None
 
 
 class Recording(ABC):

@@ -1,0 +1,39 @@
+"""`ilf capture`: a frame of a camera that is connected."""
+
+from __future__ import annotations
+
+import argparse
+
+from ..io.frame_folders import new_frame_files, write_frame
+from ..sources.realsense import take_frame
+from .parsing import Commands, count
+from .report import warn
+
+
+def add_command(commands: Commands) -> None:
+    """Add the command to the parser."""
+    parser = commands.add_parser(
+        "capture",
+        help="take a frame with a RealSense camera",
+        description="Take a frame with the RealSense camera that is connected, and write it, with depth registered to "
+        "colour, into a folder that the other commands take.",
+        allow_abbrev=False,
+    )
+    parser.set_defaults(command=run)
+    parser.add_argument("--out", required=True, metavar="DIR", help="folder for the frame, made if missing")
+    parser.add_argument(
+        "--settle",
+        type=count,
+        default=30,
+        metavar="N",
+        help="frames to let pass before, until exposure has settled (default: 30)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Carry the command out."""
+    new_frame_files(arguments.out)
+    frame = take_frame(arguments.settle)
+    warn(frame.notes)
+    for path in write_frame(arguments.out, frame):
+        print(path)

@@ -1,0 +1,102 @@
+"""`ilf rosbag`: completed depth of runs as a recording of ROS 2."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+
+from ..errors import InputError
+from ..io import load_frame
+from ..io.ros_output import CAMERA_TOPIC, DEPTH_TOPIC, ENCODINGS_OF_ROS, STORAGES, StampedDepth, write_rosbag
+from ..number_words import counted
+from ..run import read_record
+from ..run.options import RECORD_FILE
+from ..run.stamps import stamp_of
+from .parsing import Commands
+
+
+def add_command(commands: Commands) -> None:
+    """Add the command to the parser."""
+    parser = commands.add_parser(
+        "rosbag",
+        help="write completed depth as a recording of ROS 2",
+        description=f"Write the completed depth of runs as a recording of ROS 2, with the topics {DEPTH_TOPIC} and "
+        f"{CAMERA_TOPIC}, and with the times of the frames that it was completed from.",
+        allow_abbrev=False,
+    )
+    parser.set_defaults(command=run)
+    parser.add_argument(
+        "folders",
+        nargs="+",
+        metavar="DIR",
+        help="folder that `ilf complete` has written, or that has such folders in it, as `ilf batch` writes them",
+    )
+    parser.add_argument(
+        "--out", required=True, metavar="BAG", help="folder for the recording; it must not be there yet"
+    )
+    parser.add_argument(
+        "--encoding",
+        choices=ENCODINGS_OF_ROS,
+        default=ENCODINGS_OF_ROS[0],
+        help="32FC1 for metres (default), 16UC1 for millimetres",
+    )
+    parser.add_argument("--storage", choices=STORAGES, default=STORAGES[0], help=f"(default: {STORAGES[0]})")
+    parser.add_argument(
+        "--frame-id", default="camera", metavar="ID", help="coordinate frame of the camera (default: camera)"
+    )
+    parser.add_argument(
+        "--rate",
+        type=float,
+        metavar="HZ",
+        help="frames a second, in the order of names, where their times are not known",
+    )
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Carry the command out."""
+    if arguments.rate is not None and not arguments.rate > 0:
+        raise InputError(f"--rate must be more than 0 frames a second, not {arguments.rate:g}.")
+    stamped = sorted(_stamped(_runs(arguments.folders), arguments.rate))
+    count = write_rosbag(
+        arguments.out,
+        (_frame(folder, stamp) for stamp, folder in stamped),
+        encoding=arguments.encoding,
+        storage=arguments.storage,
+        frame_id=arguments.frame_id,
+    )
+    print(f"{counted(count, 'frame')}, written to {arguments.out}")
+
+
+def _runs(folders: list[str]) -> list[Path]:
+    """The folders of runs among folders, or in them."""
+    found: list[Path] = []
+    for folder in map(Path, folders):
+        inside = (
+            [folder]
+            if (folder / RECORD_FILE).is_file()
+            else sorted(path.parent for path in folder.glob(f"*/{RECORD_FILE}"))
+        )
+        if not inside:
+            raise InputError(f"{folder} has no runs: neither a {RECORD_FILE} in it, nor folders with one.")
+        found += inside
+    return found
+
+
+def _stamped(folders: list[Path], rate: float | None) -> Iterator[tuple[int, Path]]:
+    """Folders with the times of their frames [ns]."""
+    for number, folder in enumerate(folders):
+        inputs = read_record(folder / RECORD_FILE).inputs
+        stamp = None if inputs is None else stamp_of(inputs)
+        if stamp is None and rate is not None:
+            stamp = round(number / rate * 1e9)
+        if stamp is None:
+            raise InputError(
+                f"{folder}: when its frame was taken is not known. Say how many there are a second (--rate)."
+            )
+        yield stamp, folder
+
+
+def _frame(folder: Path, stamp: int) -> StampedDepth:
+    frame = load_frame(folder)
+    return StampedDepth(frame.depth, frame.intrinsics, stamp)

@@ -1,0 +1,109 @@
+"""A RealSense camera that is connected: one frame of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..camera import CameraIntrinsics
+from ..errors import InputError
+from ..extras import load_libusb, optional
+from ..frame import RGBDFrame
+from ..registration import Camera, RawPair, register
+
+_SETTLING = 30
+"""Frames until exposure and white balance have settled."""
+_PATIENCE_MS = 5000
+_OTHER_LENSES = ("kannala_brandt4", "ftheta")
+
+
+def take_frame(settle: int = _SETTLING) -> RGBDFrame:
+    """Take a frame with the RealSense camera that is connected.
+
+    Parameters
+    ----------
+    settle : int
+        How many frames to let pass before, until exposure and white balance have settled.
+
+    Returns
+    -------
+    RGBDFrame
+        Depth [m] registered to colour, see `ilf.registration.register`.
+
+    Raises
+    ------
+    InputError
+        If the package is not installed (extra `realsense`), there is no camera, it gives no frames, or what it sees
+        makes no frame.
+    """
+    library = load_realsense()
+    if not len(library.context().query_devices()):
+        raise InputError("No RealSense camera is connected. Connect one, by USB 3.")
+    pipeline, wish = library.pipeline(), library.config()
+    wish.enable_stream(library.stream.depth, library.format.z16)
+    wish.enable_stream(library.stream.color, library.format.rgb8)
+    try:
+        pipeline.start(wish)
+    except RuntimeError as error:
+        raise InputError(
+            f"The RealSense camera gives no colour and depth ({error}). Connect it by USB 3, and close other programs "
+            "that use it."
+        ) from error
+    try:
+        for _ in range(settle):
+            pipeline.wait_for_frames(_PATIENCE_MS)
+        return register(pair_of(pipeline.wait_for_frames(_PATIENCE_MS)))
+    except RuntimeError as error:
+        raise InputError(f"The RealSense camera has sent no frame ({error}). Connect it anew, by USB 3.") from error
+    finally:
+        pipeline.stop()
+
+
+def load_realsense() -> Any:
+    """The pyrealsense2 module; raises InputError, which names the extra, if it is not installed or cannot be loaded."""
+    load_libusb()
+    return optional("pyrealsense2", "realsense", "A RealSense camera")
+
+
+def pair_of(frames: Any, name: str = "realsense") -> RawPair:
+    """Colour and depth of a composite frame of pyrealsense2, as the two cameras have seen them.
+
+    Parameters
+    ----------
+    frames : pyrealsense2.composite_frame
+        With depth (Z16) and colour (RGB8).
+    name : str
+        What to call the frame.
+
+    Raises
+    ------
+    InputError
+        If one of them is not there, or its lens is none of those that are supported.
+    """
+    depth, colour = frames.get_depth_frame(), frames.get_color_frame()
+    if not depth or not colour:
+        raise InputError(f"The camera has given no {'colour' if depth else 'depth'} with its frame. Try again.")
+    values = np.asanyarray(depth.get_data()).astype(np.float32)
+    motion = depth.profile.get_extrinsics_to(colour.profile)
+    depth_to_colour = np.eye(4)
+    depth_to_colour[:3, :3] = np.reshape(motion.rotation, (3, 3)).T  # column by column
+    depth_to_colour[:3, 3] = motion.translation
+    return RawPair(
+        np.asanyarray(colour.get_data()).copy(),
+        values * np.float32(depth.get_units()),
+        _camera(colour),
+        _camera(depth),
+        depth_to_colour,
+        name,
+    )
+
+
+def _camera(frame: Any) -> Camera:
+    seen = frame.profile.as_video_stream_profile().intrinsics
+    coefficients: NDArray[np.float64] = np.array(seen.coeffs, float)
+    if seen.model.name in _OTHER_LENSES and coefficients.any():
+        raise InputError(f"The camera's lens model {seen.model.name} is not supported.")
+    intrinsics = CameraIntrinsics(seen.fx, seen.fy, seen.ppx, seen.ppy)
+    return Camera(intrinsics, (seen.width, seen.height), tuple(coefficients) if coefficients.any() else ())

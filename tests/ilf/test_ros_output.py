@@ -1,0 +1,111 @@
+"""Completed depth as a recording of ROS 2: what another program reads of it, and when its frames were taken."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from rosbags.highlevel import AnyReader
+
+from ilf.camera import CameraIntrinsics
+from ilf.cli import main
+from ilf.errors import ExportError, ParameterError
+from ilf.frame import FrameInputs, InputFile
+from ilf.io.recordings import close_all
+from ilf.io.ros_output import StampedDepth, write_rosbag
+from ilf.run.stamps import stamp_of
+from tests.ilf.bags import DEPTH, START, H, W, write_aligned
+
+METRES = np.where(DEPTH > 0, DEPTH / 1000, np.nan).astype(np.float32)
+CAMERA = CameraIntrinsics(30.0, 31.0, 15.5, 11.5)
+
+
+def _messages(path: Path) -> dict[str, list]:
+    found: dict[str, list] = {}
+    with AnyReader([path]) as reader:
+        for connection, time, raw in reader.messages():
+            message = reader.deserialize(raw, connection.msgtype)
+            stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+            assert stamp == time
+            found.setdefault(connection.topic, []).append((stamp, message))
+    return found
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+@pytest.mark.parametrize("encoding", ["32FC1", "16UC1"])
+def test_depth_and_camera_as_ros_has_them(tmp_path: Path, storage: str, encoding: str) -> None:
+    far = METRES.copy()
+    far[0, 0] = 70.0
+    frames = (StampedDepth(depth, CAMERA, START + 5 * number) for number, depth in enumerate((METRES, far)))
+    path = tmp_path / "new" / "out"
+    assert write_rosbag(path, frames, encoding=encoding, storage=storage, frame_id="lens") == 2
+    found = _messages(path)
+    assert [stamp for stamp, _ in found["/depth_completed"]] == [START, START + 5]
+    image = found["/depth_completed"][0][1]
+    assert (image.height, image.width, image.encoding, image.header.frame_id) == (H, W, encoding, "lens")
+    kind, scale, missing = (np.float32, 1.0, np.nan) if encoding == "32FC1" else (np.uint16, 1000.0, 0)
+    for (_, message), depth in zip(found["/depth_completed"], (METRES, far), strict=True):
+        values = message.data.view(kind).reshape(H, W)
+        expected = np.where(np.isnan(depth), missing, depth * np.float32(scale))
+        if encoding == "16UC1":
+            expected = np.where(expected > 65535, 0, np.rint(expected))
+        assert np.array_equal(values, expected.astype(kind), equal_nan=kind is np.float32)
+    info = found["/camera_info"][0][1]
+    assert (info.width, info.k.tolist()) == (W, [30, 0, 15.5, 0, 31, 11.5, 0, 0, 1])
+    assert sorted(path.parent.iterdir()) == [path]
+
+
+def test_what_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
+    def breaks_off():
+        yield StampedDepth(METRES, None, 0)
+        raise ExportError("stop")
+
+    with pytest.raises(ExportError, match="stop"):
+        write_rosbag(tmp_path / "out", breaks_off())
+    assert not list(tmp_path.glob("*out*"))
+    (tmp_path / "out").mkdir()
+    with pytest.raises(ExportError, match="there already"):
+        write_rosbag(tmp_path / "out", [])
+    with pytest.raises(ParameterError, match="not as '8UC1'"):
+        write_rosbag(tmp_path / "other", [], encoding="8UC1")
+
+
+def test_runs_become_a_recording_with_the_times_of_their_source(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    labels = np.zeros((H, W), np.uint8)
+    labels[2:14, 4:20] = 1
+    cv2.imwrite(str(tmp_path / "blocks.png"), labels)
+    source = write_aligned(tmp_path, "mcap", frames=2)
+    for number, key in enumerate(("1600000000.033000000", "1600000000.000000000")):
+        words = ["complete", str(source), "--frame", key, "--blocks", str(tmp_path / "blocks.png")]
+        words += [
+            "--out",
+            str(tmp_path / "runs" / str(number)),
+            "--max-iterations",
+            "3",
+            "--no-expected-error",
+            "--quiet",
+        ]
+        assert main([*words, "--depth-formats", "npy"]) == 0
+    close_all()
+    assert main(["rosbag", str(tmp_path / "runs"), "--out", str(tmp_path / "out")]) == 0
+    assert capsys.readouterr().out.startswith("2 frames, written to")
+    found = _messages(tmp_path / "out")
+    assert [stamp for stamp, _ in found["/depth_completed"]] == [START, START + 33_000_000]
+    written = found["/depth_completed"][1][1].data.view(np.float32).reshape(H, W)
+    assert np.array_equal(written, np.load(tmp_path / "runs" / "0" / "depth.npy"), equal_nan=True)
+    assert main(["rosbag", str(tmp_path / "out"), "--out", str(tmp_path / "more")]) == 1
+    assert "has no runs" in capsys.readouterr().err
+
+
+def test_the_time_of_a_frame() -> None:
+    def of(path: str, frame: str | None = None) -> int | None:
+        return stamp_of(FrameInputs(InputFile(path, ""), InputFile(path, ""), 1000.0, None, frame=frame))
+
+    assert of("/a/1305031102.175304.png") == pytest.approx(1305031102175304000, abs=200)
+    assert of("/a/000017.png") is None
+    assert of("/a.bag", "/rgb+/depth/1600000000.033000001") == 1600000000033000001
+    assert of("/a.mkv", "0.463945") == 463945000
