@@ -29,6 +29,7 @@ from tests.ilf.phone_files import (
     LEVELS,
     MM,
     SIZE,
+    SMALL,
     TIMES,
     K,
     pose,
@@ -48,7 +49,7 @@ WRITERS: dict[str, Callable[[Path], Path]] = {
     "record3d": lambda folder: write_record3d(folder / "a.r3d"),
     "stray": lambda folder: write_stray(folder / "stray"),
     "arkit": lambda folder: write_arkit(folder / "arkit"),
-    "arkit, large colour": lambda folder: write_arkit(folder / "arkit", "wide", COLOUR_SIZE),
+    "arkit, large colour": lambda folder: write_arkit(folder / "arkit", "wide", SMALL),
 }
 KEYS = {"record3d": "1", "stray": "000001"}
 
