@@ -147,8 +147,10 @@ class RGBDFrame:
         if self.distrusted is not None and not self.known.any() and np.isfinite(self.measured).any():
             raise InputError("All depth of the frame is distrusted: nothing is left to go by. Trust some of it.")
         if self.outside_view is not None:
-            outside = checked_mask(self.outside_view, depth.shape, "what lies outside the view") & np.isnan(measured)
-            object.__setattr__(self, "outside_view", _frozen(outside) if outside.any() else None)
+            outside = checked_mask(self.outside_view, depth.shape, "what lies outside the view")
+            if np.isfinite(measured[outside]).any():
+                outside = _frozen(outside & np.isnan(measured))
+            object.__setattr__(self, "outside_view", outside if outside.any() else None)
         if self.pose is not None:
             object.__setattr__(self, "pose", checked_motion(self.pose, "The pose of a frame"))
         if self.truth is not None:
@@ -271,8 +273,8 @@ class RGBDFrame:
 
     @property
     def missing_share(self) -> float:
-        """Share of pixels without depth, 0-1."""
-        return 1.0 - float(np.count_nonzero(self.known)) / self.depth.size
+        """Share of pixels without depth that the depth camera could see, 0-1."""
+        return float(np.count_nonzero(self.missing)) / self.depth.size
 
 
 def check_depth_scale(depth: NDArray[np.floating]) -> float:

@@ -49,6 +49,18 @@ _AXES = {
 _CLOUD_UNITS = {"Metres": "m", "Millimetres": "mm"}
 
 
+def stored_options() -> ExportOptions:
+    """What was chosen the last time."""
+    stored = QSettings().value(_OPTIONS_KEY)
+    if stored:
+        try:
+            return ExportOptions(**json.loads(str(stored)))
+        except (ValueError, TypeError):
+            # written by another version or by hand: the defaults are as good a start
+            QSettings().remove(_OPTIONS_KEY)
+    return ExportOptions()
+
+
 class ExportDialog(QDialog):
     """Choose files, formats and units of an export.
 
@@ -249,14 +261,7 @@ class ExportDialog(QDialog):
             self.folder_path.setText(path)
 
     def _restore(self) -> None:
-        stored = QSettings().value(_OPTIONS_KEY)
-        options = ExportOptions()
-        if stored:
-            try:
-                options = ExportOptions(**json.loads(str(stored)))
-            except (ValueError, TypeError):
-                # written by another version or by hand: the defaults are as good a start
-                QSettings().remove(_OPTIONS_KEY)
+        options = stored_options()
         self.depth_png.setChecked("png" in options.depth_formats)
         self.depth_tiff.setChecked("tiff" in options.depth_formats)
         self.depth_npy.setChecked("npy" in options.depth_formats)
@@ -321,10 +326,21 @@ class ExportDialog(QDialog):
     def _guess_text(self, depth: NDArray[np.floating]) -> str:
         if self._run.dense:
             return "What no block could complete is guessed; guessed.png shows where."
-        missing = np.count_nonzero(~np.isfinite(depth)) / depth.size
-        if not missing or not self._has_result:
+        frame = self._run.frame
+        missing = np.count_nonzero(frame.missing & np.isnan(depth)) / depth.size
+        outside = (
+            0 if frame.outside_view is None else np.count_nonzero(frame.outside_view & np.isnan(depth)) / depth.size
+        )
+        if not self._has_result:
             return ""
-        return f"{missing:.1%} of the pixels stay missing. For programs that need them all: Run > Guess the rest."
+        lines = (
+            [f"{outside:.1%} of the pixels lie outside the depth camera's view and stay missing."] if outside else []
+        )
+        if missing:
+            lines.append(
+                f"{missing:.1%} of the pixels stay missing. For programs that need them all: Run > Guess the rest."
+            )
+        return "\n".join(lines)
 
     def _png_note(self, units: float) -> tuple[str, str]:
         fit = png_fit(self._depth, units)

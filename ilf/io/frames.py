@@ -27,6 +27,7 @@ from .images import read_colour
 from .naming import name_by
 from .poses import camera_pose
 from .recorded import read_recorded
+from .recordings import is_recording
 from .truth_files import is_truth, with_truth_file
 
 META_NAME = "meta.json"
@@ -289,6 +290,8 @@ def files_of(rgb: str | os.PathLike[str], depth: str | os.PathLike[str] | None, 
     """The files that two paths or a folder name, and what is stated beside them."""
     if depth is not None:
         return (frame_beside(rgb, depth) if beside else None) or _two_files(Path(rgb), Path(depth))
+    if is_recording(rgb):
+        raise InputError(f"{rgb} is a recording: name one of its frames by its key (--frame; `ilf info` lists them).")
     if Path(rgb).is_dir():
         return frame_folder(rgb)
     if not Path(rgb).exists():

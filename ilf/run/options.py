@@ -13,7 +13,10 @@ from ..io.columns import UNITS_PER_METRE
 LABELS_FILE, CURVES_FILE, RECORD_FILE = "blocks.png", "curves.csv", "run.json"
 GUESSED_FILE, DISTRUSTED_FILE, DRAWN_FILE = "guessed.png", "distrusted.png", "drawn.png"
 OUTSIDE_FILE = "outside_view.png"
+COLOUR_FILE = "rgb.png"
+"""Colour, where no file has it as it is in the frame: taken out of a recording, or without a lens's distortion."""
 GUIDE_FILE = "guide_used.npy"
+COLOUR_FILE = "rgb.png"
 
 DEPTH_FILES = {"png": "depth.png", "tiff": "depth.tiff", "npy": "depth.npy"}
 """Depth format -> file name. PNG is 16 bit in `depth_units`; TIFF and NPY are float32 metres."""

@@ -227,8 +227,10 @@ def _recorded_guide(guide: Guide | None) -> RecordedGuide | None:
 
 
 def outcome_to_dict(outcome: BlockOutcome) -> dict[str, Any]:
-    """A block's outcome, ready for JSON: NaN becomes None."""
+    """A block's outcome, ready for JSON: NaN becomes None. Where all is in view, nothing says so."""
     values = dataclasses.asdict(outcome)
+    if not outcome.outside:
+        del values["outside"]
     sigma = None if math.isnan(outcome.sigma_i) else outcome.sigma_i
     return values | {"status": outcome.status.value, "sigma_i": sigma}
 

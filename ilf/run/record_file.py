@@ -199,4 +199,5 @@ def parsed_outcome(outcome: Section) -> BlockOutcome:
         iterations=outcome.get("iterations", int),
         stages=outcome.get("stages", int),
         sigma_i=math.nan if sigma is None else sigma,
+        outside=outcome.get("outside", int) if "outside" in outcome.values else 0,
     )
