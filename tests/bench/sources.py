@@ -39,7 +39,7 @@ WRITTEN: dict[str, Callable[[Path], Path]] = {
 
 def main(paths: list[str]) -> None:
     """Print the table."""
-    print(f"{'source':40} {"origin":8} {'frames':>6} {'listing s':>9} {'frames/s':>8}")
+    print(f"{'source':40} {'origin':8} {'frames':>6} {'listing s':>9} {'frames/s':>8}")
     for path in paths:
         print(_line(Path(path).name, "given", Path(path)))
     if paths:
