@@ -75,7 +75,7 @@ class OpenFrameDialog(QDialog):
         self.invalid.setToolTip("The value of the file that stands for missing depth, beside zero; 0 if there is none.")
         self.min_confidence = QLineEdit(placeholderText="None: all depth counts")
         self.min_confidence.setToolTip(
-            "Depth of a lower confidence counts as missing, where there is a confidence map: 2 for what ARKit calls high."
+            "Depth of a lower confidence counts as missing, where there is a map of it: 2 for what ARKit calls high."
         )
         self.camera = QComboBox()
         self.camera.addItems([_FROM_META, *INTRINSICS, _NUMBERS, _FILE])
