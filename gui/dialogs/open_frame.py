@@ -73,6 +73,10 @@ class OpenFrameDialog(QDialog):
         )
         self.invalid = QLineEdit(placeholderText="None but zero; 65535 in 7-Scenes")
         self.invalid.setToolTip("The value of the file that stands for missing depth, beside zero; 0 if there is none.")
+        self.min_confidence = QLineEdit(placeholderText="None: all depth counts")
+        self.min_confidence.setToolTip(
+            "Depth of a lower confidence counts as missing, where there is a map of it: 2 for what ARKit calls high."
+        )
         self.camera = QComboBox()
         self.camera.addItems([_FROM_META, *INTRINSICS, _NUMBERS, _FILE])
         self.camera_text = QLineEdit()
@@ -111,6 +115,7 @@ class OpenFrameDialog(QDialog):
         self.guide_path.textChanged.connect(self._schedule)
         self.encoding.editTextChanged.connect(self._schedule)
         self.invalid.textChanged.connect(self._schedule)
+        self.min_confidence.textChanged.connect(self._schedule)
         self.camera_text.textChanged.connect(self._schedule)
         self.camera.currentTextChanged.connect(self._change_camera)
         self._change_camera()
@@ -133,8 +138,8 @@ class OpenFrameDialog(QDialog):
         Raises
         ------
         InputError
-            If files are not chosen yet, there is no such depth encoding, or the invalid value or intrinsics are not
-            numbers.
+            If files are not chosen yet, there is no such depth encoding, or the invalid value, the least confidence or
+            intrinsics are not numbers.
         """
         colour, depth = self._paths()
         is_whole = _is_folder(colour) or is_recording(colour)
@@ -143,7 +148,10 @@ class OpenFrameDialog(QDialog):
         guide = self.guide_path.text().strip() or None
         pair = (colour, None if is_whole else depth)
         units, name = self._encoding()
-        return FrameSource(*pair, units, self._intrinsics(), guide=guide, encoding=name, invalid=self._invalid())
+        invalid, least = self._invalid(), self._min_confidence()
+        return FrameSource(
+            *(*pair, units, self._intrinsics()), guide=guide, encoding=name, invalid=invalid, min_confidence=least
+        )
 
     def read(self) -> None:
         """Read what is chosen now, and say what it is."""
@@ -206,8 +214,9 @@ class OpenFrameDialog(QDialog):
             (1, "&Depth", self.depth_path),
             (2, "Depth &encoding", self.encoding),
             (3, "In&valid value", self.invalid),
-            (4, "Camera &intrinsics", self.camera),
-            (6, "&Guide", self.guide_path),
+            (4, "&Least confidence", self.min_confidence),
+            (5, "Camera &intrinsics", self.camera),
+            (7, "&Guide", self.guide_path),
         ):
             label = QLabel(text)
             label.setBuddy(field)
@@ -216,9 +225,9 @@ class OpenFrameDialog(QDialog):
         grid.addWidget(colour_file, 0, 2)
         grid.addWidget(folder, 0, 3)
         grid.addWidget(depth_file, 1, 2)
-        grid.addWidget(self.camera_text, 5, 1)
-        grid.addWidget(self.camera_browse, 5, 2, 1, 2)
-        grid.addWidget(guide_file, 6, 2)
+        grid.addWidget(self.camera_text, 6, 1)
+        grid.addWidget(self.camera_browse, 6, 2, 1, 2)
+        grid.addWidget(guide_file, 7, 2)
         return grid
 
     def _propose(self, doubts: Iterable[Doubt]) -> None:
@@ -309,13 +318,10 @@ class OpenFrameDialog(QDialog):
             return None, chosen
 
     def _invalid(self) -> float | None:
-        text = self.invalid.text().strip()
-        try:
-            return float(text) if text else None
-        except ValueError as error:
-            raise InputError(
-                f"The invalid value must be a number of the depth file, such as 65535, not {text!r}."
-            ) from error
+        return _number(self.invalid, "The invalid value must be a number of the depth file, such as 65535")
+
+    def _min_confidence(self) -> float | None:
+        return _number(self.min_confidence, "The least confidence must be a number of the map, such as 2")
 
     def _intrinsics(self) -> str | tuple[float, ...] | None:
         choice, text = self.camera.currentText(), self.camera_text.text().strip()
@@ -379,6 +385,15 @@ def _attempt(read: Callable[[], _Result]) -> _Result | None:
         return read()
     except IlfError:
         return None
+
+
+def _number(field: QLineEdit, demand: str) -> float | None:
+    """What a field says, None if it is empty; InputError, which begins with what it must be, if that is no number."""
+    text = field.text().strip()
+    try:
+        return float(text) if text else None
+    except ValueError as error:
+        raise InputError(f"{demand}, not {text!r}.") from error
 
 
 def _is_folder(path: str) -> bool:

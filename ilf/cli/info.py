@@ -21,6 +21,7 @@ from ..io import (
     read_colour,
 )
 from ..io.camera_files import intrinsics_from
+from ..io.confidence_files import UNUSED, below, read_confidence
 from ..io.depth_reading import DepthReading, read_depth
 from ..io.encodings import one_encoding
 from ..io.files import read_file
@@ -146,6 +147,7 @@ def _print_frame(files: FrameFiles, arguments: argparse.Namespace) -> None:
             *_depth_facts(files.depth, depth, arguments.intrinsics or files.intrinsics),
             *truth,
             *_guide_facts(arguments.guide or files.guide, depth.metres),
+            *_confidence_facts(files, arguments.min_confidence, depth.metres),
         ]
     )
 
@@ -201,6 +203,19 @@ def _truth_facts(path: str | Path | None, units: float | None, reading: DepthRea
     ]
     problem = scale_misfit(truth, depth, file.units)
     return [*facts, ("problem", problem)] if problem else facts
+
+
+def _confidence_facts(files: FrameFiles, given: float | None, depth: NDArray[np.float32]) -> list[tuple[str, str]]:
+    """What there is to say about a confidence map; nothing if there is none."""
+    if files.confidence is None:
+        return []
+    least = files.min_confidence if given is None else given
+    try:
+        levels = read_confidence(files.confidence, (depth.shape[0], depth.shape[1]))
+        told = UNUSED if least is None else below(levels, least, depth)[1]
+    except InputError as error:
+        return [("problem", str(error))]
+    return [("confidence", f"{files.confidence}, from {levels.min():g} to {levels.max():g}. {told}")]
 
 
 def _guide_facts(path: str | Path | None, depth: NDArray[np.float32]) -> list[tuple[str, str]]:

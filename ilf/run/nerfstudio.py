@@ -20,6 +20,7 @@ from ..io.depth_reading import read_depth
 from ..io.files import read_file
 from ..io.images import encode_image, read_colour
 from ..io.label_files import read_mask
+from ..io.pairing import natural
 from ..io.poses import OF_OPENGL
 from ..io.recordings import is_recording, opened
 from .options import ERROR_FILES, RECORD_FILE, UNVOUCHED_FILE
@@ -141,7 +142,8 @@ def result_folders(path: str | os.PathLike[str]) -> list[Path]:
     if (root / RECORD_FILE).is_file():
         return [root]
     try:
-        found = sorted(inner for inner in root.iterdir() if (inner / RECORD_FILE).is_file())
+        inside = (inner for inner in root.iterdir() if (inner / RECORD_FILE).is_file())
+        found = sorted(inside, key=lambda inner: natural(inner.name))
     except OSError as error:
         raise InputError(f"{root}: cannot be read ({error.strerror}). Name a folder of results.") from error
     if not found:

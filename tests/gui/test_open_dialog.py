@@ -187,11 +187,24 @@ def test_what_is_doubted_is_offered_where_the_scale_is_refused_too(dialog, rotat
     assert dialog.open_button.isEnabled()
 
 
-@pytest.mark.parametrize(("field", "text"), [("encoding", "suns"), ("invalid", "none")])
-def test_an_encoding_that_is_none_is_refused(dialog, rotated, field, text):
+@pytest.mark.parametrize(("field", "text"), [("encoding", "suns"), ("invalid", "none"), ("min_confidence", "high")])
+def test_what_is_no_encoding_or_number_is_refused(dialog, rotated, field, text):
     dialog.set_files(str(rotated / "rgb.png"))
-    (dialog.encoding.setEditText if field == "encoding" else dialog.invalid.setText)(text)
+    (dialog.encoding.setEditText if field == "encoding" else getattr(dialog, field).setText)(text)
     dialog.read()
     assert repr(text) in dialog.message.text()
     assert not dialog.open_button.isEnabled()
     assert not dialog.follow_button.isVisible()
+
+
+def test_low_confidence_is_missing_from_the_preview_on(dialog, folder):
+    (folder / "meta.json").write_text('{"depth_units_per_m": 1000}')
+    levels = np.full((480, 640), 2, np.uint8)
+    levels[:200] = 1
+    cv2.imwrite(str(folder / "confidence.png"), levels)
+    dialog.set_files(str(folder))
+    assert "There is a confidence map" in dialog.message.text()
+    dialog.min_confidence.setText("2")
+    dialog.read()
+    assert "below 2 counts as missing" in dialog.message.text()
+    assert np.isnan(dialog.request().load().depth[:200]).all()

@@ -18,6 +18,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import ilf
+from ilf.cli import main
 from ilf.cli.parsing import add_distrusted, add_frame, frame_from
 from ilf.errors import FormatError, IlfError, InputError, ParameterError
 from ilf.io.lzfse_data import unpacked
@@ -29,6 +30,7 @@ from tests.ilf.phone_files import (
     LEVELS,
     MM,
     SIZE,
+    SMALL,
     TIMES,
     K,
     pose,
@@ -48,7 +50,7 @@ WRITERS: dict[str, Callable[[Path], Path]] = {
     "record3d": lambda folder: write_record3d(folder / "a.r3d"),
     "stray": lambda folder: write_stray(folder / "stray"),
     "arkit": lambda folder: write_arkit(folder / "arkit"),
-    "arkit, large colour": lambda folder: write_arkit(folder / "arkit", "wide", COLOUR_SIZE),
+    "arkit, large colour": lambda folder: write_arkit(folder / "arkit", "wide", SMALL),
 }
 KEYS = {"record3d": "1", "stray": "000001"}
 
@@ -168,7 +170,7 @@ def test_the_command_line_reads_them(tmp_path, capsys):
     assert np.array_equal(np.isnan(frame.depth), np.isnan(METRES) | (LEVELS < 2) | (mask > 0))
 
 
-def test_confidence_beside_files(tmp_path):
+def test_confidence_beside_files(tmp_path, capsys):
     folder = tmp_path / "frame"
     folder.mkdir()
     cv2.imwrite(str(folder / "rgb.png"), np.full((*MM.shape, 3), 90, np.uint8))
@@ -184,6 +186,8 @@ def test_confidence_beside_files(tmp_path):
     meta = {"depth_units_per_m": 1000, "confidence": "sure.png", "min_confidence": 2}
     (folder / "meta.json").write_text(json.dumps(meta))
     assert np.array_equal(np.isnan(ilf.load_frame(folder).depth), low)
+    assert main(["info", str(folder)]) == 0
+    assert "sure.png, from 0 to 2. Depth of a confidence below 2 counts as missing" in capsys.readouterr().out
     assert np.array_equal(np.isnan(ilf.load_frame(folder, min_confidence=0).depth), np.isnan(METRES))
     (folder / "meta.json").write_text(json.dumps(meta | {"min_confidence": "high"}))
     with pytest.raises(FormatError, match="must be a number"):
