@@ -164,7 +164,8 @@ def _completed(task: Task, frame: BatchFrame, threads: int | None, read: list[RG
     content = content_of(loaded)
     files = {**watched(files_of(frame.source, loaded)), **files}
     if settings.distrust is not None:
-        loaded = loaded.distrusting(read_mask(settings.distrust, loaded.shape))
+        mask = read_mask(settings.distrust, loaded.shape)
+        loaded = loaded.distrusting(mask if loaded.distrusted is None else mask | loaded.distrusted)
     run = settings.recipe.run_of(loaded)
     options = settings.options
     notes = [*loaded.notes, *run.notes]

@@ -5,9 +5,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import json
-from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -23,7 +21,6 @@ import ilf.batch.states
 from ilf.batch import (
     BatchFrame,
     BatchSettings,
-    FrameOutcome,
     FrameStatus,
     frames_of_sources,
     named_frames,
@@ -36,7 +33,7 @@ from ilf.batch.local import outcomes_here
 from ilf.batch.manifest import write_manifest
 from ilf.batch.pictures import depth_levels, read_preview
 from ilf.batch.settings import write_settings
-from ilf.batch.task import Task, complete_frame
+from ilf.batch.task import complete_frame
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.io.frame_source import FrameSource
