@@ -11,7 +11,7 @@ from ..extras import optional
 from ..threads import available_cores
 from .frame_record import FRAME_FILE, FrameOutcome, FrameStatus
 from .frames import BatchFrame
-from .local import Outcomes, died
+from .local import Outcomes, outcomes_here
 from .task import Task, complete_frame
 
 _PATIENCE_S = 30
@@ -23,7 +23,7 @@ def outcomes_on_cluster(task: Task, frames: Sequence[BatchFrame], address: str) 
 
     Only frames' names and outcomes travel; files are read and written by the workers, and what one of them has written
     is not done again when it is lost. Dask gives a frame up when so many workers have died that had it, which may have
-    been another's fault: such frames are begun once more at the end, one after the other.
+    been another's fault: such frames are completed here at the end, one after the other, each in a process of its own.
 
     Parameters
     ----------
@@ -43,9 +43,7 @@ def outcomes_on_cluster(task: Task, frames: Sequence[BatchFrame], address: str) 
     distributed = optional("distributed", "cluster", "A batch on several machines")
     with _client(distributed, address) as client:
         again = yield from _given_up(distributed, client, task, frames)
-        for frame in again:
-            if (yield from _given_up(distributed, client, task, [frame])):
-                yield died(task, frame)
+    yield from outcomes_here(task, again)
 
 
 def _client(distributed: Any, address: str) -> Any:

@@ -3,29 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import json
-import os
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
 
 from ..errors import IlfError
-from ..frame import RGBDFrame
-from ..io import META_NAME
 from ..io.atomic import write_bytes
 from ..io.files import file_sha256, read_json
-from ..io.frame_source import FrameSource
 from ..run.options import RECORD_FILE
-from ..run.record import PROGRAM, array_sha256
+from ..run.record import PROGRAM
 from ..sections import Section
+from .frames import BatchFrame
+from .reading import reading_of, watched
 
 FRAME_FILE = "frame.json"
-
-_PATHS = ("rgb", "depth", "truth", "guide")
-"""What a FrameSource has that says where and not how: it may change when a data set is moved."""
 
 
 class FrameStatus(StrEnum):
@@ -96,12 +88,11 @@ class FrameRecord:
     settings : str
         `sha256_of` the settings' facts.
     reading : str
-        `reading_of` its source.
+        `reading_of` the frame.
     content : str or None
-        `content_of` the frame; None where it could not be read.
+        `Reading.content`; None where it failed.
     files : dict
-        Path of every file that the frame was read from -> size and time of change [ns], as long as which stay the same
-        its content need not be looked at.
+        `Reading.files`.
     run : str or None
         SHA-256 of the set's run.json.
     outputs : tuple of str
@@ -123,9 +114,9 @@ class FrameRecord:
             return False
         return self.run is None or file_sha256(folder / RECORD_FILE) == self.run
 
-    def is_of(self, source: FrameSource) -> bool | None:
+    def is_of(self, frame: BatchFrame) -> bool | None:
         """Whether a frame is read as it was, and from the same files; None if only their `content_now` can tell."""
-        if self.reading != reading_of(source):
+        if self.reading != reading_of(frame):
             return False
         return True if self.files == watched(self.files) else None
 
@@ -152,57 +143,3 @@ def write_frame_record(folder: Path, record: FrameRecord) -> None:
     """Write it into the frame's folder, which is made if need be; raises ExportError as `write_bytes` does."""
     data = {"program": PROGRAM, **dataclasses.asdict(record)}
     write_bytes(folder / FRAME_FILE, f"{json.dumps(data, indent=2)}\n".encode())
-
-
-def reading_of(source: FrameSource) -> str:
-    """Tells ways to read a frame apart: SHA-256 of all that its source says but for paths."""
-    how = {name: value for name, value in vars(source).items() if name not in _PATHS}
-    return _sha256(sorted((name, repr(value)) for name, value in how.items()))
-
-
-def content_of(frame: RGBDFrame) -> str:
-    """Tells what was read apart: SHA-256 of the content of a frame's files, and of what was stated of them."""
-    inputs, guide = frame.inputs, frame.guide
-    facts: list[Any] = [None if guide is None else array_sha256(guide.array), repr(frame.intrinsics)]
-    if inputs is not None:
-        files = inputs.rgb, inputs.depth, inputs.truth
-        facts += [None if file is None else file.sha256 for file in files]
-        facts += [inputs.depth_units, inputs.encoding, inputs.invalid]
-    return _sha256(facts)
-
-
-def content_now(source: FrameSource) -> str | None:
-    """`content_of` a frame as its files are now; None if it cannot be read."""
-    try:
-        return content_of(source.load())
-    except IlfError:
-        return None
-
-
-def files_of(source: FrameSource, frame: RGBDFrame | None) -> list[str]:
-    """Paths of all that a frame is read from; of one that could not be read, those that its source names."""
-    paths = [source.rgb, source.depth, source.truth, source.guide]
-    if source.depth is None:
-        paths.append(os.path.join(source.rgb, META_NAME))
-    if frame is not None and frame.inputs is not None:
-        inputs = frame.inputs.rgb, frame.inputs.depth, frame.inputs.truth
-        paths += [None if file is None else file.path for file in inputs]
-    if frame is not None and frame.guide is not None:
-        paths.append(frame.guide.path)
-    return list(dict.fromkeys(path for path in paths if path is not None))
-
-
-def watched(paths: Iterable[str]) -> dict[str, list[int]]:
-    """Path -> size and time of change [ns], of those that are there."""
-    found = {}
-    for path in paths:
-        try:
-            state = os.stat(path)
-        except OSError:
-            continue
-        found[path] = [state.st_size, state.st_mtime_ns]
-    return found
-
-
-def _sha256(facts: Any) -> str:
-    return hashlib.sha256(json.dumps(facts).encode()).hexdigest()

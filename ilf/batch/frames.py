@@ -36,15 +36,20 @@ class BatchFrame:
         [s]; None where it is not known.
     folder : str
         Name of the folder that its results go into.
+    neighbours : tuple of FrameSource
+        The frames before and after it, where they help it to be steady.
     """
 
     key: str
     source: FrameSource
     time: float | None
     folder: str
+    neighbours: tuple[FrameSource, ...] = ()
 
 
-def frames_of_sources(sources: Sequence[Source], apart_from: str | os.PathLike[str] | None = None) -> list[BatchFrame]:
+def frames_of_sources(
+    sources: Sequence[Source], apart_from: str | os.PathLike[str] | None = None, *, reach: int = 0
+) -> list[BatchFrame]:
     """All frames of some sources, one after the other.
 
     Of several sources, keys begin with the source's name.
@@ -54,6 +59,8 @@ def frames_of_sources(sources: Sequence[Source], apart_from: str | os.PathLike[s
     sources : sequence of Source
     apart_from : path-like, optional
         A folder whose frames are left out: the batch's own results may lie among its sources.
+    reach : int
+        So many frames of its source before and after each are its neighbours.
 
     Raises
     ------
@@ -63,16 +70,21 @@ def frames_of_sources(sources: Sequence[Source], apart_from: str | os.PathLike[s
     names = [source.path.name for source in sources]
     if twice := [name for name, count in Counter(names).items() if count > 1]:
         raise InputError(f"Two sources are called {twice[0]}: run them one after the other, each into its own folder.")
-    found = []
+    found, neighbours = [], []
     for name, source in zip(names, sources, strict=True):
         times = source.timestamps or [None] * len(source)
-        for key, time in zip(source.keys, times, strict=True):
-            frame = source.frame_source(key)
-            if apart_from is None or not _is_in(frame, Path(apart_from).absolute()):
-                found.append((f"{name}/{key}" if len(sources) > 1 else key, frame, time))
+        own = [
+            (f"{name}/{key}" if len(sources) > 1 else key, source.frame_source(key), time)
+            for key, time in zip(source.keys, times, strict=True)
+        ]
+        if apart_from is not None:
+            own = [one for one in own if not _is_in(one[1], Path(apart_from).absolute())]
+        files = [file.absolute() for _, file, _ in own]
+        found += own
+        neighbours += [(*files[max(i - reach, 0) : i], *files[i + 1 : i + 1 + reach]) for i in range(len(own))]
     if not found:
         raise InputError(f"There are no frames but those of the results in {apart_from}. Name another source.")
-    return named_frames(found)
+    return [replace(frame, neighbours=near) for frame, near in zip(named_frames(found), neighbours, strict=True)]
 
 
 def frames_of_files(sources: Sequence[FrameSource]) -> list[BatchFrame]:
@@ -93,7 +105,7 @@ def named_frames(found: Iterable[tuple[str, FrameSource, float | None]]) -> list
     frames = [BatchFrame(key, source.absolute(), time, folder_name(key)) for key, source, time in found]
     counts = Counter(frame.folder.casefold() for frame in frames)
     return [
-        BatchFrame(frame.key, frame.source, frame.time, _told_apart(frame.folder, frame.key))
+        replace(frame, folder=_told_apart(frame.folder, frame.key))
         if counts[frame.folder.casefold()] > 1  # some systems do not tell A from a
         else frame
         for frame in frames

@@ -39,12 +39,16 @@ class BatchSettings:
         Also judge each frame on known depth that is hidden.
     distrust : str, optional
         Path of the mask of depth that is not believed, in every frame.
+    steady : int
+        So many frames before and after each help it where nothing has changed (`steady_depth`): the camera stands
+        still. 0 for none.
     """
 
     recipe: Recipe = field(default_factory=Recipe)
     options: ExportOptions = field(default_factory=ExportOptions)
     hidden: HiddenTest | None = None
     distrust: str | None = None
+    steady: int = 0
 
     def facts(self) -> dict[str, Any]:
         """All of it as JSON has it: values, the content of files and networks by SHA-256, and the version.
@@ -66,6 +70,7 @@ class BatchSettings:
                 "fill_gaps": recipe.fill_gaps,
                 "files": {name: _content_sha256(path) for name, path in files.items() if path is not None},
                 "export": dataclasses.asdict(self.options),
+                "steady": self.steady,
                 "hidden": None if self.hidden is None else dataclasses.asdict(self.hidden),
             }
         )

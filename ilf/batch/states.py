@@ -8,8 +8,9 @@ from enum import Enum
 
 from ..threads import available_cores
 from .apart import done_apart
-from .frame_record import FrameOutcome, FrameRecord, FrameStatus, content_now, read_frame_record
+from .frame_record import FrameOutcome, FrameRecord, FrameStatus, read_frame_record
 from .frames import BatchFrame
+from .reading import content_now
 from .task import Task
 
 
@@ -31,9 +32,9 @@ class FrameState:
 def frame_states(task: Task, frames: Sequence[BatchFrame]) -> list[FrameState]:
     """What there is of some frames. Those whose files look different are read, in processes of their own."""
     records = {frame: _record(task, frame) for frame in frames}
-    same = {frame: record is not None and record.is_of(frame.source) for frame, record in records.items()}
+    same = {frame: record is not None and record.is_of(frame) for frame, record in records.items()}
     doubtful = [frame for frame, is_same in same.items() if is_same is None and _is_completed(records[frame])]
-    for frame, content in done_apart(_content_now, doubtful, jobs=available_cores()):
+    for frame, content in done_apart(content_now, doubtful, jobs=available_cores()):
         record = records[frame]
         same[frame] = record is not None and content is not None and content == record.content
     return [_state(frame, record, bool(same[frame])) for frame, record in records.items()]
@@ -58,7 +59,3 @@ def _state(frame: BatchFrame, record: FrameRecord | None, same: bool) -> FrameSt
     if _is_completed(record):
         return FrameState(frame, State.FINISHED if same else State.CHANGED, record.outcome)
     return FrameState(frame, State.FAILED, record.outcome) if same else FrameState(frame, State.OPEN)
-
-
-def _content_now(frame: BatchFrame) -> str | None:
-    return content_now(frame.source)

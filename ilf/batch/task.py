@@ -12,7 +12,6 @@ import numpy as np
 
 from ..confidence import expected_error
 from ..errors import Cancelled, ExportError, IlfError, InputError
-from ..frame import RGBDFrame
 from ..io.files import file_sha256
 from ..io.label_files import read_mask
 from ..io.unfinished import remove, remove_empty
@@ -26,17 +25,14 @@ from .frame_record import (
     FrameOutcome,
     FrameRecord,
     FrameStatus,
-    content_now,
-    content_of,
-    files_of,
     read_frame_record,
-    reading_of,
-    watched,
     write_frame_record,
 )
 from .frames import BatchFrame
 from .pictures import write_preview
+from .reading import content_now, named_files, read_frame, reading_of
 from .settings import BatchSettings, Levels, sha256_of
+from .steady import steadied
 
 
 @dataclass(frozen=True)
@@ -69,9 +65,9 @@ class Task:
         record = read_frame_record(folder)
         if record is None or record.settings != self.sha256 or not record.is_whole(folder):
             return None
-        same = record.is_of(frame.source)
+        same = record.is_of(frame)
         if same is None:
-            same = record.content == content_now(frame.source)
+            same = record.content == content_now(frame)
         return record.outcome if same else None
 
 
@@ -106,16 +102,15 @@ def complete_frame(task: Task, frame: BatchFrame, threads: int | None = None) ->
         cv2.setNumThreads(threads)
     tidy(task, frame)
     started = time.perf_counter()
-    read: list[RGBDFrame] = []
     try:
-        record = _completed(task, frame, threads, read)
+        record = _completed(task, frame, threads)
     except Cancelled:
         raise
     except Exception as error:
         if (done := task.finished(frame)) is not None:  # another process was quicker
             return done
         message = str(error) if isinstance(error, IlfError) else f"{type(error).__name__}: {error}"
-        record = failure(task, frame, message, read[0] if read else None)
+        record = failure(task, frame, message)
     record = replace(record, outcome=replace(record.outcome, seconds=round(time.perf_counter() - started, 3)))
     write_record(task, frame, record)
     return record.outcome
@@ -131,12 +126,10 @@ def write_record(task: Task, frame: BatchFrame, record: FrameRecord) -> None:
     write_frame_record(folder, record)
 
 
-def failure(task: Task, frame: BatchFrame, message: str, read: RGBDFrame | None = None) -> FrameRecord:
+def failure(task: Task, frame: BatchFrame, message: str) -> FrameRecord:
     """The record of a frame that failed."""
     outcome = FrameOutcome(frame.key, frame.folder, frame.time, FrameStatus.FAILED, " ".join(message.split()))
-    content = None if read is None else content_of(read)
-    files = watched(files_of(frame.source, read))
-    return FrameRecord(outcome, task.sha256, reading_of(frame.source), content, files)
+    return FrameRecord(outcome, task.sha256, reading_of(frame), files=named_files(frame))
 
 
 def tidy(task: Task, frame: BatchFrame) -> None:
@@ -155,16 +148,14 @@ def _sha256_here(settings: BatchSettings) -> str:
     return sha256_of(settings.facts())
 
 
-def _completed(task: Task, frame: BatchFrame, threads: int | None, read: list[RGBDFrame]) -> FrameRecord:
-    """The record of a frame that is completed; what was read is put into a list, for those who tell why it failed."""
+def _completed(task: Task, frame: BatchFrame, threads: int | None) -> FrameRecord:
+    """The record of a frame that is completed."""
     settings = task.settings
-    files = watched(files_of(frame.source, None))  # before reading: what changes meanwhile is looked at again
-    loaded = frame.source.load()
-    read.append(loaded)
-    content = content_of(loaded)
-    files = {**watched(files_of(frame.source, loaded)), **files}
+    reading = read_frame(frame)
+    loaded, inputs = steadied(reading, task.folder_of(frame)) if settings.steady else (reading.frame, ())
     if settings.distrust is not None:
-        loaded = loaded.distrusting(read_mask(settings.distrust, loaded.shape))
+        mask = read_mask(settings.distrust, loaded.shape)
+        loaded = loaded.distrusting(mask if loaded.distrusted is None else mask | loaded.distrusted)
     run = settings.recipe.run_of(loaded)
     options = settings.options
     notes = [*loaded.notes, *run.notes]
@@ -181,11 +172,11 @@ def _completed(task: Task, frame: BatchFrame, threads: int | None, read: list[RG
     return FrameRecord(
         replace(outcome, message=" ".join(dict.fromkeys(notes))),
         task.sha256,
-        reading_of(frame.source),
-        content,
-        files,
+        reading_of(frame),
+        reading.content,
+        reading.files,
         file_sha256(folder / RECORD_FILE) if options.run_record else None,
-        (*(path.name for path in written.files), preview),
+        (*(path.name for path in written.files), preview, *inputs),
     )
 
 

@@ -49,6 +49,9 @@ _USAGE = """ilf batch SOURCE... --out DIR [options]
        ilf batch SOURCE... --out DIR --shard 3/40
        ilf batch SOURCE... --out DIR --dask ADDRESS"""
 
+_REACH = 3
+"""Frames before and after that help one to be steady."""
+
 _NAMED = 5
 """Failed frames that are named on the terminal; the manifest has all."""
 
@@ -86,6 +89,16 @@ def add_command(commands: Commands) -> None:
     )
     add_reading(parser.add_argument_group("reading the frames"))
     add_distrusted(parser)
+    parser.add_argument(
+        "--steady",
+        type=count,
+        nargs="?",
+        const=_REACH,
+        default=0,
+        metavar="N",
+        help="the camera stands still: take depth from N frames before and after each, too, where colour says that "
+        f"nothing has changed (default: {_REACH} if no number is given)",
+    )
     beside = parser.add_argument_group("beside the frames, in a folder with a file for each, called as the frame is")
     beside.add_argument(
         "--guide", metavar="DIR", help="depth or inverse depth from elsewhere (default: guide.* of a frame)"
@@ -174,14 +187,18 @@ def _settings(arguments: argparse.Namespace) -> BatchSettings:
         _absolute(arguments.drawn),
     )
     hidden = None if arguments.hidden is None else HiddenTest(arguments.hidden, seeds_of(arguments))
-    return BatchSettings(recipe, export_options(arguments), hidden, _absolute(arguments.distrust))
+    return BatchSettings(
+        recipe, export_options(arguments), hidden, _absolute(arguments.distrust), steady=arguments.steady
+    )
 
 
 def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
     sources = [open_source(path, **reading_of(arguments), **pairing_of(arguments)) for path in arguments.sources]
     warn(note for source in sources for note in source.notes)
     first, end = arguments.frames
-    frames = selected(frames_of_sources(sources, arguments.out), first=first, end=end, every=arguments.every)
+    frames = selected(
+        frames_of_sources(sources, arguments.out, reach=arguments.steady), first=first, end=end, every=arguments.every
+    )
     for kind in ("guide", "truth"):
         if (folder := getattr(arguments, kind)) is not None:
             frames = with_files(frames, kind, folder)

@@ -102,7 +102,7 @@ def dask(folder: Path, source: Path, undisturbed: Path, count: int) -> bool:
     from distributed import LocalCluster
 
     out = folder / "dask"
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster:
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=40) as cluster:
         address = cluster.scheduler_address
         process = started(source, out, "--dask", address)
         when(process, out, count // 4)

@@ -32,7 +32,9 @@ from ilf.batch.frames import folder_name
 from ilf.batch.local import outcomes_here
 from ilf.batch.manifest import write_manifest
 from ilf.batch.pictures import depth_levels, read_preview
+from ilf.batch.reading import read_frame
 from ilf.batch.settings import write_settings
+from ilf.batch.steady import steady_depth
 from ilf.batch.task import complete_frame
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
@@ -335,3 +337,46 @@ def test_frames_have_guides_and_truths_by_their_names(source, tmp_path, in_this_
     assert main([*command, "--frames", ":2"]) == 0
     assert all(0 < float(row["truth_mae_m"]) <= float(row["truth_rmse_m"]) for row in manifest(tmp_path / "out"))
     assert (tmp_path / "out" / "rgb__0001" / "guide_used.npy").exists()
+
+
+def test_a_camera_that_stands_still_gives_steady_depth(tmp_path, in_this_process, capsys):
+    source, out = tmp_path / "in", tmp_path / "out"
+    for folder in ("rgb", "depth"):
+        (source / folder).mkdir(parents=True)
+    colour = np.full((24, 64, 3), 90, np.uint8)
+    for number, millimetres in enumerate((2000, 2030, 1990)):
+        depth = np.full((24, 64), millimetres, np.uint16)
+        depth[5:9, 5 + number : 8 + number] = 0  # a hole that moves: each pixel is known in some frame
+        moving = colour.copy()
+        moving[:, 56:] = 60 * number  # something else goes on there
+        cv2.imwrite(str(source / "rgb" / f"{number:04}.png"), moving)
+        cv2.imwrite(str(source / "depth" / f"{number:04}.png"), depth)
+    command = ["batch", str(source), "--out", str(out), "--quiet", "--steady", "1", *FLAGS]
+    assert main(command) == 0
+    made = np.load(out / "rgb__0001" / "steady" / "depth.npy")
+    assert np.allclose(made[10:, :40], 2.0)
+    np.testing.assert_allclose(made[6, 6:9], [1.99, np.nan, 2.0])
+    assert np.allclose(made[:, 56:], 2.03)
+    assert "Depth is the median of up to 3 frames" in manifest(out)[1]["message"]
+    assert main(["complete", "--replay", str(out / "rgb__0001" / "run.json"), "--out", str(tmp_path / "again")]) == 0
+    assert "came out as recorded" in capsys.readouterr().out
+    before = contents(out)
+    assert main(command) == 0
+    assert contents(out) == before
+    cv2.imwrite(str(source / "depth" / "0000.png"), np.full((24, 64), 2001, np.uint16))
+    assert main(command) == 1  # the second frame has taken depth from the first, the third has not
+    assert "The files of 2 frames have changed" in capsys.readouterr().err
+    assert exit_status([*command[: -len(FLAGS) - 1], "0", *FLAGS]) == 2
+
+
+def test_other_views_and_damaged_neighbours_have_no_say(tmp_path):
+    frame = ilf.RGBDFrame(np.full((20, 30, 3), 90, np.uint8), np.full((20, 30), 2.0))
+    other_size = ilf.RGBDFrame(np.full((10, 30, 3), 90, np.uint8), np.full((10, 30), 3.0))
+    rng = np.random.default_rng(0)
+    other_view = ilf.RGBDFrame(rng.integers(0, 255, (20, 30, 3), np.uint8), np.full((20, 30), 3.0))
+    assert np.all(steady_depth(frame, [other_size, other_view]) == 2.0)
+    write_frames(tmp_path, 2)
+    (tmp_path / "depth" / "0000.png").write_bytes(b"no image")
+    second = frames_of_sources([ilf.open_source(tmp_path)], reach=2)[1]
+    reading = read_frame(second)
+    assert (len(second.neighbours), len(reading.neighbours)) == (1, 0)
