@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-import ilf.trial
 from ilf.cloud import point_cloud
 from ilf.edges.importing import add_model
 from ilf.errors import IlfError
@@ -27,10 +26,7 @@ from ilf.run.record_file import read_record
 from ilf.sources import open_source
 
 from . import recording_seeds, seeds
-from .forked import run_forked
 from .mutations import Mutation, of_bytes, of_json, of_png, of_text, of_zip
-
-ilf.trial.run_apart = run_forked
 
 
 @dataclass(frozen=True)
