@@ -27,7 +27,7 @@ from .small_frames import CAMERA, QUICK, write_small_frame
 from .small_runs import contents
 
 IN_PROCESS = [
-    "meta-json", "intrinsics-json", "preset", "blocks-coco", "blocks-coco-rle", "blocks-labelme", "run-record",
+    "meta-json", "intrinsics-json", "preset", "blocks-coco", "blocks-coco-rle", "blocks-labelme",
     "experiment", "depth-png", "depth-npy", "depth-pfm", "colour-jpeg", "guide-npz", "time-list", "associations", "bop",
     "sun-camera", "trajectory", "pose", "scannet-sens",
 ]  # fmt: skip
@@ -39,7 +39,7 @@ def test_damaged_files_are_told_of_in_one_line(name: str, tmp_path: Path) -> Non
     form = FORMATS[name]
     seeds = form.seeds(tmp_path)
     path = tmp_path / form.file
-    for number in range(25):
+    for number in range(15):
         path.write_bytes(case(form, seeds, 1, number))
         found = outcome(form, path)
         assert found[0] in {"ok", "told"}, f"case {number}: {found}"
@@ -97,7 +97,7 @@ def test_commands_tell_of_such_names(command: str, capsys: pytest.CaptureFixture
 def test_absurd_values_of_a_frame_folder_are_refused(meta: dict[str, object], tmp_path: Path) -> None:
     write_small_frame(tmp_path)
     (tmp_path / "meta.json").write_text(json.dumps({"depth_units_per_m": 1000} | meta))
-    with pytest.raises(InputError, match="meta.json|interrupted"):
+    with pytest.raises(InputError, match=r"meta\.json|interrupted"):
         load_frame(tmp_path)
 
 
@@ -155,13 +155,8 @@ def given_files(folder: Path) -> dict[str, str]:
     for name, image in (("labels.png", labels), ("drawn.png", mask), ("distrusted.png", mask)):
         cv2.imwrite(str(out / name), image)
     (out / "meta.json").write_text(json.dumps({"program": "ILF Studio", "K": [80, 80, 39.5, 29.5]}))
-    names = {
-        "--blocks": "labels.png",
-        "--drawn": "drawn.png",
-        "--distrust": "distrusted.png",
-        "--intrinsics": "meta.json",
-    }
-    return {flag: str(out / name) for flag, name in names.items()}
+    files = {"--blocks": "labels.png", "--drawn": "drawn.png", "--distrust": "distrusted.png"}
+    return {flag: str(out / name) for flag, name in (files | {"--intrinsics": "meta.json"}).items()}
 
 
 @pytest.mark.parametrize("flag", ["--blocks", "--drawn", "--distrust", "--intrinsics"])
