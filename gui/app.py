@@ -5,11 +5,9 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING
 
 from gui.display import display_problem, qt_problem
@@ -17,6 +15,7 @@ from gui.frames.paths import sorted_out
 from ilf.assets import asset_path
 from ilf.errors import InputError
 from ilf.extras import optional
+from ilf.fault_log import note_crashes, note_fault
 from ilf.io.frame_source import FrameSource
 
 if TYPE_CHECKING:
@@ -25,6 +24,13 @@ if TYPE_CHECKING:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point of `ilf-gui`."""
+    try:
+        return _main(arguments)
+    except Exception as error:
+        return _refused(note_fault(error))
+
+
+def _main(arguments: Sequence[str] | None) -> int:
     parser = _parser()
     options = parser.parse_args(arguments)
     for name in ("truth", "guide"):
@@ -50,7 +56,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     from PySide6.QtWidgets import QApplication
 
     from gui import theme
+    from gui.faults import Faults, leave
 
+    note_crashes()
     QCoreApplication.setOrganizationName("ILF Studio")
     QCoreApplication.setApplicationName("ilf-studio")
     present = QApplication.instance()
@@ -64,11 +72,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     window = MainWindow(remembers=options.screenshot is None)
     if options.size:
         window.resize(*options.size)
-    _install_exception_hook(window)
+    Faults(window.notes).watch()
     window.show()
     if not options.run and options.screenshot is None:
         _open(window, options)
-        return app.exec()
+        status = app.exec()
+        return status if app is present else leave(status)
 
     from gui.unattended import Unattended
 
@@ -85,11 +94,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options.screenshot,
     )
     if options.screenshot is not None:
-        _install_exception_hook(window, unattended.finish)
+        Faults(window.notes, unattended.finish).watch()
     _open(window, options, None if options.screenshot is None else unattended.note_failure)
     QTimer.singleShot(0, unattended.start)
     status = app.exec()
-    return unattended.status or status
+    status = unattended.status or status
+    return status if app is present else leave(status)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -205,19 +215,6 @@ def _without_display(options: argparse.Namespace, problem: str) -> int:
         print(f"Running this instead: ilf {' '.join(arguments)}", file=sys.stderr)
         status = command_line(arguments) or status
     return status
-
-
-def _install_exception_hook(window: MainWindow, stop: Callable[[], None] | None = None) -> None:
-    """An unexpected error in a slot is shown and logged; the program goes on with what it has, or stops."""
-
-    def hook(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
-        traceback.print_exception(kind, error, trace)
-        if isinstance(error, Exception):
-            window.notes.report("Unexpected error", error)
-            if stop is not None:
-                stop()
-
-    sys.excepthook = hook
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .frame import RGBDFrame
+from .stopping import check_stopped, taking
 
 _KEPT = 3
 """Of what a frame is asked for with ever other parameters, so many of the latest are kept."""
@@ -80,8 +81,12 @@ def _once(work_out: Callable[Concatenate[Owner, P], T]) -> Callable[Concatenate[
     @wraps(work_out)
     def remembered(owner: Owner, *args: P.args, **kwargs: P.kwargs) -> T:
         key = args, tuple(sorted(kwargs.items()))
-        with lock:
-            found = known.find(owner, key) or known.keep(owner, key, (work_out(owner, *args, **kwargs),))
+        with taking(lock):
+            found = known.find(owner, key)
+            if found is None:
+                check_stopped()
+                found = known.keep(owner, key, (work_out(owner, *args, **kwargs),))
+                check_stopped()
             return found[0]
 
     return remembered

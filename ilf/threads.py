@@ -10,6 +10,8 @@ from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import nullcontext
 from typing import Generic, TypeVar
 
+from .stopping import heed, present_wishes
+
 T = TypeVar("T")
 Steps = Generator[T, None, None]
 
@@ -36,7 +38,8 @@ def one_by_one(tasks: Iterable[Steps[T]]) -> Steps[T]:
 def side_by_side(tasks: Sequence[Steps[T]], width: int) -> Steps[T]:
     """All that the tasks yield, `width` of them at a time, each in its own order.
 
-    An exception in a task comes out here. When this generator ends or is closed, so have its threads.
+    An exception in a task comes out here. When this generator ends or is closed, so have its threads: what they are at
+    is stopped (see `ilf.stopping`).
 
     Parameters
     ----------
@@ -47,7 +50,9 @@ def side_by_side(tasks: Sequence[Steps[T]], width: int) -> Steps[T]:
     """
     stopped, turn = threading.Event(), threading.Lock()
     waiting = (_Sliced(task, stopped, turn) for task in tasks)
-    pool = ThreadPoolExecutor(width, thread_name_prefix="ilf-block")
+    pool = ThreadPoolExecutor(
+        width, thread_name_prefix="ilf-block", initializer=heed, initargs=(*present_wishes(), stopped)
+    )
     slices: dict[Future[tuple[list[T], bool]], _Sliced[T]] = {}
 
     def go_on(task: _Sliced[T] | None) -> None:

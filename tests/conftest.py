@@ -22,6 +22,9 @@ hypothesis.settings.register_profile("continuous", deadline=None, derandomize=Tr
 hypothesis.settings.load_profile("continuous" if os.environ.get("CI") else "home")
 
 
+_LONGEST_STEP_S = 20.0
+
+
 @pytest.fixture(autouse=True)
 def isolated_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Settings, edge networks, presets and the autosave's journals are in folders of the test's own."""
@@ -36,6 +39,7 @@ def isolated_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ILF_PRESETS", str(tmp_path / "presets"))
     monkeypatch.setenv("ILF_AUTOSAVE", str(tmp_path / "autosave"))
     monkeypatch.setenv("ILF_FOLDERS", str(tmp_path / "folders"))
+    monkeypatch.setenv("ILF_LOG", str(tmp_path / "faults.log"))
 
 
 @pytest.fixture(autouse=True)
@@ -44,6 +48,9 @@ def nothing_left_running(request: pytest.FixtureRequest) -> Iterator[None]:
     before = set(threading.enumerate())
     yield
     left = [thread for thread in threading.enumerate() if thread not in before and thread.name.startswith("ilf")]
+    for thread in left:  # what was cancelled may be in the middle of something that cannot be stopped
+        thread.join(_LONGEST_STEP_S)
+    left = [thread for thread in left if thread.is_alive()]
     assert not left, f"threads left running: {left}"
     if "qapp" not in request.fixturenames:
         return

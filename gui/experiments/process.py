@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import signal
 import tempfile
 import traceback
 from collections.abc import Generator, Sequence
@@ -15,6 +14,7 @@ from ilf.errors import ExportError, IlfError
 from ilf.experiments import EXPERIMENTS, Progress, Settings, run_experiment, write_result
 from ilf.experiments.sources import find_sources
 from ilf.io.folders import made_folder
+from ilf.processes import live_by
 
 _POLL_S = 0.1
 """Longest time until a wish to stop is noticed."""
@@ -62,9 +62,11 @@ def run_apart(names: Sequence[str], settings: Settings, folder: Path) -> Generat
     """
     context = multiprocessing.get_context("spawn")
     receiving, sending = context.Pipe(duplex=False)
-    process = context.Process(target=_work, args=(tuple(names), settings, folder, sending), daemon=True)
+    lifeline, held = context.Pipe(duplex=False)
+    process = context.Process(target=_work, args=(tuple(names), settings, folder, sending, lifeline), daemon=True)
     process.start()
     sending.close()
+    lifeline.close()
     writing = False
     try:
         while True:
@@ -91,10 +93,13 @@ def run_apart(names: Sequence[str], settings: Settings, folder: Path) -> Generat
             process.terminate()
         process.join()
         process.close()
+        held.close()
 
 
-def _work(names: tuple[str, ...], settings: Settings, folder: Path, connection: Connection) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C in the terminal is the window's to answer
+def _work(
+    names: tuple[str, ...], settings: Settings, folder: Path, connection: Connection, lifeline: Connection
+) -> None:
+    live_by(lifeline)
     try:
         # what is wrong with data or folder is said before anything is run
         if any(EXPERIMENTS[name].needs_frames for name in names):

@@ -64,6 +64,7 @@ class JobLine(QObject):
         self._worker = Worker(self)
         self._worker.finished.connect(lambda answer: self._end(lambda job: job.take(answer)))
         self._worker.failed.connect(lambda error: self._end(lambda job: job.fail(error)))
+        self._worker.cancelled.connect(lambda: self._end(lambda job: None))
 
     @property
     def busy(self) -> bool:
@@ -91,6 +92,11 @@ class JobLine(QObject):
             self._waiting = deque(other for other in self._waiting if not other.passing)
         self._waiting.append(job)
         self._next()
+
+    def give_up(self, unwanted: Callable[[object], bool]) -> None:
+        """Stop what is being done to something that nobody wants any more; nothing is heard of it."""
+        if self._job is not None and self._job.about is not None and unwanted(self._job.about):
+            self._worker.cancel()
 
     def shutdown(self) -> bool:
         """Stop for good, before the window closes. True if the thread has ended."""

@@ -109,6 +109,7 @@ class FrameLoader(QObject):
         for line in self._lines:
             line.changed.connect(self._tell_busy)
         workspace.session_changed.connect(self._take_up)
+        workspace.sessions_changed.connect(self._give_up_closed)
 
     @property
     def busy(self) -> bool:
@@ -312,6 +313,10 @@ class FrameLoader(QObject):
         if session is not None and session in self._put_off:
             self._put_off.discard(session)
             self._extract_first(session, passing=True)
+
+    def _give_up_closed(self) -> None:
+        """The extraction of a frame that has been closed need not go on."""
+        self._extracting.give_up(lambda session: session not in self._workspace.sessions)
 
     def _take_first(self, session: Session, found: Found) -> None:
         """The blocks of a frame that has been opened without any, unless another's have been carried to it since."""

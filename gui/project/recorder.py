@@ -88,7 +88,7 @@ class Recorder(QObject):
         workspace.project_touched.connect(self.note_project)
         self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self._take)
-        self._worker = Worker(self)
+        self._worker = Worker(self, finishes=True)
         self._worker.finished.connect(self._finish)
         self._worker.failed.connect(lambda error: self._finish(_Outcome(error, None)))
 

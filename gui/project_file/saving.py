@@ -93,7 +93,7 @@ class Saving(QObject):
         desk.loader.incomplete.connect(lambda session, _: self._incomplete.add(session))
         self.share = 0.0
         """How much of the file is written, 0-1."""
-        self._worker = Worker(self)
+        self._worker = Worker(self, finishes=True)
         self._pace = QTimer(self, interval=_TELL_EVERY_MS)
         self._pace.timeout.connect(self.changed)
         self._worker.finished.connect(self._finish)

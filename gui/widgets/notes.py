@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QWidget
 from gui.widgets.log import LogPanel
 from gui.widgets.problems import error_details, error_text, warn
 from gui.widgets.toasts import Toasts
+from ilf.fault_log import note_fault
 
 _TOLD_MS = 6000
 _GLIMPSE_MS = 4000
@@ -61,6 +62,7 @@ class Notes(QObject):
 
     def report(self, what: str, error: Exception) -> None:
         """Something that went wrong."""
-        text = error_text(error)
-        self.warn(what, [text], error_details(error))
+        details = error_details(error)
+        text = note_fault(error) if details else error_text(error)
+        self.warn(what, [text], details)
         self.reported.emit(f"{what}: {text}")

@@ -21,6 +21,7 @@ from ilf.dense import guess_steps
 from ilf.filter.convergence import IterationRecord
 from ilf.outcomes import NO_BLOCK, Completion, Progress
 from ilf.run import GUESS, Run, RunSteps
+from ilf.stopping import check_stopped
 
 Step = tuple[Progress, list[Preview] | None]
 
@@ -250,6 +251,7 @@ class FrameRuns(QObject):
         def job() -> Generator[Step, None, None]:
             with make() as steps:
                 for progress in steps:
+                    check_stopped()  # what comes after that is of no interest
                     yield progress, self._due_previews(steps)
 
         self._worker.start(job, paused, lambda step: step[0] is not NO_BLOCK)

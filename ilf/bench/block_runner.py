@@ -12,11 +12,11 @@ import numpy as np
 
 from ..errors import IlfError
 from ..frame import RGBDFrame
+from ..processes import run_units
 from .block_measures import BlockScore, score_blocks
 from .block_methods import BLOCK_METHODS
 from .evidence import Evidence, find_evidence
 from .frames import load_bench_frame
-from .parallel import run_units
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ from ..ebs import extract_blocks
 from ..errors import IlfError
 from ..metrics import measure_errors
 from ..parameters import PRESETS
+from ..processes import run_units
 from .choices import chosen_names
 from .denoise_scenes import SCENES, Scene
-from .parallel import run_units
 from .peers.denoisers import DENOISERS, Depth
 from .peers.interpolation import nearest
 

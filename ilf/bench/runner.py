@@ -14,10 +14,10 @@ from ..confidence import DEFAULT_MODEL
 from ..ebs import extract_blocks
 from ..errors import IlfError
 from ..parameters import PRESETS
+from ..processes import run_units
 from .earlier import EarlierRows
 from .frames import load_bench_frame
 from .methods import METHODS
-from .parallel import run_units
 from .patterns import Task, make_task
 from .rows import BenchResult, Plan, Row, Skipped, TaskFacts
 from .scoring import score

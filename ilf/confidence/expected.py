@@ -12,6 +12,7 @@ from ..filter.edge_aware.reach import beyond_reach
 from ..frame import RGBDFrame
 from ..outcomes import Completion
 from ..per_frame import once_per_frame
+from ..stopping import check_stopped
 from .difficulty import frame_difficulty
 from .features import error_features, filled_pixels, usual_edges, walks_past
 from .fitted import MODELS
@@ -162,6 +163,7 @@ def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint
     """Expected error of every filled pixel by the model whose number it has, NaN elsewhere."""
     filled = filled_pixels(frame, depth)
     features, depth_there, model_there = error_features(frame, depth, edges), depth[filled], model[filled]
+    check_stopped()
     values = np.empty(depth_there.shape, np.float32)
     for name, number in _NUMBERS.items():
         own = model_there == number

@@ -14,6 +14,7 @@ from ..frame import RGBDFrame
 from ..nearest import nearest_values
 from ..parameters import BlockParameters, Parameters
 from ..per_frame import once_per_frame
+from ..stopping import check_stopped
 from .walks import Walks, walk
 
 Array = NDArray[np.float32]
@@ -111,8 +112,10 @@ def error_features(frame: RGBDFrame, depth: NDArray[np.floating], edges: Array) 
     distance, nearest = nearest_values(frame.depth, frame.known)
     dense = np.where(filled, depth, nearest).astype(np.float32)
     gap = cv2.dilate(distance, np.ones((_RIM, _RIM), np.uint8))[filled]
+    check_stopped()
     square = np.ones((3, 3), np.uint8)
     slope = (cv2.dilate(dense, square) - cv2.erode(dense, square))[filled]
+    check_stopped()
     z, distance_there = dense[filled], distance[filled]
     logarithm, usual_width = np.log(z), np.float32(_WIDTH / max(frame.shape))
     jump = np.log(np.abs(z - nearest[filled]) / z + FLOOR) - np.log(_LARGE_JUMP)

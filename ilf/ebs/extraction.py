@@ -12,6 +12,7 @@ from ..edges.frame_edges import find_edges
 from ..frame import RGBDFrame
 from ..parameters import BlockParameters, Parameters
 from ..per_frame import once_per_frame, once_per_image
+from ..stopping import check_stopped
 from .boundaries import contract, dilate, regions_between, snap_to_jumps
 from .existence import keep_existing
 from .guide import find_boundaries
@@ -73,7 +74,9 @@ def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extr
     found = find_boundaries(all_edges, chosen)
     regions = _regions(frame, chosen.replace(**_OF_MERGING))
     smallest = chosen.smallest_block(regions.size)
+    check_stopped()
     graph = RegionGraph(regions, found.strength, frame, found.relief)
+    check_stopped()
     graph.merge_below(_USUAL_LIMIT ** (2 * chosen.granularity))
     graph.take_in_unfit(Fitness(smallest, chosen.min_known_share, Parameters().min_known_pixels))
     blocks = graph.labels()
@@ -96,7 +99,10 @@ def _regions(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]
     margins = find_margins(frame.rgb) if parameters.margin < 0 else (parameters.margin,) * 4
     inside = _inside(frame.shape, margins)
     found = find_boundaries(find_edges(frame, parameters), parameters)
-    regions = contract(regions_between(found.edges, parameters.dilation, inside), found.guide, inside)
+    seeds = regions_between(found.edges, parameters.dilation, inside)
+    check_stopped()
+    regions = contract(seeds, found.guide, inside)
+    check_stopped()
     return regions if found.relief is None else snap_to_jumps(regions, found.relief.jumps)
 
 

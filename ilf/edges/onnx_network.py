@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..errors import FormatError, InputError
 from ..io.files import read_file
+from ..stopping import check_stopped, taking
 from ..trial import in_child
 from .external_data import has_external_data
 from .proven import is_proven, remember
@@ -122,7 +123,8 @@ class OnnxNetwork:
 
     def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         """All outputs; raises cv2.error where the network does not take these inputs. "" is the first input."""
-        with self._lock:
+        with taking(self._lock):
+            check_stopped()  # a look cannot be interrupted
             found = self._results(inputs)
             if not all(np.isfinite(one).all() for one in found):
                 # seen once in hundreds of looks, of sizes that had not been looked at; never twice

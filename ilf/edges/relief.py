@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from ..stopping import check_stopped
 from .pairs import Pairs, both, long_lines, mark, sides
 
 TRUSTED_DISTANCE = 3.0
@@ -83,6 +84,7 @@ def find_relief(depth: NDArray[np.float32], jump: float, share: float) -> Relief
         nowhere = np.zeros(depth.shape, bool)
         return Relief(nowhere, both(nowhere), both(nowhere), nowhere, np.zeros(depth.shape, np.float32))
     filled, distance = filled_depth(depth)
+    check_stopped()
     near = distance <= TRUSTED_DISTANCE
     right, below = (
         (np.abs(one - other) > np.maximum(jump, share * np.minimum(one, other))) & trusted

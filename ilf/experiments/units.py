@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
-from ..bench.parallel import run_units
+from ..processes import run_units
 from .experiment import OnProgress
 
 Result = TypeVar("Result")

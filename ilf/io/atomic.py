@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..errors import ExportError
+from ..stopping import check_stopped
+from .unfinished import moving, unfinished
 
 _WAYS_OUT = {
     errno.ENOENT: "the folder does not exist. Create it first",
@@ -41,6 +43,8 @@ def atomic_path(target: str | os.PathLike[str]) -> Iterator[Path]:
     ExportError
         For every OSError, in the block or here: missing or read-only folder, full disk. A file that was there
         before is as it was.
+    Cancelled
+        If the work was to stop before the file was whole; likewise.
 
     Examples
     --------
@@ -52,14 +56,16 @@ def atomic_path(target: str | os.PathLike[str]) -> Iterator[Path]:
     final = Path(target).absolute()
     temporary = final.with_name(f".ilf-{secrets.token_hex(8)}{final.suffix}")
     try:
-        temporary.touch(exist_ok=False)
-        try:
-            yield temporary
-            with open(temporary, "rb+") as written:
-                os.fsync(written.fileno())
-            os.replace(temporary, final)
-        finally:
-            temporary.unlink(missing_ok=True)
+        with unfinished(temporary):
+            temporary.touch(exist_ok=False)
+            try:
+                yield temporary
+                with open(temporary, "rb+") as written:
+                    os.fsync(written.fileno())
+                with moving():
+                    os.replace(temporary, final)
+            finally:
+                temporary.unlink(missing_ok=True)
     except OSError as error:
         raise ExportError(f"Could not write {target}: {way_out(error)}.") from error
 
@@ -74,4 +80,5 @@ def write_parts(target: str | os.PathLike[str], parts: Iterable[bytes]) -> None:
     """The same of a file that comes in parts, one after the other, and is never held as a whole."""
     with atomic_path(target) as temporary, open(temporary, "wb") as file:
         for part in parts:
+            check_stopped()
             file.write(part)

@@ -17,6 +17,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..errors import ExportError
+from ..io.unfinished import moving, remove_empty, unfinished
 
 _PREFIX = ".ilf-export-"
 _LEFT = re.compile(rf"{re.escape(_PREFIX)}(?P<host>.+)-(?P<process>\d+)-[0-9a-f]{{8}}")
@@ -33,14 +34,14 @@ def staging(target: Path) -> Iterator[Path]:
     ExportError
         For every OSError, in the block or here.
     """
-    missing = [path for path in (target, *target.parents) if not os.path.exists(path)]
+    missing = tuple(path for path in (target, *target.parents) if not os.path.exists(path))
     try:
         target.mkdir(parents=True, exist_ok=True)
         clear_interrupted(target)
         folder = target / f"{_PREFIX}{_host()}-{os.getpid()}-{secrets.token_hex(4)}"
         folder.mkdir()
         try:
-            with _naming(folder, target):
+            with unfinished(folder, *missing), _naming(folder, target):
                 yield folder
         except BaseException:
             if not _old_files(folder):  # which could not be put back: they stay, for `clear_interrupted`
@@ -48,9 +49,7 @@ def staging(target: Path) -> Iterator[Path]:
             raise
         shutil.rmtree(folder, ignore_errors=True)
     except BaseException as error:
-        for path in missing:
-            if os.path.isdir(path) and not any(path.iterdir()):
-                path.rmdir()
+        remove_empty(missing)
         if isinstance(error, OSError):
             raise ExportError(f"Could not write into {target}: {error.strerror or error}.") from error
         raise
@@ -60,23 +59,29 @@ def move_in(folder: Path, target: Path, names: Sequence[str]) -> None:
     """Put staged files into their places, the last one last; if one cannot be, those before it are taken back.
 
     The old file of the last name goes first, so that at no moment an old seal stands beside new files.
+
+    Raises
+    ------
+    Cancelled
+        If the work was to stop before the first was moved.
     """
     before = folder / _BEFORE
     before.mkdir()
     *others, seal = names
     (folder / _SEAL).write_text(seal, encoding="utf-8")
-    try:
-        for name in (seal, *others):
-            if (target / name).exists():
-                os.replace(target / name, before / name)
-        for name in (*others, seal):
-            os.replace(folder / name, target / name)
-    except BaseException:
-        for name in names:
-            if not (folder / name).exists():
-                (target / name).unlink(missing_ok=True)
-        _put_back(folder, target)
-        raise
+    with moving():
+        try:
+            for name in (seal, *others):
+                if (target / name).exists():
+                    os.replace(target / name, before / name)
+            for name in (*others, seal):
+                os.replace(folder / name, target / name)
+        except BaseException:
+            for name in names:
+                if not (folder / name).exists():
+                    (target / name).unlink(missing_ok=True)
+            _put_back(folder, target)
+            raise
 
 
 def interrupted(target: Path) -> list[Path]:

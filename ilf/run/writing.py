@@ -19,9 +19,12 @@ from ..io import META_NAME, coarser_units, write_depth, write_expected_error, wr
 from ..io.atomic import write_bytes
 from ..io.files import file_sha256, read_json
 from ..io.guide_files import write_guide
+from ..io.images import encode_image
 from ..outcomes import Completion
+from ..stopping import check_stopped
 from .curve_files import write_curves
 from .options import (
+    COLOUR_FILE,
     CURVES_FILE,
     DEPTH_FILES,
     DISTRUSTED_FILE,
@@ -69,7 +72,7 @@ def filenames(run: Run, options: ExportOptions) -> tuple[str, ...]:
     if run.frame.guide is not None:
         names.append(GUIDE_FILE)
     if run.frame.inputs is not None and options.depth_formats:
-        names.append(META_NAME)
+        names += [COLOUR_FILE, META_NAME] if run.frame.inputs.frame is not None else [META_NAME]
     if options.run_record:
         names.append(RECORD_FILE)
     return tuple(names)
@@ -86,7 +89,8 @@ def write(
     """Write the chosen files into a folder: all of them, or none.
 
     `run.json` comes last and holds the SHA-256 of the others: without it, or with other files, the set is not whole.
-    `meta.json` makes the folder a frame that can be opened again, with the completed depth.
+    `meta.json` makes the folder a frame that can be opened again, with the completed depth; the colour of a frame of a
+    recording is written, too, for that.
 
     Parameters
     ----------
@@ -126,10 +130,13 @@ def write(
     names = filenames(run, chosen)
     with staging(target) as staged:
         notes = _write_results(staged, run, completion, chosen)
+        if COLOUR_FILE in names:
+            # the encoder takes colours with blue first
+            write_bytes(staged / COLOUR_FILE, encode_image(".png", run.frame.rgb[..., ::-1]))
         if META_NAME in names and run.frame.inputs is not None:
             write_bytes(staged / META_NAME, _meta(run.frame, run.frame.inputs, chosen))
         if chosen.run_record:
-            outputs = {name: file_sha256(staged / name) for name in names if name != RECORD_FILE}
+            outputs = {name: _sealed(staged / name) for name in names if name != RECORD_FILE}
             record = dataclasses.replace(make_record(run, completion, chosen), outputs=outputs)
             write_bytes(staged / RECORD_FILE, to_json(record))
             if run.edited and not chosen.labels:
@@ -255,6 +262,12 @@ def _masks(run: Run) -> dict[str, NDArray[np.bool_]]:
     return {name: mask for name, mask in masks.items() if mask is not None}
 
 
+def _sealed(path: Path) -> str:
+    """SHA-256 of a file that has been written."""
+    check_stopped()
+    return file_sha256(path)
+
+
 def _is_ours(meta: Path) -> bool:
     """Whether a meta.json was written by an export."""
     try:
@@ -272,10 +285,11 @@ def _meta(frame: RGBDFrame, inputs: FrameInputs, options: ExportOptions) -> byte
         "program": PROGRAM,
         "name": f"{frame.name}-completed",
         "size": [frame.shape[1], frame.shape[0]],
-        "rgb": inputs.rgb.path,
+        "rgb": inputs.rgb.path if inputs.frame is None else COLOUR_FILE,
         "depth": DEPTH_FILES[depth_format],
         "depth_units_per_m": options.depth_units if depth_format == "png" else 1.0,
         "K": None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy],
         "run": RECORD_FILE if options.run_record else None,
+        **({} if frame.pose is None else {"pose": frame.pose.tolist()}),
     }
     return f"{json.dumps(meta, indent=2)}\n".encode()

@@ -13,6 +13,7 @@ from ..blocks import find_blocks
 from ..edges.pairs import apart, mark
 from ..edges.relief import Relief, filled_depth, find_relief
 from ..frame import RGBDFrame
+from ..stopping import check_stopped
 
 JUMP, JUMP_SHARE = 0.04, 0.04
 """Neighbours that differ by more than the larger of the two [m, share of the nearer depth] are parted by a jump."""
@@ -95,10 +96,12 @@ def survey(frame: RGBDFrame, labels: NDArray[np.int32]) -> Ground:
     """The ground of a frame with its blocks, int32 (H, W)."""
     relief = find_relief(frame.depth, JUMP, JUMP_SHARE)
     depth, _ = filled_depth(frame.depth)
+    check_stopped()
     border = mark(apart(labels)).astype(np.uint8)
     inner = (labels > 0) & (cv2.distanceTransform(1 - border, cv2.DIST_L2, 5) > RIM)
     whole = relief.near & (labels > 0) & ~mark(relief.all_jumps)
     pieces = np.asarray(connected_regions(np.where(whole, labels, 0), background=0, connectivity=1), np.int32)
+    check_stopped()
     sure = _sure(frame.known & whole, inner, labels, pieces)
     return Ground(
         labels,
@@ -143,10 +146,12 @@ def _planes(
     depth: NDArray[np.float32], pieces: NDArray[np.int32], sure: NDArray[np.bool_], count: int
 ) -> NDArray[np.float64]:
     rows, columns = np.nonzero(sure)
+    check_stopped()
     owner, inverse = pieces[rows, columns], 1 / depth[rows, columns].astype(np.float64)
     terms = np.stack([np.ones(rows.size), columns, rows])
 
     def totals(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        check_stopped()
         return np.asarray(np.bincount(owner, values, minlength=count), np.float64)
 
     squares = np.array([[totals(one * other) for other in terms] for one in terms]).transpose(2, 0, 1)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..blocks import checked_labels
 from ..errors import InputError
 from ..frame import RGBDFrame
+from ..stopping import check_stopped
 from .borders import find_weak_borders
 from .errors import find_high_errors
 from .faults import find_faults
@@ -74,7 +75,10 @@ def suspicious_places(
         if array is not None and array.shape != frame.shape:
             raise InputError(f"The {name} has shape {array.shape}, but the frame has {frame.shape}.")
     ground = survey(frame, blocks)
-    found = [*find_faults(ground, strength), *find_weak_borders(ground, strength), *find_islands(ground, strength)]
+    found: list[Place] = []
+    for find in (find_faults, find_weak_borders, find_islands):
+        check_stopped()
+        found += find(ground, strength)
     if error is not None:
         found += find_high_errors(ground, error)
     return _distinct(place for place in found if place.score >= least)

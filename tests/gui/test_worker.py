@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 from pytestqt.qtbot import QtBot
 
-from gui.work.worker import Worker
+from gui.work.worker import SHUTDOWN_LIMIT_S, Worker
+from ilf.stopping import check_stopped
 
 WAIT_MS = 10_000
 Until = Callable[[Callable[[], bool]], None]
@@ -189,3 +190,68 @@ def test_what_a_job_has_given_is_not_kept(worker: Worker, until: Until) -> None:
     until(lambda: not worker.busy and bool(kept))
     gc.collect()
     assert kept[0]() is None
+
+
+def test_a_job_that_ends_the_interpreter_s_way_fails(worker: Worker, said: list[Any], until: Until) -> None:
+    def job() -> Generator[int, None, None]:
+        yield 1
+        raise SystemExit(3)
+
+    worker.start(job)
+    until(lambda: not worker.busy)
+    (_, (how, error)) = said
+    assert how == "failed"
+    assert "SystemExit(3)" in str(error)
+
+
+def test_a_job_that_does_not_hear_is_left_alone(worker: Worker, said: list[Any], until: Until) -> None:
+    deaf = Job(2)
+    worker.start(deaf)
+    deaf.gate.release()
+    until(lambda: said == [0])
+    worker.cancel()
+    until(lambda: not worker.busy)
+    assert said == [0, "cancelled"]
+    again = Job(1)
+    again.gate.release()
+    worker.start(again)
+    until(lambda: not worker.busy)
+    deaf.gate.release(2)
+    assert said == [0, "cancelled", 0, ("finished", "done")]
+
+
+def test_work_within_a_step_stops(worker: Worker, said: list[Any], until: Until) -> None:
+    begun = threading.Event()
+
+    def job() -> Generator[int, None, None]:
+        begun.set()
+        while True:
+            check_stopped()
+        yield 1
+
+    worker.start(job)
+    assert begun.wait(20)
+    assert worker.shutdown()
+    worker.start(job)
+    worker.cancel()
+    until(lambda: not worker.busy)
+    assert said == ["cancelled"]
+
+
+def test_what_is_to_be_finished_is(qapp: object) -> None:
+    worker, begun, gate, done = Worker(finishes=True), threading.Event(), threading.Event(), []
+
+    def job() -> Generator[None, None, None]:
+        yield None
+        begun.set()
+        assert gate.wait(20)
+        check_stopped()
+        done.append(True)
+
+    worker.start(job)
+    assert begun.wait(20)
+    later = threading.Timer(1.5 * SHUTDOWN_LIMIT_S, gate.set)
+    later.start()
+    assert worker.shutdown()
+    assert done
+    later.join()

@@ -20,12 +20,12 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import scipy.fft
 from numpy.typing import NDArray
 
 from ...blocks import Block
 from ...frame import RGBDFrame
 from ...parameters import Parameters
+from ...stopping import check_stopped
 from ..convergence import deviation, held_out_of, l1_norm
 from ..snapshot import Snapshot
 from ..sums import inner
@@ -34,7 +34,7 @@ from .lengths import principal_lengths
 from .lowpass import inside_ellipse
 from .record import PassBandRecord
 from .schedule import LinearSchedule, Schedule, StagedSchedule
-from .spectrum import colour_weight
+from .spectrum import colour_weight, half_spectrum
 
 _GROWTH = 1.06
 """By how much the reach of the small grid grows, at least, when the pass band has outgrown it."""
@@ -81,6 +81,7 @@ class PassBandIteration(Iterator[PassBandRecord]):
         self._weight: NDArray[Any] | None = None  # its part on the small grid
         if parameters.rgb_iterations:
             self._colour = colour_weight(frame.rgb[block.box], block.mask, grid, parameters.rgb_dilation)
+        check_stopped()
         self._schedule: Schedule
         if parameters.schedule == "staged":
             self._schedule = StagedSchedule(grid, principal_lengths(block.mask), parameters)
@@ -271,13 +272,13 @@ class _Values:
     def __init__(
         self, pixels: NDArray[np.bool_], grid: tuple[int, int], raw: NDArray[np.float64] | None = None
     ) -> None:
-        self._mask_spectrum = self._spectrum = _spectrum(pixels.astype(np.float64), grid)
+        self._mask_spectrum = self._spectrum = half_spectrum(pixels.astype(np.float64), grid)
         self.pixels = int(np.count_nonzero(pixels))
         self.squares = float(self.pixels)
         """Sum of the values' squares."""
         if raw is not None:
             values = np.where(pixels, raw, 0.0)
-            self._spectrum = _spectrum(values, grid)
+            self._spectrum = half_spectrum(values, grid)
             self.squares = float(np.sum(values * values))
 
     def use_band(self, band: Band, dtype: np.dtype) -> None:
@@ -286,9 +287,3 @@ class _Values:
         """1 at the pixels and 0 elsewhere, at the small grid's points."""
         self.coefficients = band.cut(self._spectrum).astype(np.result_type(dtype, np.complex64), copy=False)
         """The values' part in the band."""
-
-
-def _spectrum(values: NDArray[np.float64], grid: tuple[int, int]) -> NDArray[np.complex128]:
-    """Half spectrum (H, W // 2 + 1) of values in the first rows and columns of the padded grid, 0 elsewhere."""
-    rows = scipy.fft.rfft(values, n=grid[1], axis=1)
-    return scipy.fft.fft(rows, n=grid[0], axis=0)

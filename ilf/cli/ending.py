@@ -1,0 +1,88 @@
+"""How a command ends that is asked to: by Ctrl+C, a request to terminate, or a terminal that closes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from types import FrameType
+
+from ..io.unfinished import discard_unfinished
+
+LIMIT_S = 0.5
+"""What has not ended so long after it was asked to is cut short: a network looks at a frame for seconds, and hears
+nothing meanwhile."""
+
+_ASKING = tuple(signal.Signals[name] for name in ("SIGINT", "SIGTERM", "SIGHUP") if name in signal.Signals.__members__)
+
+
+class Interrupted(KeyboardInterrupt):
+    """Somebody wants the command to end."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__("interrupted" if number == signal.SIGINT else f"ended by {signal.Signals(number).name}")
+        self.status = status_of(number)
+
+
+def status_of(number: int) -> int:
+    """Exit status of a command that a signal has ended."""
+    return 128 + number
+
+
+@contextmanager
+def ending_when_asked() -> Iterator[None]:
+    """The block is left by `Interrupted` when the process is asked to end; what is not through with that within
+    `LIMIT_S`, or is asked a second time, is cut short, with nothing half written left behind.
+
+    Outside the main thread, where no signal arrives, it does nothing.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    asked = threading.Event()
+
+    def ask(number: int, _: FrameType | None) -> None:
+        if not asked.is_set():
+            asked.set()
+            raise Interrupted(number)
+
+    # who was told to survive its terminal, as by nohup, does
+    heard = [number for number in _ASKING if signal.getsignal(number) is not signal.SIG_IGN]
+    before = {number: signal.signal(number, ask) for number in heard}
+    # a signal is told of here at once, even while the main thread is busy in a library
+    watching, told = socket.socketpair()
+    told.setblocking(False)
+    woken = signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
+    watch = threading.Thread(target=_cut_short, args=(watching,), name="ilf-ending", daemon=True)
+    watch.start()
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        signal.set_wakeup_fd(woken)
+        told.close()
+        watch.join()
+        watching.close()
+
+
+def _cut_short(watching: socket.socket) -> None:
+    """End the process if it has been asked to and does not do it; until the other end is closed."""
+    number = 0
+    while number not in _ASKING:
+        told = watching.recv(1)
+        if not told:
+            return
+        number = told[0]
+    watching.settimeout(LIMIT_S)
+    with suppress(TimeoutError):
+        if not watching.recv(1):
+            return
+    with suppress(OSError):
+        print(f"ilf: error: {Interrupted(number)}", file=sys.stderr, flush=True)
+    discard_unfinished()
+    os._exit(status_of(number))

@@ -1,0 +1,137 @@
+"""Work shared by processes, none of which outlives whoever began it."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Collection, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from typing import Any, TypeVar
+
+from .errors import IlfError
+from .io.unfinished import discard_unfinished
+
+_GRACE_S = 0.3
+"""What processes are given to take away what they were writing."""
+
+Result = TypeVar("Result")
+
+
+@contextmanager
+def process_pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
+    """Processes that take work as long as the block lasts; the values of their futures are had by `result_of`.
+
+    A block that is left by an exception gives up at once what has not been done by then. The processes end, too, if
+    this one is killed. What they were writing, they do not leave half done.
+
+    Parameters
+    ----------
+    jobs : int
+        How many there are.
+    """
+    context = multiprocessing.get_context("spawn")
+    # nothing is ever sent: its other end is only in this process, and closes with it
+    lifeline, held = context.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=live_by, initargs=(lifeline,))
+    others = set(multiprocessing.active_children())
+    try:
+        yield pool
+    except BaseException:
+        held.close()
+        _end(set(multiprocessing.active_children()) - others)
+        raise
+    finally:
+        held.close()
+        pool.shutdown(cancel_futures=True)
+        lifeline.close()
+
+
+def result_of(future: Future[Result]) -> Result:
+    """What came of some work that a process of a pool was given.
+
+    Raises
+    ------
+    IlfError
+        If the process has ended instead of doing it.
+    Exception
+        What the work itself raised.
+    """
+    try:
+        return future.result()
+    except (BrokenProcessPool, SystemExit) as error:
+        raise IlfError(
+            "One of the processes that share the work has ended before its time. Memory may have run out: close other "
+            "programs, or take fewer --jobs."
+        ) from error
+
+
+def run_units(
+    function: Callable[..., Result],
+    units: Sequence[tuple[Any, ...]],
+    *,
+    jobs: int = 1,
+    on_done: Callable[[int], None] | None = None,
+) -> list[Result]:
+    """What a function makes of every unit, in the units' order.
+
+    Parameters
+    ----------
+    function : callable
+        At the top level of a module, so that other processes find it.
+    units : sequence of tuple
+        Its arguments, once per unit.
+    jobs : int
+        Processes that share the units; with 1 all is done in this one.
+    on_done : callable, optional
+        Called with a unit's number whenever one is done, in any order. What it raises ends the work at once.
+
+    Raises
+    ------
+    IlfError
+        If a process has ended instead of doing its work.
+    """
+    report = on_done or (lambda number: None)
+    results: dict[int, Result] = {}
+    if jobs == 1:
+        for number, unit in enumerate(units):
+            results[number] = function(*unit)
+            report(number)
+    else:
+        with process_pool(jobs) as pool:
+            numbers = {pool.submit(function, *unit): number for number, unit in enumerate(units)}
+            for done in as_completed(numbers):
+                results[numbers[done]] = result_of(done)
+                report(numbers[done])
+    return [results[number] for number in range(len(units))]
+
+
+def live_by(lifeline: Connection) -> None:
+    """Called in a process that has just begun: it ends when the other end of this pipe is closed, as it is when whoever
+    holds it ends."""
+    # Ctrl+C reaches every process of a terminal; it is answered once, by whoever began them
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(lifeline,), name="ilf-lifeline", daemon=True).start()
+
+
+def _end_with(lifeline: Connection) -> None:
+    try:
+        lifeline.recv_bytes()
+    except (EOFError, OSError):
+        discard_unfinished()
+        os._exit(1)
+
+
+def _end(processes: Collection[BaseProcess]) -> None:
+    """See to it that processes end which have lost their lifeline; one that is still being started does not notice."""
+    end = time.monotonic() + _GRACE_S
+    for process in processes:
+        process.join(max(end - time.monotonic(), 0))
+    for process in processes:
+        process.kill()

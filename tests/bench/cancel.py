@@ -1,0 +1,241 @@
+"""How long work goes on after it was cancelled: extraction, runs of the presets, expected error, and the rest.
+
+    python -m tests.bench.cancel [FRAME] [--size 1920x1080] [--only extraction best ...] [--moments 5] [--stacks]
+
+Each kind of work is done once as a whole, and the longest processor time is taken that it spends without asking whether
+it is to go on, which is the worst case of a cancel at any moment. What a network says takes as long as it takes, and
+cannot be cancelled: it is told apart, and the window does not wait for it. Then the work is cancelled at some random
+moments, and the longest wall time is taken until it has stopped. With `--stacks`, where the longest stretches lie.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import tempfile
+import threading
+import time
+import traceback
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+import ilf
+from ilf.assets import asset_path
+from ilf.completion import CompletionRun
+from ilf.confidence import expected_error
+from ilf.dense import guess_steps
+from ilf.edges.onnx_network import OnnxNetwork
+from ilf.errors import Cancelled
+from ilf.outcomes import compose
+from ilf.run import ExportOptions
+from ilf.stopping import check_stopped, heed
+from ilf.suspicion import suspicious_places
+
+Work = Callable[[], object]
+
+
+class Meter:
+    """Takes the place of a wish to stop that never comes, and measures the time between two looks at it."""
+
+    def __init__(self) -> None:
+        self.stretches: list[tuple[float, str, str]] = []
+        self._before = "the start"
+        self._since = time.thread_time()
+        self._in_networks = 0.0
+
+    def is_set(self) -> bool:
+        """Asked: is it to stop?"""
+        self._note("".join(_where()))
+        return False
+
+    def end(self) -> None:
+        """The work is done."""
+        self._note("the end")
+
+    def leave_out(self, seconds: float) -> None:
+        """So much of the present stretch was a network's."""
+        self._since += seconds
+        self._in_networks = max(self._in_networks, seconds)
+
+    @property
+    def longest_network(self) -> float:
+        """Longest look of a network [s]."""
+        return self._in_networks
+
+    def _note(self, where: str) -> None:
+        now = time.thread_time()
+        self.stretches.append((now - self._since, self._before, where))
+        self._before, self._since = where, time.thread_time()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("frame", nargs="?", help="a frame's folder; the bundled sample if left out")
+    parser.add_argument("--size", default="1920x1080")
+    parser.add_argument("--only", nargs="+")
+    parser.add_argument("--moments", type=int, default=5, help="random moments at which each kind of work is cancelled")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--stacks", action="store_true", help="say where the longest stretches lie")
+    given = parser.parse_args()
+    cv2.setNumThreads(1)
+    make = frames(Path(given.frame) if given.frame else asset_path("samples/room"), given.size)
+    chance = random.Random(given.seed)
+    names = given.only or list(KINDS)
+    print(f"{given.size}; longest stretch of work that cannot be cancelled, and of a network, processor time [ms];")
+    print(f"longest time from cancelling to the end over {given.moments} random moments, wall time [ms]")
+    print(f"{'':16} {'stretch':>8} {'network':>8} {'cancelled':>10}")
+    for name in names:
+        make_work = KINDS[name]
+        _warm_up(make_work)
+        meter, seconds = measured(make_work(make()))
+        moments = [chance.uniform(0.02, 0.98) * seconds for _ in range(given.moments)]
+        waits = [cancelled(make_work(make()), moment) for moment in moments]
+        longest = max(stretch for stretch, *_ in meter.stretches)
+        print(
+            f"{name:16} {1000 * longest:8.0f} {1000 * meter.longest_network:8.0f} {1000 * max(waits, default=0):10.0f}",
+            flush=True,
+        )
+        if given.stacks:
+            for stretch, begin, end in sorted(meter.stretches, reverse=True)[:6]:
+                print(f"  {1000 * stretch:.0f} ms\n   from {begin}\n   to   {end}")
+
+
+def measured(work: Work) -> tuple[Meter, float]:
+    """Do some work as a whole; how it could have been cancelled, and its wall time [s]."""
+    meters: list[Meter] = []
+
+    def drive() -> None:
+        meter = Meter()
+        meters.append(meter)
+        heed(meter)  # type: ignore[arg-type]
+        look = OnnxNetwork._results
+
+        def timed_look(self: OnnxNetwork, inputs: dict[str, np.ndarray]) -> list[np.ndarray]:
+            begun = time.thread_time()
+            found = look(self, inputs)
+            meter.leave_out(time.thread_time() - begun)
+            return found
+
+        OnnxNetwork._results = timed_look  # type: ignore[method-assign]
+        try:
+            work()
+        finally:
+            OnnxNetwork._results = look  # type: ignore[method-assign]
+            meter.end()
+
+    begun = time.perf_counter()
+    thread = threading.Thread(target=drive)
+    thread.start()
+    thread.join()
+    return meters[0], time.perf_counter() - begun
+
+
+def cancelled(work: Work, moment: float) -> float:
+    """Begin some work, cancel it after so many seconds, and say how long [s] it went on."""
+    wish = threading.Event()
+
+    def drive() -> None:
+        heed(wish)
+        with suppress(Cancelled):
+            work()
+
+    thread = threading.Thread(target=drive)
+    thread.start()
+    time.sleep(moment)
+    asked = time.perf_counter()
+    wish.set()
+    thread.join()
+    return time.perf_counter() - asked
+
+
+def frames(folder: Path, size: str) -> Callable[[], ilf.RGBDFrame]:
+    """Makes a frame of that size of which nothing is known yet."""
+    frame = ilf.load_frame(folder)
+    width, height = map(int, size.split("x"))
+    rgb = cv2.resize(frame.rgb, (width, height), interpolation=cv2.INTER_AREA)
+    depth = cv2.resize(np.nan_to_num(frame.depth), (width, height), interpolation=cv2.INTER_NEAREST)
+    camera = ilf.CameraIntrinsics(width, width, width / 2, height / 2)
+    return lambda: ilf.RGBDFrame(rgb.copy(), depth.copy(), camera)
+
+
+def _run(preset: str) -> Callable[[ilf.RGBDFrame], Work]:
+    def make(frame: ilf.RGBDFrame) -> Work:
+        blocks = ilf.extract_blocks(frame)
+        fresh = ilf.RGBDFrame(frame.rgb.copy(), frame.depth.copy(), frame.intrinsics)
+
+        def work() -> None:
+            with CompletionRun(fresh, blocks, ilf.preset(preset), threads=1) as run:
+                for _ in _asking(run):
+                    pass
+
+        return work
+
+    return make
+
+
+def _after_run(then: Callable[[ilf.RGBDFrame, np.ndarray, ilf.Completion], Work]) -> Callable[[ilf.RGBDFrame], Work]:
+    def make(frame: ilf.RGBDFrame) -> Work:
+        blocks = ilf.extract_blocks(frame)
+        return then(frame, blocks, ilf.complete(frame, blocks, ilf.preset(correction=False), threads=1))
+
+    return make
+
+
+def _guess(frame: ilf.RGBDFrame, completion: ilf.Completion) -> Work:
+    def work() -> None:
+        for _ in _asking(guess_steps(frame, completion, None)):
+            pass
+
+    return work
+
+
+def _export(frame: ilf.RGBDFrame, blocks: np.ndarray, completion: ilf.Completion) -> Work:
+    options = ExportOptions(mesh="ply")
+    expected_error(frame, completion)
+
+    def work() -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            ilf.write(folder, ilf.Run(frame, blocks), completion, options)
+
+    return work
+
+
+def _suspects(frame: ilf.RGBDFrame, blocks: np.ndarray, completion: ilf.Completion) -> None:
+    suspicious_places(frame, blocks, ilf.edge_strength(frame), expected_error(frame, completion))
+
+
+KINDS: dict[str, Callable[[ilf.RGBDFrame], Work]] = {
+    "extraction": lambda frame: lambda: ilf.extract_blocks(frame),
+    "best": _run("best"),
+    "paper": _run("paper"),
+    "released-code": _run("released-code"),
+    "expected error": _after_run(lambda frame, blocks, completion: lambda: expected_error(frame, completion)),
+    "suspects": _after_run(lambda frame, blocks, completion: lambda: _suspects(frame, blocks, completion)),
+    "guess": lambda frame: _guess(frame, compose(frame, {})),
+    "export": _after_run(_export),
+}
+
+
+def _asking(steps: Iterable[object]) -> Iterable[object]:
+    """Whoever drives steps asks after each whether to go on."""
+    for step in steps:
+        check_stopped()
+        yield step
+
+
+def _warm_up(make_work: Callable[[ilf.RGBDFrame], Work]) -> None:
+    """What is loaded or compiled once is not part of the work."""
+    make_work(frames(asset_path("samples/room"), "160x120")())()
+
+
+def _where() -> list[str]:
+    own = [entry for entry in traceback.extract_stack() if "/ilf/" in entry.filename]
+    return [f"{Path(entry.filename).name}:{entry.lineno} {entry.name} < " for entry in reversed(own[-7:])]
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,171 @@
+"""Commands and their processes end when they are asked to, and whoever reads their output may leave before that."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from ilf.cli import info, main
+from ilf.cli.ending import Interrupted, ending_when_asked
+from ilf.errors import IlfError
+from ilf.fault_log import fault_log, note_fault
+from ilf.processes import process_pool, result_of, run_units
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+
+
+def test_a_process_that_ends_is_told_of() -> None:
+    with process_pool(1) as pool:
+        assert result_of(pool.submit(abs, -3)) == 3
+        with pytest.raises(IlfError, match="ended before its time"):
+            result_of(pool.submit(sys.exit, 0))
+        with pytest.raises(ZeroDivisionError):
+            result_of(pool.submit(divmod, 1, 0))
+        with pytest.raises(IlfError, match="ended before its time"):
+            result_of(pool.submit(os._exit, 0))
+
+
+def test_units_in_this_process_are_done_in_order() -> None:
+    done: list[int] = []
+    assert run_units(abs, [(-1,), (2,)], on_done=done.append) == [1, 2]
+    assert done == [0, 1]
+
+
+_BUSY = """
+import os, sys, threading, time
+from pathlib import Path
+from ilf.cli.ending import ending_when_asked
+from ilf.io.unfinished import unfinished
+from ilf.processes import process_pool
+
+half = Path(sys.argv[1])
+half.touch()
+with ending_when_asked(), unfinished(half), process_pool(1) as pool:
+    print(pool.submit(os.getpid).result(), flush=True)
+    pool.submit(time.sleep, 600)
+    while True:
+        try:
+            threading.Event().wait()
+        except KeyboardInterrupt:
+            pass  # as if it did not hear
+"""
+
+
+@posix
+def test_what_does_not_end_is_cut_short_and_leaves_neither_files_nor_processes(tmp_path: Path) -> None:
+    half = tmp_path / "half"
+    with subprocess.Popen(
+        [sys.executable, "-c", _BUSY, half], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as command:
+        assert command.stdout is not None
+        helper = int(command.stdout.readline())
+        assert half.exists()
+        command.send_signal(signal.SIGTERM)
+        assert command.wait(60) == 128 + signal.SIGTERM
+        assert not half.exists()
+        while _runs(helper):
+            time.sleep(0.01)
+        assert command.stderr is not None
+        assert command.stderr.readline() == "ilf: error: ended by SIGTERM\n"
+
+
+def _runs(process: int) -> bool:
+    """Whether it does; what has ended and was not asked for its status does not."""
+    state = subprocess.run(["ps", "-o", "stat=", "-p", str(process)], capture_output=True, text=True).stdout
+    return bool(state.strip()) and not state.startswith("Z")
+
+
+@posix
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
+def test_a_command_that_is_asked_to_end_says_so(
+    name: str, status: int, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = signal.getsignal(signal.Signals[name])
+    monkeypatch.setattr(info, "_print_facts", lambda _: signal.raise_signal(signal.Signals[name]))
+    assert main(["info", str(Path(__file__).parents[2] / "assets" / "samples" / "room")]) == status
+    assert capsys.readouterr().err == f"ilf: error: {'interrupted' if status == 130 else f'ended by {name}'}\n"
+    assert signal.getsignal(signal.Signals[name]) is before
+
+
+@posix
+def test_what_was_told_to_survive_its_terminal_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with ending_when_asked():
+            signal.raise_signal(signal.SIGHUP)
+            with pytest.raises(Interrupted, match="SIGTERM"):
+                signal.raise_signal(signal.SIGTERM)
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+@pytest.fixture
+def unread() -> int:
+    """A pipe that nobody reads."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    return writing
+
+
+def test_output_that_nobody_reads(unread: int, capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
+    with open(unread, "w") as stdout:
+        monkeypatch.setattr(sys, "stdout", stdout)
+        assert main(["presets"]) == 1
+    assert capsys.readouterr().err == ""
+
+
+def test_errors_that_nobody_reads(unread: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    with open(unread, "w") as stderr:
+        monkeypatch.setattr(sys, "stderr", stderr)
+        assert main(["info", "nothing"]) == 1
+        assert main(["presets"]) == 0
+
+
+def test_output_that_was_closed_before(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys, "stdout", None)
+    assert main(["presets"]) == 0
+    assert main(["info", "nothing"]) == 1
+    assert "nothing" in capsys.readouterr().err
+    sys.stdout.close()
+
+
+def test_errors_that_were_closed_before_do_not_go_elsewhere(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "stderr", None)
+    assert main(["info", "nothing"]) == 1
+    assert capsys.readouterr().out == ""
+    sys.stderr.close()
+
+
+def test_what_nobody_has_foreseen_is_one_line_and_the_way_to_the_log(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def broken(_: object) -> None:
+        raise ZeroDivisionError("nothing\nto divide by")
+
+    monkeypatch.setattr(info, "_print_facts", broken)
+    assert main(["info", str(Path(__file__).parents[2] / "assets" / "samples" / "room")]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "ZeroDivisionError: nothing to divide by" in line
+    assert line.endswith(str(fault_log()))
+    assert "in broken" in fault_log().read_text()
+
+
+def test_a_log_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("ILF_LOG", str(tmp_path / "file" / "faults.log"))
+    assert "could not be written" in note_fault(ZeroDivisionError())
+    assert "Memory" in note_fault(MemoryError())
+
+
+def test_a_large_log_begins_anew(tmp_path: Path) -> None:
+    fault_log().write_text("x" * 2_000_000)
+    note_fault(KeyError("new"))
+    assert fault_log().stat().st_size < 10_000

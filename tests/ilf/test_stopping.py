@@ -1,0 +1,178 @@
+"""Work that is to stop stops, in all its threads, and writes nothing."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Generator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ilf import RGBDFrame, Run, extract_blocks, write
+from ilf.completion import CompletionRun
+from ilf.errors import Cancelled
+from ilf.io import unfinished as being_written
+from ilf.io.atomic import write_bytes
+from ilf.io.unfinished import discard_unfinished, unfinished
+from ilf.parameters import preset
+from ilf.run.staging import move_in, staging
+from ilf.stopping import check_stopped, heed, heeding, present_wishes, taking
+from ilf.threads import SLICE_S, side_by_side
+
+
+@pytest.fixture
+def wish() -> threading.Event:
+    return threading.Event()
+
+
+def test_a_wish_is_heeded_within_its_block_alone(wish: threading.Event) -> None:
+    with heeding(wish):
+        check_stopped()
+        wish.set()
+        with pytest.raises(Cancelled):
+            check_stopped()
+        with heeding(threading.Event()), pytest.raises(Cancelled):
+            check_stopped()
+    check_stopped()
+
+
+def test_a_wish_is_heeded_by_the_threads_that_share_the_work(wish: threading.Event) -> None:
+    begun, went_on = threading.Semaphore(0), threading.Event()
+
+    def task() -> Generator[int, None, None]:
+        yield 0
+        begun.release()
+        while True:
+            check_stopped()
+            went_on.wait(0.001)
+
+    def stop() -> None:
+        for _ in range(2):
+            assert begun.acquire(timeout=20)
+        wish.set()
+
+    stopping = threading.Thread(target=stop)
+    stopping.start()
+    with heeding(wish), pytest.raises(Cancelled):
+        list(side_by_side([task(), task()], 2))
+    stopping.join()
+
+
+def test_threads_are_stopped_when_nobody_wants_more(wish: threading.Event) -> None:
+    seen: list[Cancelled] = []
+
+    def task() -> Generator[int, None, None]:
+        yield 0
+        time.sleep(2 * SLICE_S)
+        yield 1
+        try:
+            while True:
+                check_stopped()
+        except Cancelled as stopped:
+            seen.append(stopped)
+            raise
+
+    steps = side_by_side([task(), task()], 2)
+    next(steps)
+    steps.close()
+    assert len(seen) <= 2, "a task that was not at work need not be stopped"
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("ilf-block")]
+
+
+def test_whoever_waits_for_a_lock_stops_waiting(wish: threading.Event) -> None:
+    lock, ended = threading.Lock(), []
+
+    def wait() -> None:
+        heed(wish)
+        try:
+            with taking(lock):
+                pass
+        except Cancelled:
+            ended.append(True)
+
+    with lock:
+        thread = threading.Thread(target=wait)
+        thread.start()
+        wish.set()
+        thread.join(20)
+        assert ended
+    with taking(lock):
+        assert lock.locked()
+    assert not lock.locked()
+
+
+def test_extraction_and_runs_stop(small_frame: RGBDFrame, small_labels: np.ndarray, wish: threading.Event) -> None:
+    with CompletionRun(small_frame, small_labels, preset("paper"), threads=2) as run, heeding(wish):
+        next(run)
+        wish.set()
+        with pytest.raises(Cancelled):
+            next(run)
+        with pytest.raises(Cancelled):
+            extract_blocks(small_frame)
+    assert extract_blocks(small_frame).any(), "what was stopped is not remembered"
+
+
+def test_nothing_is_written_by_what_is_to_stop(tmp_path: Path, wish: threading.Event) -> None:
+    path = tmp_path / "notes.txt"
+    write_bytes(path, b"before")
+    wish.set()
+    with heeding(wish):
+        with pytest.raises(Cancelled):
+            write_bytes(path, b"after")
+        with pytest.raises(Cancelled):
+            _write_set(tmp_path / "new" / "folder")
+    assert path.read_bytes() == b"before"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def _write_set(target: Path) -> None:
+    with staging(target) as folder:
+        (folder / "a").touch()
+        move_in(folder, target, ["a"])
+
+
+def test_an_export_that_is_to_stop_leaves_the_set_before(
+    tmp_path: Path, small_frame: RGBDFrame, small_labels: np.ndarray
+) -> None:
+    run = Run(small_frame, small_labels, preset(max_iterations=2, correction=False))
+    completion = run.complete()
+    write(tmp_path, run, completion)
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+
+    for looks in range(0, 22, 6):
+        with heeding(_Late(looks)), pytest.raises(Cancelled):
+            write(tmp_path, run, completion)
+        assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+    with heeding(_Late(1000)):
+        write(tmp_path, run, completion)
+
+
+class _Late(threading.Event):
+    """Is set after so many looks at it."""
+
+    def __init__(self, looks: int) -> None:
+        super().__init__()
+        self._looks = looks
+
+    def is_set(self) -> bool:
+        self._looks -= 1
+        return self._looks < 0
+
+
+def test_what_is_being_written_is_taken_away_at_a_sudden_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(being_written, "_moving", threading.Lock())
+    made, kept = tmp_path / "made", tmp_path / "kept.txt"
+    kept.touch()
+    (made / "half").mkdir(parents=True)
+    with unfinished(made / "half", made), unfinished(tmp_path / "half.txt"):
+        (made / "half" / "depth.png").touch()
+        (tmp_path / "half.txt").touch()
+        discard_unfinished()
+    assert list(tmp_path.iterdir()) == [kept]
+    assert being_written._moving.locked(), "nothing is moved any more"
+
+
+def test_no_wishes_are_left(wish: threading.Event) -> None:
+    assert present_wishes() == ()
