@@ -14,6 +14,9 @@ from .guide import Guide, as_guide
 from .masks import checked_mask, fixed
 from .open3d_images import arrays_of, camera_of_open3d, image_of, pinhole_of
 
+DEPTH_LIMITS = (1e-9, 1e6)
+"""Least and largest depth [m] of any pixel."""
+
 MEDIAN_DEPTH_RANGE = (0.1, 50.0)
 """Median depth [m] outside which a frame's depth scale is taken for a mistake."""
 
@@ -300,7 +303,19 @@ def check_depth_scale(depth: NDArray[np.floating]) -> float:
             f"The depth units are probably wrong: try a {direction} value of file units per metre "
             "(1000 for millimetres, 5000 for TUM, 10000 for 0.1 mm, 1 for metres)."
         )
+    _check_extremes(known)
     return median
+
+
+def _check_extremes(known: NDArray[np.floating]) -> None:
+    """Raise InputError for depth [m] that cannot be, whose squares are beyond what float32 holds."""
+    low, high = DEPTH_LIMITS
+    absurd = known[(known < low) | (known > high)]
+    if absurd.size:
+        raise InputError(
+            f"Depth of {absurd[0]:g} m cannot be: all must be within {low:g} and {high:g} m. Mark missing depth with 0 "
+            "or NaN."
+        )
 
 
 def doubtful_scale(depth: NDArray[np.floating], units: float) -> str:
@@ -363,6 +378,10 @@ def _checked_truth(truth: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float
         )
     if not np.isfinite(metres).any():
         raise InputError("The truth has no known pixel (all are zero, negative or not finite).")
+    try:
+        _check_extremes(metres[np.isfinite(metres)])
+    except InputError as error:
+        raise InputError(f"The truth cannot be used: {error}") from error
     return metres
 
 

@@ -195,7 +195,7 @@ def find_preset(name: str) -> OwnPreset:
     own = _existing(name)
     if own is not None:
         return dataclasses.replace(read_preset(own), name=own.stem)
-    if Path(name).is_file():
+    if os.path.isfile(name):
         return read_preset(name)
     known = ", ".join([*PRESETS, *list_presets().presets])
     raise ParameterError(f"There is no preset {name!r}, and no such file. Known: {known}.")

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction, QShowEvent
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QTabWidget, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QTabWidget, QToolButton, QVBoxLayout, QWidget
 
 from gui.accuracy import texts
 from gui.accuracy.number_table import NumberTable, Row
 from gui.widgets.messages import Message
+from gui.widgets.plain_text import PlainLabel, as_it_is
 from gui.widgets.work_row import WorkRow
 
 NO_FRAME = "Open a frame to judge it."
@@ -95,7 +96,7 @@ class AccuracyPanel(QWidget):
     def say_source(self, text: str, path: str = "") -> None:
         """Where the truth comes from, or that there is none; `path` is the file's."""
         self.source.say(text)
-        self.source.setToolTip(path)
+        self.source.setToolTip(as_it_is(path))
 
     def show_truth(self, rows: Sequence[Row], empty: str) -> None:
         """Errors against the truth; without any, why."""
@@ -127,12 +128,12 @@ def _page(text: str, choice: QComboBox, message: Message | None, table: NumberTa
     page = QWidget()
     row = QHBoxLayout()
     row.setSpacing(6)
-    label = QLabel(text)
+    label = PlainLabel(text)
     label.setBuddy(choice)
     row.addWidget(label)
     row.addWidget(choice)
     row.addStretch(1)
-    unit = QLabel("Errors in mm")
+    unit = PlainLabel("Errors in mm")
     unit.setEnabled(False)
     row.addWidget(unit)
     column = QVBoxLayout(page)

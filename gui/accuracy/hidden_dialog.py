@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QFormLayout,
-    QLabel,
     QListWidget,
     QListWidgetItem,
     QSpinBox,
@@ -20,6 +19,7 @@ from PySide6.QtWidgets import (
 
 from gui.accuracy.hidden_tests import Candidate
 from gui.widgets.messages import Message
+from gui.widgets.plain_text import PlainLabel
 from ilf.judgement import HIDDEN_PATTERNS, HiddenTest
 
 _PATTERN_KEY, _SEEDS_KEY = "hidden_test/pattern", "hidden_test/seeds"
@@ -64,7 +64,7 @@ class HiddenTestDialog(QDialog):
             item = QListWidgetItem(candidate.name, self.candidates)
             item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
             item.setCheckState(Qt.CheckState.Checked if ticked else Qt.CheckState.Unchecked)
-        self.amount = QLabel()
+        self.amount = PlainLabel()
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel)
         self.test_button = buttons.button(QDialogButtonBox.StandardButton.Ok)
         self.test_button.setText("&Test")
@@ -78,7 +78,7 @@ class HiddenTestDialog(QDialog):
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         form.addRow("&Hide", self.pattern)
         form.addRow("&Seeds", self.seeds)
-        label = QLabel("&What is tested")
+        label = PlainLabel("&What is tested")
         label.setBuddy(self.candidates)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(14, 14, 14, 14)

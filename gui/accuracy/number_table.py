@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTreeWidget, QTree
 
 from gui import theme
 from gui.widgets.hint import paint_hint
+from gui.widgets.plain_text import as_it_is
 
 _SWATCH = 10
 _ROW_PAD = 6
@@ -112,7 +113,7 @@ class NumberTable(QTreeWidget):
             item = QTreeWidgetItem([row.name, *row.cells])
             item.setSizeHint(0, QSize(0, self.fontMetrics().height() + _ROW_PAD))
             for number in range(self.columnCount()):
-                item.setToolTip(number, row.hint or row.name)
+                item.setToolTip(number, as_it_is(row.hint or row.name))
                 if number:
                     item.setTextAlignment(number, _RIGHT)
                 if row.is_best or not row.cells:

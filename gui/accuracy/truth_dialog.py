@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from PySide6.QtWidgets import QComboBox, QFileDialog, QGridLayout, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QComboBox, QFileDialog, QGridLayout, QPushButton, QWidget
 
 from gui.dialogs.reading_dialog import ReadingDialog
 from gui.widgets.messages import last_folder
+from gui.widgets.plain_text import PlainLabel
 from gui.work.latest_question import LatestQuestion
 from ilf.drawing.levels import sample
 from ilf.errors import InputError
@@ -84,7 +85,7 @@ class TruthDialog(ReadingDialog[TruthSource, RGBDFrame]):
         grid.setVerticalSpacing(8)
         grid.setColumnStretch(1, 1)
         for row, (text, field) in enumerate((("&Truth", self.path), ("&Units per metre", self.units))):
-            label = QLabel(text)
+            label = PlainLabel(text)
             label.setBuddy(field)
             grid.addWidget(label, row, 0)
             grid.addWidget(field, row, 1, 1, 1 if field is self.path else 2)

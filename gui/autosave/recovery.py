@@ -94,6 +94,7 @@ class Recovery(QObject):
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.setIcon(QMessageBox.Icon.Warning)
         box.setWindowTitle("Discard unsaved work?")
+        box.setTextFormat(Qt.TextFormat.PlainText)
         box.setText(f"The unsaved work on {name_of(left) or left.path.name} is deleted for good.")
         discard = box.addButton("&Discard", QMessageBox.ButtonRole.DestructiveRole)
         box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))

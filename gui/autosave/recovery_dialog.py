@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QFrame,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QPushButton,
     QScrollArea,
     QVBoxLayout,
@@ -22,6 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from gui.widgets.messages import Message
+from gui.widgets.plain_text import PlainLabel
 
 _PICTURE = 160
 _MOST_ROWS_SHOWN = 3
@@ -140,7 +140,7 @@ class _Row(QFrame):
         super().__init__()
         self.setFrameShape(QFrame.Shape.StyledPanel)
         self._problem = work.problem
-        picture = QLabel()
+        picture = PlainLabel()
         picture.setAlignment(Qt.AlignmentFlag.AlignCenter)
         picture.setFixedWidth(_PICTURE)
         picture.setAccessibleName(f"Picture of {work.name}")
@@ -151,7 +151,7 @@ class _Row(QFrame):
         else:
             picture.setText("No picture")
             picture.setEnabled(False)
-        name = QLabel(work.name)
+        name = PlainLabel(work.name)
         name.setTextFormat(Qt.TextFormat.PlainText)
         name.setWordWrap(True)
         bold = name.font()

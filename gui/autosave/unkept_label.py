@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import html
+
 from PySide6.QtCore import QEvent
 from PySide6.QtGui import QPalette
-from PySide6.QtWidgets import QLabel, QWidget
+from PySide6.QtWidgets import QWidget
 
 from gui import theme
+from gui.widgets.plain_text import PlainLabel
 
 MEANING = (
     "What you do is kept in memory only, until this works again, which is tried every few seconds. Save the project to "
@@ -14,7 +17,7 @@ MEANING = (
 )
 
 
-class UnkeptLabel(QLabel):
+class UnkeptLabel(PlainLabel):
     """To be seen while there is something to say."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -26,7 +29,7 @@ class UnkeptLabel(QLabel):
     def say(self, why: str) -> None:
         """The reason, in a sentence; "" when all is well again."""
         self.setVisible(bool(why))
-        self.setToolTip(f"<p>{why}</p><p>{MEANING}</p>")
+        self.setToolTip(f"<p>{html.escape(why)}</p><p>{MEANING}</p>")
         self.setAccessibleDescription(why)
 
     def changeEvent(self, event: QEvent) -> None:

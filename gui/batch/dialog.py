@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QFormLayout,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QPushButton,
     QSpinBox,
@@ -24,6 +23,7 @@ from PySide6.QtWidgets import (
 
 from gui.batch.outcome_table import OutcomeTable
 from gui.widgets.messages import Message
+from gui.widgets.plain_text import PlainLabel
 from gui.widgets.work_row import WorkRow
 from gui.work.cores import spare_cores
 from ilf.threads import available_cores
@@ -109,7 +109,7 @@ class BatchDialog(QDialog):
         form.setContentsMargins(0, 0, 0, 0)
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         form.addRow("&Frames", self.scope)
-        label = QLabel("F&older")
+        label = PlainLabel("F&older")
         label.setBuddy(self.folder)
         form.addRow(label, _row(self.folder, browse))
         form.addRow("&Processes", self.jobs)

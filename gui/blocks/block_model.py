@@ -13,6 +13,7 @@ from PySide6.QtGui import QColor, QIcon, QPalette
 from PySide6.QtWidgets import QWidget
 
 from gui import theme
+from gui.widgets.plain_text import as_it_is
 from gui.widgets.row_model import Index, RowModel
 from gui.widgets.soft_rows import ICON_SIZE
 from ilf.number_words import grouped, millimetres
@@ -200,10 +201,10 @@ class BlockModel(RowModel[BlockRow]):
             return self._foreground(row, column)
         if role == Qt.ItemDataRole.ToolTipRole:
             if column == Column.STATE:
-                return "\n".join(filter(None, (_look(row), row.state, row.detail)))
+                return as_it_is("\n".join(filter(None, (_look(row), row.state, row.detail))))
             if column == Column.NAME and (row.own or row.look):
                 own = f"Has values of its own: {row.own}" if row.own else ""
-                return "\n".join(filter(None, (_look(row), own)))
+                return as_it_is("\n".join(filter(None, (_look(row), own))))
             return self._hint(column)
         return None
 

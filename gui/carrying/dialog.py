@@ -11,13 +11,13 @@ from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QFormLayout,
-    QLabel,
     QSpinBox,
     QVBoxLayout,
     QWidget,
 )
 
 from gui.widgets.messages import Message
+from gui.widgets.plain_text import PlainLabel
 
 _USUAL = 30
 
@@ -61,7 +61,7 @@ class CarryDialog(QDialog):
             "Also in frames that have been worked on. Otherwise they stay as they are, and their blocks are carried on "
             "from there."
         )
-        self.last = QLabel()
+        self.last = PlainLabel()
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel)
         carry = buttons.button(QDialogButtonBox.StandardButton.Ok)
         carry.setText("&Carry")

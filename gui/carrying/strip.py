@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QWidget
 
+from gui.widgets.plain_text import PlainLabel
 from gui.widgets.work_row import WorkRow
 
 _LEAST_TEXT = 120
@@ -15,7 +16,7 @@ class CarryStrip(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.label = QLabel()
+        self.label = PlainLabel()
         self.label.setTextFormat(Qt.TextFormat.PlainText)
         self.label.setMinimumWidth(_LEAST_TEXT)
         self.work = WorkRow("carrying of blocks")

@@ -6,9 +6,10 @@ import math
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QToolButton, QWidget
 
 from gui import theme
+from gui.widgets.plain_text import PlainLabel
 
 _HANDLE = 7.0
 _STEP = 0.01
@@ -116,7 +117,7 @@ class ClipRow(QWidget):
         self._bounds = 0.0, 1.0
         self.depths = -math.inf, math.inf
         """Depths [m] that are drawn."""
-        self._low, self._high = QLabel(), QLabel()
+        self._low, self._high = PlainLabel(), PlainLabel()
         self.slider = TwoHandles()
         self.slider.setAccessibleName("Depths that are drawn")
         self.slider.setToolTip("Drag a handle, or use the arrow keys; Space turns to the other one")
@@ -129,7 +130,7 @@ class ClipRow(QWidget):
         everything.clicked.connect(self.clear)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(8, 0, 8, 2)
-        for widget in (QLabel("Depth"), self._low, self.slider, self._high, everything):
+        for widget in (PlainLabel("Depth"), self._low, self.slider, self._high, everything):
             layout.addWidget(widget)
         width = self.fontMetrics().horizontalAdvance("00.00 m")
         for label in (self._low, self._high):

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QEvent, QSettings, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QLabel, QStackedWidget, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QStackedWidget, QToolButton, QVBoxLayout, QWidget
 
 from gui import theme
 from gui.curves.axes import LengthAxis, SumAxis
@@ -17,6 +17,7 @@ from gui.curves.curve import Columns, Curve, legible
 from gui.curves.numbers import readout_columns, readout_texts
 from gui.curves.readout import Readout, Row
 from gui.curves.scrub_bar import ScrubBar
+from gui.widgets.plain_text import PlainLabel
 from ilf.filter.convergence import IterationRecord
 
 EMPTY_TEXT = "Run the filter to see how each block converges"
@@ -92,7 +93,7 @@ class CurvesPanel(QWidget):
         self._body_layout.setSpacing(0)
         self._body_layout.addWidget(self.readout, 0, Qt.AlignmentFlag.AlignTop)
         self._body_layout.addWidget(plots, 1)
-        self._hint = QLabel(EMPTY_TEXT)
+        self._hint = PlainLabel(EMPTY_TEXT)
         self._hint.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._hint.setWordWrap(True)
         self._pages = QStackedWidget()

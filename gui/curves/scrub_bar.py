@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QFont, QKeyEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSlider, QToolButton, QWidget
 
 from gui import theme
+from gui.widgets.plain_text import PlainLabel
 
 
 class ScrubBar(QWidget):
@@ -25,7 +26,7 @@ class ScrubBar(QWidget):
         self._slider = _Slider(Qt.Orientation.Horizontal)
         self._slider.setAccessibleName("Iteration to look back to")
         self._slider.valueChanged.connect(self._tell)
-        self._text = QLabel()
+        self._text = PlainLabel()
         font = QFont(self.font())
         font.setFeature(QFont.Tag("tnum"), 1)
         self._text.setFont(font)

@@ -17,7 +17,6 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QFormLayout,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QPushButton,
     QVBoxLayout,
@@ -26,6 +25,7 @@ from PySide6.QtWidgets import (
 
 from gui.state.session import Session
 from gui.widgets.messages import Message, group
+from gui.widgets.plain_text import PlainLabel
 from ilf.errors import ParameterError
 from ilf.io import UINT16_MAX, coarser_units, png_fit
 from ilf.run import ExportOptions, Run, filenames
@@ -232,7 +232,7 @@ class ExportDialog(QDialog):
         layout.setContentsMargins(14, 14, 14, 14)
         layout.setSpacing(12)
         top = QFormLayout()
-        label = QLabel("&Folder")
+        label = PlainLabel("&Folder")
         label.setBuddy(self.folder_path)
         top.addRow(label, target)
         layout.addLayout(top)

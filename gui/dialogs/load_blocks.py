@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QPushButton, QWidget
 
 from gui.dialogs.block_files import BlockSource
 from gui.dialogs.reading_dialog import ReadingDialog
 from gui.extraction.found_blocks import describe_blocks
 from gui.widgets.messages import last_folder
+from gui.widgets.plain_text import PlainLabel
 from gui.work.latest_question import LatestQuestion
 from ilf.drawing.block_pictures import block_overlay
 from ilf.frame import RGBDFrame
@@ -65,7 +66,7 @@ class LoadBlocksDialog(ReadingDialog[BlockSource, LoadedBlocks]):
         self.message.say("\n".join([text, *found.notes]), "warning" if found.notes else "good")
 
     def _row(self) -> QHBoxLayout:
-        label = QLabel("&Blocks")
+        label = PlainLabel("&Blocks")
         label.setBuddy(self.path)
         file, folder = QPushButton("File…", autoDefault=False), QPushButton("Folder…", autoDefault=False)
         file.clicked.connect(self._browse_file)

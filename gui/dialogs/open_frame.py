@@ -15,7 +15,6 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QPushButton,
     QVBoxLayout,
@@ -25,6 +24,7 @@ from PySide6.QtWidgets import (
 from gui.dialogs.frame_files import GUIDE_FILES, colour_beside, depth_beside
 from gui.dialogs.preview import Preview
 from gui.widgets.messages import Message, last_folder
+from gui.widgets.plain_text import PlainLabel
 from ilf.camera import INTRINSICS
 from ilf.errors import IlfError, InputError
 from ilf.frame import RGBDFrame
@@ -218,7 +218,7 @@ class OpenFrameDialog(QDialog):
             (5, "Camera &intrinsics", self.camera),
             (7, "&Guide", self.guide_path),
         ):
-            label = QLabel(text)
+            label = PlainLabel(text)
             label.setBuddy(field)
             grid.addWidget(label, row, 0)
             grid.addWidget(field, row, 1, 1, 3 if isinstance(field, QComboBox) else 1)

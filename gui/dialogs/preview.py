@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QPixmap
-from PySide6.QtWidgets import QFrame, QLabel, QVBoxLayout
+from PySide6.QtWidgets import QFrame, QVBoxLayout
 
 from gui.views.colour_maps import depth_table
 from gui.views.images import rgb_image
 from gui.widgets.messages import Message
+from gui.widgets.plain_text import PlainLabel
 from ilf.drawing.levels import robust_depth_levels, to_indices
 
 _SIZE = QSize(304, 204)
@@ -22,7 +23,7 @@ class Preview(QFrame):
     def __init__(self, name: str) -> None:
         super().__init__()
         self._name = name
-        self.picture = QLabel(alignment=Qt.AlignmentFlag.AlignCenter)
+        self.picture = PlainLabel(alignment=Qt.AlignmentFlag.AlignCenter)
         self.picture.setFixedSize(_SIZE)
         self.picture.setFrameShape(QFrame.Shape.StyledPanel)
         self._caption = Message()

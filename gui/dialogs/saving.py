@@ -10,6 +10,7 @@ from PySide6.QtCore import QSettings
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from gui.widgets.notes import Notes
+from gui.widgets.plain_text import as_it_is
 from ilf.errors import IlfError
 
 
@@ -28,7 +29,7 @@ def ask_path(window: QWidget, title: str, name: str, kinds: str) -> str:
         path += kind.split("*", 1)[1].rstrip(")")
         if Path(path).exists():  # the dialog has asked about the name without the suffix
             text = f"{path} is there already. Write over it?"
-            if QMessageBox.question(window, title, text) != QMessageBox.StandardButton.Yes:
+            if QMessageBox.question(window, title, as_it_is(text)) != QMessageBox.StandardButton.Yes:
                 return ""
     return path
 

@@ -6,12 +6,13 @@ import html
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, Qt, Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QTabWidget, QTextBrowser, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QTabWidget, QTextBrowser, QToolButton, QVBoxLayout, QWidget
 
 from gui import theme
 from gui.experiments.figure_view import FigureView
 from gui.experiments.rows import RowTable
 from gui.widgets.messages import Message
+from gui.widgets.plain_text import PlainLabel
 from ilf.experiments import EXPERIMENTS, Experiment
 from ilf.experiments.files import StoredResult
 from ilf.experiments.report import inline, paragraphs
@@ -30,7 +31,7 @@ class ResultView(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._title = QLabel()
+        self._title = PlainLabel()
         font = self._title.font()
         font.setBold(True)
         font.setPointSizeF(1.2 * font.pointSizeF())

@@ -8,6 +8,7 @@ from typing import Any, TypeGuard
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, QSortFilterProxyModel, Qt
 from PySide6.QtWidgets import QTableView, QWidget
 
+from gui.widgets.plain_text import as_it_is
 from ilf.experiments import Row
 from ilf.experiments.report import shown
 
@@ -58,7 +59,8 @@ class _RowModel(QAbstractTableModel):
         name = self._names[index.column()]
         value = self._rows[index.row()].get(name)
         if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole):
-            return f"{shown(100.0 * value)} %" if name in _SHARES and value is not None else shown(value)
+            text = f"{shown(100.0 * value)} %" if name in _SHARES and value is not None else shown(value)
+            return text if role == Qt.ItemDataRole.DisplayRole else as_it_is(text)
         if role == Qt.ItemDataRole.UserRole:
             return value
         if role == Qt.ItemDataRole.TextAlignmentRole:

@@ -28,6 +28,7 @@ from gui.experiments.options import ExperimentOptions
 from gui.experiments.result_view import ResultView
 from gui.experiments.runner import ExperimentRunner
 from gui.widgets.messages import Message
+from gui.widgets.plain_text import as_it_is
 from gui.widgets.problems import error_details, error_text, warn
 from gui.work.pace import Pace
 from ilf.errors import IlfError
@@ -314,7 +315,7 @@ class ExperimentsWindow(QWidget):
         self.save_figure(source, path)
 
     def _may_replace(self, path: Path) -> bool:
-        answer = QMessageBox.question(self, "Save figure", f"{path} is there already. Replace it?")
+        answer = QMessageBox.question(self, "Save figure", as_it_is(f"{path} is there already. Replace it?"))
         return answer == QMessageBox.StandardButton.Yes
 
     def save_figure(self, source: Path, path: Path) -> None:
@@ -335,7 +336,7 @@ class ExperimentsWindow(QWidget):
     def _tell_written(self, path: Path) -> None:
         url = QUrl.fromLocalFile(str(path)).toString()
         self._tell(f'Written: <a href="{url}">{html.escape(path.name)}</a>')
-        self.told.setToolTip(str(path))
+        self.told.setToolTip(as_it_is(str(path)))
 
     def _report(self, what: str, error: Exception) -> None:
         warn(self, what, error_text(error), error_details(error))

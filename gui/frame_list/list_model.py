@@ -9,6 +9,7 @@ from PySide6.QtGui import QPixmap
 
 from gui.frame_list.words import state_line, whole_text
 from gui.state.entries import Entry
+from gui.widgets.plain_text import as_it_is
 
 Index = QModelIndex | QPersistentModelIndex
 
@@ -98,7 +99,7 @@ class FrameListModel(QAbstractListModel):
         if role == Qt.ItemDataRole.DisplayRole:
             return entry.name
         if role == Qt.ItemDataRole.ToolTipRole:
-            return whole_text(entry)
+            return as_it_is(whole_text(entry))
         if role == Qt.ItemDataRole.AccessibleTextRole:
             marks = [entry.note] * bool(entry.note) + ["unsaved"] * entry.unsaved
             return ", ".join((entry.name, state_line(entry), *marks))

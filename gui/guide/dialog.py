@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QPushButton, QWidget
 
 from gui.dialogs.frame_files import GUIDE_FILES
 from gui.dialogs.reading_dialog import ReadingDialog
 from gui.widgets.messages import last_folder
+from gui.widgets.plain_text import PlainLabel
 from gui.work.latest_question import LatestQuestion
 from ilf.filter.edge_aware.guiding import FittedGuide, fit_guide
 from ilf.frame import RGBDFrame
@@ -66,7 +67,7 @@ class GuideDialog(ReadingDialog[GuideSource, Guided]):
         browse = QPushButton("File…", autoDefault=False)
         browse.setToolTip("Choose the file with the guide")
         browse.clicked.connect(lambda _=False: self._browse())
-        label = QLabel("&Guide")
+        label = PlainLabel("&Guide")
         label.setBuddy(self.path)
         row = QHBoxLayout()
         row.setSpacing(8)

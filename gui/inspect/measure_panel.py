@@ -25,6 +25,7 @@ from PySide6.QtWidgets import (
 
 from gui import theme
 from gui.inspect.statistics_table import StatisticsTable
+from gui.widgets.plain_text import PlainLabel, as_it_is
 from ilf.inspection import SurfaceStatistics
 
 _LEAST_LIST = 96
@@ -95,7 +96,7 @@ class MeasurePanel(QWidget):
         self.subject.setAccessibleName("What statistics are of")
         self.subject.setToolTip("Statistics of the chosen block, or of the rectangle if there is one")
         self.subject.activated.connect(lambda index: self.subject_wished.emit(index == 1))
-        self._name = QLabel()
+        self._name = PlainLabel()
         self._name.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.statistics = StatisticsTable()
         self._reason, self._message = _note(), _note()
@@ -122,7 +123,7 @@ class MeasurePanel(QWidget):
         scroll.setWidgetResizable(True)
         scroll.setFrameShape(QScrollArea.Shape.NoFrame)
         scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        lengths, height = _column(), QLabel("Heights:")
+        lengths, height = _column(), PlainLabel("Heights:")
         height.setBuddy(self.reference)
         lengths.addLayout(_row(height, (self.reference, 1), buttons[1], *(_button(action) for action in actions)))
         lengths.addWidget(self._message)
@@ -143,7 +144,7 @@ class MeasurePanel(QWidget):
         with QSignalBlocker(self.subject):
             self.subject.setCurrentIndex(int(of_region))
         self._name.setText(name)
-        self._name.setToolTip(name)
+        self._name.setToolTip(as_it_is(name))
 
     def show_statistics(self, raw: SurfaceStatistics | None, result: SurfaceStatistics | None, note: str) -> None:
         """Numbers, and what there is to say of them."""
@@ -239,7 +240,7 @@ class _MeasuredList(QTableWidget):
 
 
 def _note() -> QLabel:
-    label = QLabel()
+    label = PlainLabel()
     label.setWordWrap(True)
     label.hide()
     return label

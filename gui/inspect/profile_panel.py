@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QStackedWidget, QT
 from gui import theme
 from gui.inspect.profile_data import ProfileData
 from gui.inspect.profile_plot import ProfilePlot, raw_colour, result_colour
+from gui.widgets.plain_text import PlainLabel
 
 EMPTY_TEXT = "Draw a profile line (Ctrl+I) across a picture to see the depth along it"
 
@@ -70,7 +71,7 @@ class ProfilePanel(QWidget):
             button.setDefaultAction(action)
             button.setAutoRaise(True)
             header.addWidget(button, 0, Qt.AlignmentFlag.AlignTop)
-        self._hint = QLabel(EMPTY_TEXT)
+        self._hint = PlainLabel(EMPTY_TEXT)
         self._hint.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._hint.setWordWrap(True)
         self._pages = QStackedWidget()

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QWidget
 from gui import theme
 from gui.kept.run_rows import RunRow
 from gui.state.kept_runs import MOST_COMPARED
+from gui.widgets.plain_text import as_it_is
 from gui.widgets.row_model import Index, RowModel
 from ilf.number_words import millimetres
 from ilf.parameters import PRESETS, Parameters
@@ -154,7 +155,7 @@ class RunModel(RowModel[RunRow]):
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return _alignment(column)
         if role == Qt.ItemDataRole.ToolTipRole:
-            return _tooltip(row, column)
+            return as_it_is(_tooltip(row, column))
         if role == Qt.ItemDataRole.AccessibleTextRole and column == Column.COMPARED:
             return f"Compare {row.name}"
         return None

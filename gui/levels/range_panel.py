@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDoubleSpinBox,
     QHBoxLayout,
-    QLabel,
     QStackedWidget,
     QToolButton,
     QVBoxLayout,
@@ -21,6 +20,7 @@ from gui import theme
 from gui.levels.histogram import Histogram
 from gui.views.colour_maps import DEPTH_MAPS
 from gui.views.ranges import FIXED, KINDS, MODES, Levels, Range
+from gui.widgets.plain_text import PlainLabel
 
 _DECIMALS = {"depth": 3, "signed": 2, "expected": 2}
 _LARGEST = 1e6
@@ -51,7 +51,7 @@ class RangePanel(QWidget):
         self._kind = ""
         self.histogram = Histogram()
         self.histogram.levelsDragged.connect(self.levelsSet)
-        self.title = QLabel()
+        self.title = PlainLabel()
         self.mode = self._box(MODES, "How the range is found: robust leaves out one value in a hundred at each end")
         self.mode.setAccessibleName("Way to the range")
         self.mode.activated.connect(lambda _: self.modeChosen.emit(self.mode.currentData()))
@@ -62,7 +62,7 @@ class RangePanel(QWidget):
         lock_button = QToolButton()
         lock_button.setAutoRaise(True)
         lock_button.setDefaultAction(lock)
-        self._nothing = QLabel(alignment=Qt.AlignmentFlag.AlignCenter, wordWrap=True)
+        self._nothing = PlainLabel(alignment=Qt.AlignmentFlag.AlignCenter, wordWrap=True)
         self._pages = QStackedWidget()
         self._pages.addWidget(self.histogram)
         self._pages.addWidget(self._nothing)
@@ -70,7 +70,7 @@ class RangePanel(QWidget):
         top.addWidget(self.title, 1)
         top.addWidget(self.map)
         top.addWidget(lock_button)
-        for widget in (self.mode, self.low, QLabel("\N{EN DASH}"), self.high):
+        for widget in (self.mode, self.low, PlainLabel("\N{EN DASH}"), self.high):
             bottom.addWidget(widget)
         bottom.addStretch(1)
         column = QVBoxLayout(self)

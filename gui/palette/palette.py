@@ -6,13 +6,14 @@ from typing import Any
 
 from PySide6.QtCore import QAbstractListModel, QEvent, QModelIndex, QObject, QPersistentModelIndex, QPoint, Qt, QTimer
 from PySide6.QtGui import QFocusEvent, QKeyEvent
-from PySide6.QtWidgets import QApplication, QFrame, QLabel, QLineEdit, QListView, QMainWindow, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QFrame, QLineEdit, QListView, QMainWindow, QVBoxLayout, QWidget
 
 from gui import theme
 from gui.inventory import Entry, entries_of
 from gui.palette.ranking import Offer, offers
 from gui.palette.recent import RecentCommands
 from gui.palette.rows import OFFER_ROLE, OfferDelegate
+from gui.widgets.plain_text import PlainLabel
 
 _WIDTH, _ROWS = 560, 11
 _TOP = 48
@@ -56,7 +57,7 @@ class CommandPalette(QFrame):
         self.list.setAccessibleName("Commands")
         self.list.clicked.connect(self._give)
         self.list.selectionModel().currentChanged.connect(self._explain)
-        self.hint = QLabel()
+        self.hint = PlainLabel()
         self.hint.setWordWrap(True)
         self.hint.setMargin(4)
         layout = QVBoxLayout(self)

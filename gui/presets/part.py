@@ -12,6 +12,7 @@ from gui.desk import Desk, Part
 from gui.presets.commands import COMMANDS
 from gui.presets.save_dialog import SavePresetDialog
 from gui.widgets.messages import last_folder
+from gui.widgets.plain_text import as_it_is
 from ilf.errors import IlfError
 from ilf.preset_files import (
     OwnPreset,
@@ -153,7 +154,7 @@ class PresetsPart(Part):
 
     def _may(self, text: str, title: str) -> bool:
         yes, no = QMessageBox.StandardButton.Yes, QMessageBox.StandardButton.No
-        return QMessageBox.question(self.desk.window, title, text, yes | no, no) == yes
+        return QMessageBox.question(self.desk.window, title, as_it_is(text), yes | no, no) == yes
 
     def _do(self, what: str, action: Callable[[], object], text: str, chosen: str = "") -> bool:
         try:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from PySide6.QtWidgets import QCheckBox, QDialog, QDialogButtonBox, QLabel, QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QDialog, QDialogButtonBox, QLineEdit, QVBoxLayout, QWidget
+
+from gui.widgets.plain_text import PlainLabel
 
 
 class SavePresetDialog(QDialog):
@@ -16,7 +18,7 @@ class SavePresetDialog(QDialog):
         self.name.selectAll()
         self.with_extraction = QCheckBox("With the values of the tab &Extraction")
         self.with_extraction.setToolTip("Choosing the preset then sets what blocks are extracted with, too")
-        label = QLabel("&Name")
+        label = PlainLabel("&Name")
         label.setBuddy(self.name)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel)
         self.save_button = buttons.button(QDialogButtonBox.StandardButton.Save)

@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from gui.widgets.messages import Message, group
+from gui.widgets.plain_text import as_it_is
 
 _ID = Qt.ItemDataRole.UserRole
 _MOST_ROWS_SHOWN = 8
@@ -167,7 +168,7 @@ class CloseDialog(QDialog):
             item.setCheckState(0, Qt.CheckState.Checked)
             if not row.id:
                 item.setFlags(item.flags() & ~Qt.ItemFlag.ItemIsUserCheckable)
-            item.setToolTip(0, row.name)
+            item.setToolTip(0, as_it_is(row.name))
             self.frames.addTopLevelItem(item)
         header = self.frames.header()
         header.setStretchLastSection(False)

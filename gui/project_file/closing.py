@@ -105,6 +105,7 @@ class Closing(QObject):
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.setIcon(QMessageBox.Icon.Warning)
         box.setWindowTitle("Remove from the project?")
+        box.setTextFormat(Qt.TextFormat.PlainText)
         box.setText(f"The work on {names} goes with {'it' if len(worked) == 1 else 'them'}: it cannot be brought back.")
         box.setInformativeText("What the project's file holds of it is there until the project is saved the next time.")
         remove = box.addButton("&Remove", QMessageBox.ButtonRole.DestructiveRole)

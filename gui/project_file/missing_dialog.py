@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
 )
 
 from gui.widgets.messages import Message
+from gui.widgets.plain_text import as_it_is
 from gui.widgets.work_row import WorkRow
 from ilf.number_words import grouped
 from ilf.project.finding import LostFile
@@ -122,8 +123,8 @@ class MissingDialog(QDialog):
         for number, (name, lost) in enumerate((row.name, row.lost) for row in rows):
             item = QTreeWidgetItem([name, lost.wanted.path, "changed" if lost.changed else "not there"])
             item.setData(0, _NUMBER, number)
-            item.setToolTip(1, _details(lost))
-            item.setToolTip(2, _details(lost))
+            item.setToolTip(1, as_it_is(_details(lost)))
+            item.setToolTip(2, as_it_is(_details(lost)))
             self.files.addTopLevelItem(item)
             if number == 0 or lost == chosen:
                 self.files.setCurrentItem(item)

@@ -211,6 +211,7 @@ class ProjectPart(Part):
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.setIcon(QMessageBox.Icon.Warning)
         there = path.exists()
+        box.setTextFormat(Qt.TextFormat.PlainText)
         box.setWindowTitle("Replace the project?" if there else "Write the project anew?")
         when = f" ({datetime.datetime.fromtimestamp(path.stat().st_mtime):%Y-%m-%d %H:%M})" if there else ""
         box.setText(

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QDialogButtonBox,
     QFileDialog,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QPushButton,
     QVBoxLayout,
@@ -22,6 +21,7 @@ from PySide6.QtWidgets import (
 
 from gui.frames.paths import PROJECT_SUFFIX
 from gui.widgets.messages import Message, last_folder
+from gui.widgets.plain_text import PlainLabel
 from ilf.io.frame_source import FrameSource
 
 FOLDER_KEY = "project/folder"
@@ -74,7 +74,7 @@ class SaveAsDialog(QDialog):
         self.path.textChanged.connect(lambda _: self._check())
         self.embed.toggled.connect(lambda _: self._check())
 
-        label = QLabel("&File")
+        label = PlainLabel("&File")
         label.setBuddy(self.path)
         row = QHBoxLayout()
         row.setSpacing(8)

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QMainWindow, QMenu
 
 from gui.inventory import PASSING, WHY_NOT
 from gui.recent.store import Origin, RecentOrigins, is_missing, key_of, name_of
+from gui.widgets.plain_text import as_it_is
 
 _DIGITS = 9
 
@@ -75,7 +76,7 @@ class RecentMenu(QMenu):
 
     def _action(self, hint: str, do: Callable[[], None]) -> QAction:
         action = QAction(self._window)
-        action.setToolTip(hint)
+        action.setToolTip(as_it_is(hint))
         action.setProperty(PASSING, True)
         action.triggered.connect(lambda: do())
         action.triggered.connect(lambda: self._allow())

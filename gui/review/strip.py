@@ -6,7 +6,9 @@ from collections.abc import Iterable
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QToolButton, QWidget
+
+from gui.widgets.plain_text import PlainLabel
 
 _LEAST_TEXT = 120
 
@@ -22,7 +24,7 @@ class ReviewStrip(QWidget):
 
     def __init__(self, icons: Iterable[QAction], named: Iterable[QAction], parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.label = QLabel()
+        self.label = PlainLabel()
         self.label.setTextFormat(Qt.TextFormat.PlainText)
         self.label.setWordWrap(True)
         self.label.setMinimumWidth(_LEAST_TEXT)

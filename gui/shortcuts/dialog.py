@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
     QKeySequenceEdit,
-    QLabel,
     QLineEdit,
     QPushButton,
     QTreeWidget,
@@ -26,6 +25,7 @@ from gui.inventory import Entry, keys_text
 from gui.palette.matching import match
 from gui.shortcuts.keymap import Keymap
 from gui.widgets.messages import Message
+from gui.widgets.plain_text import PlainLabel
 
 _COMMAND, _MENU, _KEYS = range(3)
 _HINT = "Choose a command, click the field and press its new keys. They hold at once."
@@ -67,7 +67,7 @@ class ShortcutsDialog(QDialog):
         self.edit = QKeySequenceEdit()
         self.edit.setMaximumSequenceLength(1)
         self.edit.setToolTip("Press the keys that the chosen command shall have")
-        label = QLabel("&Keys")
+        label = PlainLabel("&Keys")
         label.setBuddy(self.edit)
         self.clear_button = QPushButton("&None", autoDefault=False)
         self.clear_button.setToolTip("Let the chosen command have no keys")

@@ -5,6 +5,8 @@ from __future__ import annotations
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QWidget
 
+from gui.widgets.plain_text import PlainLabel, as_it_is
+
 _PROGRESS = 200
 
 
@@ -13,7 +15,7 @@ class StatusBar(QStatusBar):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.hint = QLabel()
+        self.hint = PlainLabel()
         self.readout = QLabel()
         self.progress = QProgressBar()
         # neither may keep the window from being made narrower than what they say
@@ -44,4 +46,4 @@ class StatusBar(QStatusBar):
         metrics = progress.fontMetrics()
         room = progress.width() - 2 * metrics.averageCharWidth() - metrics.horizontalAdvance(said)
         progress.setFormat(metrics.elidedText(text, Qt.TextElideMode.ElideRight, room) + said)
-        progress.setToolTip(text + said)
+        progress.setToolTip(as_it_is(text + said))

@@ -12,6 +12,7 @@ from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.status.bar import StatusBar
 from gui.tools.editor import Editor
+from gui.widgets.plain_text import as_it_is
 from gui.work.pace import Pace
 from gui.work.runs import RunController, RunState
 
@@ -54,7 +55,7 @@ class StatusPresenter(QObject):
         hint = self._elsewhere() or self._editor.tool.hint
         idle = hint if self._workspace.has_session else _NO_FRAME
         self._bar.hint.setText(self._loader.present or idle)
-        self._bar.hint.setToolTip(idle)  # where the window is too narrow for it
+        self._bar.hint.setToolTip(as_it_is(idle))  # where the window is too narrow for it
 
     def show_progress(self) -> None:
         """How far runs, openings and extractions are, and how long they will still take; or that files are written."""

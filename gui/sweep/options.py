@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QLocale, QSignalBlocker, QSize, Signal
-from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QFormLayout, QGridLayout, QGroupBox, QLabel, QSpinBox, QWidget
+from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QFormLayout, QGridLayout, QGroupBox, QSpinBox, QWidget
 
+from gui.widgets.plain_text import PlainLabel
 from ilf.declarations import Declaration, Value
 from ilf.judgement import HIDDEN_PATTERNS, HiddenTest
 from ilf.judgement.ranges import LEAST_STEPS, MOST_STEPS, can_be_swept, spread, usual_range
@@ -57,7 +58,7 @@ class RangeBox(QGroupBox):
             ("&Values", self.steps, 2, 0, 1),
             ("&scale", self.scale, 2, 2, 1),
         ):
-            label = QLabel(text)
+            label = PlainLabel(text)
             label.setBuddy(field)
             field.setAccessibleName(f"{title}: {text.replace('&', '').lower()}")
             grid.addWidget(label, row, column)

@@ -26,6 +26,7 @@ from gui.sweep.found import Found
 from gui.sweep.multiples import Multiples, ScaleBar
 from gui.sweep.options import CriterionBox, RangeBox, captions
 from gui.widgets.messages import Message
+from gui.widgets.plain_text import PlainLabel
 from gui.widgets.work_row import WorkRow
 from ilf.declarations import Value
 from ilf.errors import IlfError
@@ -125,7 +126,7 @@ class SweepWindow(QDialog):
         below = QWidget()
         head = QHBoxLayout()
         head.setContentsMargins(8, 4, 8, 0)
-        label = QLabel("&Pictures of")
+        label = PlainLabel("&Pictures of")
         label.setBuddy(self.pictures)
         head.addWidget(label)
         head.addWidget(self.pictures)
@@ -301,7 +302,7 @@ class SweepWindow(QDialog):
 
 def _hint() -> QLabel:
     """What there will be where nothing has been swept yet."""
-    label = QLabel(
+    label = PlainLabel(
         "How far off each value comes out is plotted here,\nwith a picture of each. A click on one takes it."
     )
     label.setAlignment(Qt.AlignmentFlag.AlignCenter)

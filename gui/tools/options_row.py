@@ -6,9 +6,10 @@ from collections.abc import Collection, Sequence
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSlider, QSpinBox, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QSlider, QSpinBox, QToolButton, QWidget
 
 from gui.tools.options import BRUSH_RADII, LARGEST_AMOUNT, LARGEST_LEASH, ToolOptions
+from gui.widgets.plain_text import PlainLabel
 
 _SLIDER_WIDTH = 72
 _GAP = 8
@@ -36,7 +37,7 @@ class OptionsRow(QWidget):
         self, similar: QAction, no_block: QAction, by_amount: Sequence[QAction], parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
-        self._brush_text, self._leash_text = QLabel(), QLabel()
+        self._brush_text, self._leash_text = PlainLabel(), PlainLabel()
         self.brush = _slider("Brush", 1, round(BRUSH_RADII[-1]))
         self.leash = _slider("Snap", 0, LARGEST_LEASH)
         self._switches = {"similar_only": similar, "to_no_block": no_block}
@@ -51,7 +52,7 @@ class OptionsRow(QWidget):
         self.amount.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self._parts: dict[str, QWidget] = {
             "brush": _together(self.brush, self._brush_text),
-            "leash": _together(QLabel("Snap"), self.leash, self._leash_text),
+            "leash": _together(PlainLabel("Snap"), self.leash, self._leash_text),
             "similar": _button(similar, named=True),
             "no_block": _button(no_block, named=True),
             "amount": _together(self.amount, *(_button(action) for action in by_amount)),

@@ -6,10 +6,11 @@ from collections.abc import Iterable
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QAction, QResizeEvent
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QSlider, QToolButton, QWidget
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSlider, QToolButton, QWidget
 
 from gui.views.layouts import LAYOUT_TEXTS, LAYOUTS
 from gui.views.linked_views import LinkedViews
+from gui.widgets.plain_text import PlainLabel
 
 _OPACITY = 45
 _SPACE = 6
@@ -44,7 +45,7 @@ class ViewBar(QWidget):
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 4, 1)
         layout.setSpacing(4)
-        self._spare = (QLabel("Blocks"), self.opacity)
+        self._spare = (PlainLabel("Blocks"), self.opacity)
         for widget in (*self._spare, self.layouts):
             layout.addWidget(widget)
         for action in actions:

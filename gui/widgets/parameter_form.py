@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -24,6 +25,7 @@ from PySide6.QtWidgets import (
 )
 
 from gui import theme
+from gui.widgets.plain_text import PlainLabel, as_it_is
 from gui.widgets.slider import ValueSlider, wants_slider
 from ilf.declarations import Declaration, ParameterSet, Value
 
@@ -162,7 +164,7 @@ class ParameterForm(QScrollArea):
             caption: QLabel | QCheckBox = editor
             grid.addWidget(editor, 0, 0, 1, 2)
         else:
-            caption = QLabel(declaration.label, wordWrap=True)
+            caption = PlainLabel(declaration.label, wordWrap=True)
             caption.setBuddy(editor)
             editor.setFixedWidth(_FIELD_WIDTH)
             grid.addWidget(caption, 0, 0)
@@ -223,7 +225,7 @@ class ParameterForm(QScrollArea):
         if row.caption.styleSheet() != style:  # setting one is slow, even the same
             row.caption.setStyleSheet(style)
         row.reset.setVisible(value != base)
-        row.reset.setToolTip(f"Back to {row.declaration.in_words(base)}")
+        row.reset.setToolTip(as_it_is(f"Back to {row.declaration.in_words(base)}"))
 
     def _show_what_matters(self) -> None:
         shown = {name for name in self._rows if self._parameters.matters(name)}
@@ -303,7 +305,7 @@ class _OfferBox(QComboBox):
                 self.addItem(f"missing: {value}", value)
             self.setCurrentIndex(self.findData(value))
         # without one of its own it is that of the row
-        self.setToolTip(f"{value} is not on this computer. Choose another, or add it." if missing else "")
+        self.setToolTip(as_it_is(f"{value} is not on this computer. Choose another, or add it.") if missing else "")
 
     def showPopup(self) -> None:
         self.show_value(self.currentData())
@@ -364,7 +366,7 @@ def _decimals(value: float) -> int:
 
 def _tooltip(declaration: Declaration, usual: Value, whose: str) -> str:
     """Help, the usual value and source as rich text, which wraps."""
-    facts = [f"In {whose}: {declaration.in_words(usual)}"]
+    facts = [html.escape(f"In {whose}: {declaration.in_words(usual)}")]
     if declaration.source:
         facts.append(f"Source: {declaration.source}")
     lines = [declaration.help, "<br>".join(facts), f"<code>{declaration.name}</code>"]

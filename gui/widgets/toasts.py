@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QEvent, QObject, QPoint, Qt, QTimer, Signal
 from PySide6.QtGui import QAccessible, QAccessibleEvent, QAction, QEnterEvent, QHideEvent
-from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QToolButton, QWidget
+from PySide6.QtWidgets import QFrame, QGridLayout, QToolButton, QWidget
 
 from gui import theme
+from gui.widgets.plain_text import PlainLabel
 
 MOST = 3
 """How many notes there are at a time; the oldest makes way."""
@@ -35,7 +36,7 @@ class Toast(QFrame):
         super().__init__(parent)
         self.setObjectName("toast")
         self.action = action
-        self.label = QLabel()
+        self.label = PlainLabel()
         self.label.setTextFormat(Qt.TextFormat.PlainText)
         self.label.setWordWrap(True)
         self.close_button = QToolButton()

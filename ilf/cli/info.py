@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -64,9 +65,9 @@ def run(arguments: argparse.Namespace) -> None:
         _print_record(inputs[0])
     elif arguments.frame is not None:
         _print_frame_of(frame_of_source(arguments), arguments)
-    elif len(inputs) == 1 and (is_recording(inputs[0]) or (inputs[0].is_dir() and _is_source(inputs[0]))):
+    elif len(inputs) == 1 and (is_recording(inputs[0]) or (os.path.isdir(inputs[0]) and _is_source(inputs[0]))):
         _print_source(source_from(arguments), arguments)
-    elif len(inputs) == 1 and inputs[0].is_dir():
+    elif len(inputs) == 1 and os.path.isdir(inputs[0]):
         _print_folder(inputs[0], arguments)
     elif len(inputs) in {1, 2}:
         facts = [("colour", _colour(inputs[0]))]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import secrets
 import sys
 from collections.abc import Iterator, Sequence
@@ -95,7 +96,7 @@ def run_new(arguments: argparse.Namespace) -> None:
     path = Path(arguments.file)
     if path.suffix.lower() != SUFFIX:
         raise UsageError(f"A project file ends in {SUFFIX}; this is {path.name!r}.")
-    if path.exists():
+    if os.path.exists(path):
         raise InputError(f"{path} is there already. Choose another name, or delete it first.")
     sources = list(_sources(arguments))
     frames = tuple(ProjectFrame(secrets.token_hex(8), source.name, source) for source in sources)
@@ -151,13 +152,13 @@ def _completed(run: Run, shown: bool) -> Completion:
 def _sources(arguments: argparse.Namespace) -> Iterator[FrameSource]:
     """The frames that the arguments name."""
     inputs, how = arguments.inputs, reading_of(arguments)
-    if all(Path(path).is_dir() or is_recording(path) for path in inputs):
+    if all(os.path.isdir(path) or is_recording(path) for path in inputs):
         for path in inputs:
             listing = list_frames(path, **how)
             warn(listing.notes)
             yield from listing.sources
         return
-    if len(inputs) != 2 or any(Path(path).is_dir() for path in inputs):
+    if len(inputs) != 2 or any(os.path.isdir(path) for path in inputs):
         raise UsageError("Give folders and recordings, or the colour and the depth file of one frame.")
     rgb, depth = (str(Path(path).absolute()) for path in inputs)
     source = FrameSource(rgb, depth, **how)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import shlex
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
@@ -42,15 +43,17 @@ def report_sources(arguments: argparse.Namespace, opened: ExitStack) -> list[Rep
     inputs = [Path(path) for path in arguments.inputs]
     if not inputs:
         raise UsageError("Give a colour and a depth file, one folder or more, a run.json, or a project.")
-    if not all(path.is_dir() or path.suffix.lower() in (".json", SUFFIX) for path in inputs):
+    if not all(os.path.isdir(path) or path.suffix.lower() in (".json", SUFFIX) for path in inputs):
         return [ReportSource(arguments.inputs[0], partial(_completed, arguments, arguments.inputs))]
     sources: list[ReportSource] = []
     for path in inputs:
-        record = path / RECORD_FILE if path.is_dir() else path
-        if path.suffix.lower() == SUFFIX and not path.is_dir():
+        record = path / RECORD_FILE if os.path.isdir(path) else path
+        if path.suffix.lower() == SUFFIX and not os.path.isdir(path):
             _refuse_flags(arguments, path)
             sources += _of_project(opened.enter_context(open_project(path)), arguments.look_in)
-        elif record.is_file() or not path.is_dir():  # what a run wrote can be read as a frame, too, but is a run
+        elif os.path.isfile(record) or not os.path.isdir(
+            path
+        ):  # what a run wrote can be read as a frame, too, but is a run
             _refuse_flags(arguments, record)
             sources.append(ReportSource(str(path), partial(_replayed, record)))
         else:

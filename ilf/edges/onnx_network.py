@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from pathlib import Path
 from threading import Lock
 from typing import ClassVar, Self
@@ -59,7 +60,7 @@ class OnnxNetwork:
             If it is no ONNX network, or not one of this kind.
         """
         path = Path(path).resolve()
-        if not path.is_file():
+        if not os.path.isfile(path):
             raise InputError(f"There is no {cls.KIND} at {path}. Choose an ONNX file, or the Canny detector.")
         status = path.stat()
         version = (status.st_mtime_ns, status.st_size)

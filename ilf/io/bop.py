@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from pathlib import Path
 
 from ..camera import CameraIntrinsics, camera_from_numbers
@@ -52,7 +53,7 @@ def camera_of_image(depth: Path) -> tuple[CameraIntrinsics, float]:
         As `read_cameras`.
     """
     path = depth.absolute().parent.parent / CAMERA_FILE
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(f"{depth} is in no BOP scene: there is no {path}. Give its scale, as in bop:0.1.")
     cameras = read_cameras(path)
     if not depth.stem.isdecimal() or int(depth.stem) not in cameras:

@@ -56,7 +56,7 @@ def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None =
     if isinstance(spec, str) and spec.strip().lower() in INTRINSICS:
         name = spec.strip().lower()
         return fitted(INTRINSICS[name], IMAGE_SIZES[name], shape)
-    if isinstance(spec, str) and "," in spec and not Path(spec).exists():
+    if isinstance(spec, str) and "," in spec and not os.path.exists(spec):
         return _from_text(spec)
     if isinstance(spec, str | os.PathLike):
         return _from_file(Path(spec), shape)
@@ -72,7 +72,7 @@ def _from_text(text: str) -> CameraIntrinsics:
 
 
 def _from_file(path: Path, shape: tuple[int, int] | None) -> CameraIntrinsics:
-    if path.suffix != ".json" and len(path.parts) < 2 and not path.exists():
+    if path.suffix != ".json" and len(path.parts) < 2 and not os.path.exists(path):
         near = difflib.get_close_matches(str(path).lower(), INTRINSICS, 1)
         hint = f"Did you mean {near[0]}? " if near else ""
         raise InputError(

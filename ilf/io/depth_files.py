@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ExportError, FormatError, ParameterError
+from ..frame import DEPTH_LIMITS
 from ..numbers import as_float
 from .atomic import write_bytes
 from .colmap_files import COLMAP_SUFFIX, read_colmap
@@ -86,7 +87,8 @@ def default_depth_units(values: NDArray[Any]) -> float:
 
 
 def depth_in_metres(values: NDArray[Any], depth_units: float | None = None) -> NDArray[np.float32]:
-    """File values as depth [m], float32 (H, W); zero, negative and not finite values become NaN.
+    """File values as depth [m], float32 (H, W); zero, negative and not finite values become NaN, and so do those below
+    `ilf.frame.DEPTH_LIMITS`, which are zero but for rounding.
 
     Parameters
     ----------
@@ -102,7 +104,9 @@ def depth_in_metres(values: NDArray[Any], depth_units: float | None = None) -> N
     """
     units = checked_units(default_depth_units(values) if depth_units is None else depth_units)
     with np.errstate(all="ignore"):
-        return _with_missing((values.astype(np.float64) / units).astype(np.float32))
+        metres = (values.astype(np.float64) / units).astype(np.float32)
+        metres[metres < DEPTH_LIMITS[0]] = np.nan
+        return _with_missing(metres)
 
 
 def write_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1000.0) -> list[str]:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import checked_motion
-from ..errors import DepthWarning, FormatError, InputError, ParameterError
+from ..errors import DepthWarning, FormatError, InputError, ParameterError, one_line
 from ..frame import CameraIntrinsics, FrameInputs, InputFile, RGBDFrame
 from .camera_files import IntrinsicsSpec, intrinsics_from
 from .colmap_files import COLMAP_SUFFIX
@@ -292,9 +292,9 @@ def files_of(rgb: str | os.PathLike[str], depth: str | os.PathLike[str] | None, 
         return (frame_beside(rgb, depth) if beside else None) or _two_files(Path(rgb), Path(depth))
     if is_recording(rgb):
         raise InputError(f"{rgb} is a recording: name one of its frames by its key (--frame; `ilf info` lists them).")
-    if Path(rgb).is_dir():
+    if os.path.isdir(rgb):
         return frame_folder(rgb)
-    if not Path(rgb).exists():
+    if not os.path.exists(rgb):
         raise InputError(f"{rgb}: there is no such file or folder. Check the name.")
     raise InputError(
         f"{rgb}: a frame needs a depth image beside its colour image. Give both files, or one folder "
@@ -348,6 +348,8 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         for key, value in {"name": name, **named}.items():
             if not isinstance(value, str | None):
                 raise InputError(f"{key} must be text, not {value!r:.60}.")
+        if name != one_line(name):
+            raise InputError(f"name must be one line of text, not {name!r:.60}.")
     except (InputError, ParameterError) as error:
         raise FormatError(f"{meta_path}: {error}") from error
     if named["run"] and not os.path.isfile(root / named["run"]):
@@ -357,7 +359,7 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         )
     rgb = _named_image(root, named["rgb"]) or _image_in(root, "rgb", COLOUR_SUFFIXES, "")
     hint = ""
-    if (root / "gt.png").is_file():
+    if os.path.isfile(root / "gt.png"):
         hint = (
             f" To use gt.png as depth, load {rgb.name} and gt.png as two files"
             f" with depth units {meta.get('gt_units_per_m')}."
@@ -398,7 +400,7 @@ def frame_beside(rgb: str | os.PathLike[str], depth: str | os.PathLike[str]) -> 
 
 
 def _is_same(file: Path, other: Path) -> bool:
-    return file == other or (other.exists() and file.samefile(other))
+    return file == other or (os.path.exists(other) and file.samefile(other))
 
 
 def _input_file(content: FileContent) -> InputFile:
@@ -429,7 +431,7 @@ def _image_in(root: Path, stem: str, suffixes: tuple[str, ...], hint: str) -> Pa
 
 
 def _found(root: Path, stem: str, suffixes: tuple[str, ...]) -> Path | None:
-    return next((root / (stem + suffix) for suffix in suffixes if (root / (stem + suffix)).is_file()), None)
+    return next((root / (stem + suffix) for suffix in suffixes if os.path.isfile(root / (stem + suffix))), None)
 
 
 def _meta_encoding(spec: Any) -> EncodingSpec | None:

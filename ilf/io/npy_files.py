@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import lzma
 import math
 import tokenize
 import warnings
@@ -36,6 +37,8 @@ def read_npy(file: FileContent) -> NDArray[Any]:
             shape, in_columns, dtype = read_header(stream)
         if dtype.hasobject:
             raise ValueError("it holds Python objects")
+        if min(shape, default=0) < 0:
+            raise ValueError("a length is negative")
         # what a header asks for must be there before any memory is taken
         wanted, there = math.prod(shape) * dtype.itemsize, file.data.size - stream.tell()
         if wanted > there:
@@ -73,6 +76,6 @@ def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
             if members[name].file_size > MAX_FILE_BYTES:
                 raise FormatError(f"{file}: {name} is larger than 1 GiB. Is this the right file?")
             data = np.frombuffer(archive.read(members[name]), np.uint8)
-    except (zipfile.BadZipFile, EOFError, OSError, RuntimeError, ValueError, zlib.error) as error:
+    except (zipfile.BadZipFile, EOFError, OSError, RuntimeError, ValueError, zlib.error, lzma.LZMAError) as error:
         raise FormatError(f"{file}: this NPZ cannot be read ({error!s:.120}). Save it again.") from error
     return read_npy(FileContent(file.path, data))

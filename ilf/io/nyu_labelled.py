@@ -49,7 +49,7 @@ class NyuLabelled:
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path).absolute()
-        if not self.path.is_file() or self.path.stat().st_size == 0:
+        if not os.path.isfile(self.path) or self.path.stat().st_size == 0:
             existing_file(self.path)  # says what is wrong with it
         self._file = open_hdf5(self.path, str(self.path), "experiments", "Reading NYU Depth V2's labelled file")
         try:

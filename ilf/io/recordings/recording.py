@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
@@ -141,7 +142,7 @@ class Recording(ABC):
     @classmethod
     def fits(cls, path: Path) -> bool:
         """Whether what lies at a path looks like such a recording, by names alone."""
-        return path.suffix.lower() in cls.suffixes and path.is_file()
+        return path.suffix.lower() in cls.suffixes and os.path.isfile(path)
 
     @abstractmethod
     def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:

@@ -88,7 +88,8 @@ class ScanNet(Recording):
                 for matrix, size in zip(self._intrinsics, (self._colour_size, self._depth_size), strict=True)
             )
             # extrinsics take points of a camera to the device: those of both are the identity in ScanNet itself
-            motion = np.linalg.inv(self._extrinsics[0]) @ self._extrinsics[1]
+            with np.errstate(all="ignore"):  # what is not finite is refused where it is used
+                motion = np.linalg.inv(self._extrinsics[0]) @ self._extrinsics[1]
         except (InputError, np.linalg.LinAlgError) as error:
             raise FormatError(f"{self.path}: its cameras cannot be ({error})") from error
         if colour == depth and np.array_equal(motion, np.eye(4)):

@@ -43,6 +43,8 @@ class Video:
             if not self._container.streams.video:
                 raise FormatError(f"{path} has no video track. Is this the right file?")
             self._stream = self._container.streams.video[0]
+            if self._stream.codec_context is None:
+                raise FormatError(f"{path}: its video is of a kind that is not known. Copy it again.")
             self.size: tuple[int, int] = self._stream.codec_context.width, self._stream.codec_context.height
             check_pixel_count(path, *self.size)
         except BaseException:

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-import ilf.trial
 from ilf.cloud import point_cloud
 from ilf.edges.importing import add_model
 from ilf.errors import IlfError
@@ -18,17 +17,16 @@ from ilf.io.frame_source import FrameSource
 from ilf.io.label_files import read_mask
 from ilf.io.nyu_labelled import NyuLabelled, read_split
 from ilf.io.poses import camera_pose
+from ilf.io.recordings import close_all
 from ilf.io.thumbnails import read_thumbnail
 from ilf.models import models_folder
 from ilf.preset_files import read_preset
 from ilf.project.file import open_project, save_project
 from ilf.run.record_file import read_record
+from ilf.sources import open_source
 
-from . import seeds
-from .forked import run_forked
+from . import recording_seeds, seeds
 from .mutations import Mutation, of_bytes, of_json, of_png, of_text, of_zip
-
-ilf.trial.run_apart = run_forked
 
 
 @dataclass(frozen=True)
@@ -127,8 +125,22 @@ def _labelled(path: Path) -> None:
             file.filled(index)
 
 
+def _recording(path: Path) -> None:
+    try:
+        source = open_source(path)
+        for key in source.keys[:2]:
+            source.read(key)
+            source.pose(key)
+    finally:
+        close_all()
+
+
+def _folder_around(path: Path) -> None:
+    _recording(path.parent)
+
+
 def _for_member(name: str) -> Mutation:
-    return of_json if name.endswith(".json") else of_bytes
+    return of_json if name.endswith((".json", "metadata")) else of_bytes
 
 
 _ALL = (
@@ -164,6 +176,27 @@ _ALL = (
     Format("keras-hdf5", "hed.h5", seeds.keras, of_bytes, _network),
     Format("split-mat", "splits.mat", seeds.split, of_bytes, read_split),
     Format("nyu-labelled", "nyu.mat", seeds.nyu_labelled, of_bytes, _labelled),
+    Format("nyu-labelled-frames", "nyu.mat", seeds.nyu_labelled, of_bytes, _recording),
+    Format("depth-exr", "depth.exr", recording_seeds.depth_exr, of_bytes, _depth),
+    Format("depth-pfm", "depth.pfm", recording_seeds.depth_pfm, of_bytes, _depth),
+    Format("depth-colmap", "depth.bin", recording_seeds.depth_colmap, of_bytes, _depth),
+    Format("depth-npz", "depth.npz", recording_seeds.depth_npz, of_zip(lambda name: of_bytes), _depth),
+    Format("ros1-bag", "made.bag", recording_seeds.bag("ros1"), of_bytes, _recording),
+    Format("ros2-sqlite", "made.db3", recording_seeds.bag("sqlite3"), of_bytes, _recording),
+    Format("ros2-mcap", "made.mcap", recording_seeds.bag("mcap"), of_bytes, _recording),
+    Format("azure-mkv", "made.mkv", recording_seeds.azure, of_bytes, _recording),
+    Format("record3d", "made.r3d", recording_seeds.record3d, of_zip(_for_member), _recording),
+    Format("scannet-sens", "made.sens", recording_seeds.scannet, of_bytes, _recording),
+    Format("stray-video", "stray/rgb.mp4", recording_seeds.stray("rgb.mp4"), of_bytes, _folder_around),
+    Format("stray-odometry", "stray/odometry.csv", recording_seeds.stray("odometry.csv"), of_text, _folder_around),
+    Format(
+        "stray-camera",
+        "stray/camera_matrix.csv",
+        recording_seeds.stray("camera_matrix.csv"),
+        of_text,
+        _folder_around,
+    ),
+    Format("arkit-poses", "4242/lowres_wide.traj", recording_seeds.arkit("lowres_wide.traj"), of_text, _folder_around),
 )
 
 FORMATS = {form.name: form for form in _ALL}

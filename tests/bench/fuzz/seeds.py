@@ -31,7 +31,7 @@ Seeds = Callable[[Path], list[bytes]]
 """Writes what lies beside a file into a folder, and gives sound contents of the file."""
 
 
-def _depth() -> np.ndarray:
+def depth_values() -> np.ndarray:
     """uint16 [mm] with a hole."""
     rows, columns = np.mgrid[:HEIGHT, :WIDTH]
     depth = (1500 + 10 * rows + 7 * columns).astype(np.uint16)
@@ -66,47 +66,47 @@ def _npy(array: np.ndarray) -> bytes:
     return stream.getvalue()
 
 
-def _with_colour(folder: Path) -> None:
+def with_colour(folder: Path) -> None:
     (folder / "rgb.png").write_bytes(_encoded(".png", _colour()))
 
 
 def depth_png(folder: Path) -> list[bytes]:
     """Of two writers, packed in two ways."""
-    _with_colour(folder)
-    fixed = _encoded(".png", _depth(), cv2.IMWRITE_PNG_STRATEGY, 4)
-    return [_encoded(".png", _depth()), fixed, _pillow(_depth(), "PNG")]
+    with_colour(folder)
+    fixed = _encoded(".png", depth_values(), cv2.IMWRITE_PNG_STRATEGY, 4)
+    return [_encoded(".png", depth_values()), fixed, _pillow(depth_values(), "PNG")]
 
 
 def depth_tiff(folder: Path) -> list[bytes]:
     """Integers and floats, plain and packed."""
-    _with_colour(folder)
-    metres = (_depth() / 1000).astype(np.float32)
-    packed = [_pillow(_depth(), "TIFF", compression=name) for name in ("raw", "tiff_lzw", "tiff_adobe_deflate")]
+    with_colour(folder)
+    metres = (depth_values() / 1000).astype(np.float32)
+    packed = [_pillow(depth_values(), "TIFF", compression=name) for name in ("raw", "tiff_lzw", "tiff_adobe_deflate")]
     return [*packed, _encoded(".tif", metres), _encoded(".tif", metres, cv2.IMWRITE_TIFF_COMPRESSION, 1)]
 
 
 def depth_pgm(folder: Path) -> list[bytes]:
     """Binary, with and without a comment."""
-    _with_colour(folder)
-    plain = _encoded(".pgm", _depth())
+    with_colour(folder)
+    plain = _encoded(".pgm", depth_values())
     return [plain, plain.replace(b"P5\n", b"P5\n# made\n", 1)]
 
 
 def depth_npy(folder: Path) -> list[bytes]:
     """Of several types and orders."""
-    _with_colour(folder)
-    metres = _depth() / 1000
-    kinds = (_depth(), metres.astype(np.float32), np.asfortranarray(metres), metres.astype(">f4"))
+    with_colour(folder)
+    metres = depth_values() / 1000
+    kinds = (depth_values(), metres.astype(np.float32), np.asfortranarray(metres), metres.astype(">f4"))
     return [_npy(kind) for kind in kinds]
 
 
-def _with_depth(folder: Path) -> None:
-    (folder / "depth.png").write_bytes(_encoded(".png", _depth()))
+def with_depth(folder: Path) -> None:
+    (folder / "depth.png").write_bytes(_encoded(".png", depth_values()))
 
 
 def colour_png(folder: Path) -> list[bytes]:
     """RGB, grey, with a palette, with alpha."""
-    _with_depth(folder)
+    with_depth(folder)
     grey, palette = _colour()[..., 0], Image.fromarray(_colour()).quantize(16)
     stream = io.BytesIO()
     palette.save(stream, "PNG")
@@ -116,7 +116,7 @@ def colour_png(folder: Path) -> list[bytes]:
 
 def colour_jpeg(folder: Path) -> list[bytes]:
     """Baseline, progressive, grey, turned by EXIF."""
-    _with_depth(folder)
+    with_depth(folder)
     exif = Image.Exif()
     exif[274] = 6
     image = Image.fromarray(_colour())
@@ -128,13 +128,13 @@ def colour_jpeg(folder: Path) -> list[bytes]:
 
 def colour_ppm(folder: Path) -> list[bytes]:
     """As a TIFF and PPM would be under any name: the content says what it is."""
-    _with_depth(folder)
+    with_depth(folder)
     return [_encoded(".ppm", _colour()), _encoded(".tif", _colour())]
 
 
 def guide_npz(folder: Path) -> list[bytes]:
     """One array or several, packed or not."""
-    inverse = (1000 / (_depth() + 1.0)).astype(np.float32)
+    inverse = (1000 / (depth_values() + 1.0)).astype(np.float32)
     plain, packed = io.BytesIO(), io.BytesIO()
     np.savez(plain, inverse)
     np.savez_compressed(packed, disparity=inverse, other=np.zeros(3))
@@ -143,11 +143,11 @@ def guide_npz(folder: Path) -> list[bytes]:
 
 def meta_json(folder: Path) -> list[bytes]:
     """With every key that it may have."""
-    _with_colour(folder)
-    _with_depth(folder)
+    with_colour(folder)
+    with_depth(folder)
     camera = [30.0, 30.0, 15.5, 11.5]
-    (folder / "gt.png").write_bytes(_encoded(".png", np.maximum(_depth(), 1500)))
-    (folder / "guide.npy").write_bytes(_npy((_depth() / 1000).astype(np.float32)))
+    (folder / "gt.png").write_bytes(_encoded(".png", np.maximum(depth_values(), 1500)))
+    (folder / "guide.npy").write_bytes(_npy((depth_values() / 1000).astype(np.float32)))
     plain = {"size": [WIDTH, HEIGHT], "depth_units_per_m": 1000, "K": camera, "name": "made"}
     rich = {
         "depth_encoding": "mm", "depth_invalid": 65535, "K": [[30.0, 0, 15.5], [0, 30.0, 11.5], [0, 0, 1]],
@@ -179,7 +179,7 @@ def blocks(format: str) -> Seeds:
     """Of one of the formats of `write_blocks`."""
 
     def made(folder: Path) -> list[bytes]:
-        _with_colour(folder)
+        with_colour(folder)
         write_blocks(folder / "b.json", _labels(), format=format, names={1: "chair"}, image=folder / "rgb.png")
         return [(folder / "b.json").read_bytes()]
 
@@ -228,7 +228,7 @@ def experiment(folder: Path) -> list[bytes]:
 
 def time_lists(folder: Path) -> list[bytes]:
     """Lists of colour and depth by time, as rgb.txt; depth.txt and the images are sound."""
-    for kind, image in (("rgb", _colour()), ("depth", _depth())):
+    for kind, image in (("rgb", _colour()), ("depth", depth_values())):
         (folder / kind).mkdir()
         for frame in range(3):
             (folder / kind / f"{frame}.png").write_bytes(_encoded(".png", image))
@@ -246,7 +246,7 @@ def associations(folder: Path) -> list[bytes]:
 
 def bop(folder: Path) -> list[bytes]:
     """scene_camera.json, with its images."""
-    for kind, image in (("rgb", _colour()), ("depth", _depth())):
+    for kind, image in (("rgb", _colour()), ("depth", depth_values())):
         (folder / kind).mkdir()
         (folder / kind / "000003.png").write_bytes(_encoded(".png", image))
     camera = {"cam_K": [30.0, 0.0, 15.5, 0.0, 30.0, 11.5, 0.0, 0.0, 1.0], "depth_scale": 0.1}
@@ -255,7 +255,7 @@ def bop(folder: Path) -> list[bytes]:
 
 def sun(folder: Path) -> list[bytes]:
     """intrinsics.txt of SUN RGB-D."""
-    for kind, image in (("image", _encoded(".jpg", _colour())), ("depth", _encoded(".png", _depth()))):
+    for kind, image in (("image", _encoded(".jpg", _colour())), ("depth", _encoded(".png", depth_values()))):
         (folder / kind).mkdir()
         (folder / kind / ("0.jpg" if kind == "image" else "0.png")).write_bytes(image)
     return [b"30.0 0 15.5\n0 30.0 11.5\n0 0 1\n"]
@@ -322,7 +322,7 @@ def nyu_labelled(folder: Path) -> list[bytes]:
     for options in ({}, {"compression": "gzip", "shuffle": True, "chunks": True}):
         path = folder / "sound.mat"
         with h5py.File(path, "w", userblock_size=512) as file:
-            colour, depth = _colour().transpose(2, 1, 0)[None], (_depth().T / 1000).astype(np.float32)[None]
+            colour, depth = _colour().transpose(2, 1, 0)[None], (depth_values().T / 1000).astype(np.float32)[None]
             for name, array in (("images", colour), ("depths", depth + 1), ("rawDepths", depth)):
                 file.create_dataset(name, data=np.repeat(array, 2, axis=0), **options)
         contents.append(path.read_bytes())

@@ -23,6 +23,7 @@ import numpy as np
 import ilf.trial
 from ilf.errors import DepthWarning, IlfError
 
+from .forked import run_forked
 from .formats import FORMATS, Format
 
 MEMORY = 4 * 2**30
@@ -97,6 +98,7 @@ def main() -> None:
     os.dup2(2, 1)
     cv2.setNumThreads(1)
     form = FORMATS[name]
+    ilf.trial.run_apart = run_forked
     ilf.trial.limit_process(3600 * 24, MEMORY)
     work(form, *map(int, numbers), keep, out)
 

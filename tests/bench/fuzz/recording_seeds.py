@@ -1,0 +1,96 @@
+"""Sound recordings and float depth files, small, of the tests' own writers."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+
+from tests.ilf import phone_files
+from tests.ilf.bags import path_of, storage_of, write_aligned
+from tests.ilf.matroska import write_azure
+
+from .seeds import Seeds, depth_values, with_colour
+
+
+def _metres() -> np.ndarray:
+    return (depth_values() / 1000).astype(np.float32)
+
+
+def depth_exr(folder: Path) -> list[bytes]:
+    """Of several packings."""
+    with_colour(folder)
+    contents = []
+    for packing in (OpenEXR.ZIP_COMPRESSION, OpenEXR.NO_COMPRESSION, OpenEXR.PIZ_COMPRESSION, OpenEXR.RLE_COMPRESSION):
+        stream = io.BytesIO()
+        OpenEXR.File({"compression": packing, "type": OpenEXR.scanlineimage}, {"Z": _metres()}).write(stream)
+        contents.append(stream.getvalue())
+    return contents
+
+
+def depth_pfm(folder: Path) -> list[bytes]:
+    """Of both orders of bytes."""
+    with_colour(folder)
+    rows = _metres()[::-1]
+    head = b"Pf\n%d %d\n" % rows.shape[::-1]
+    return [head + b"-1.0\n" + rows.astype("<f4").tobytes(), head + b"1\n" + rows.astype(">f4").tobytes()]
+
+
+def depth_colmap(folder: Path) -> list[bytes]:
+    """A depth map of COLMAP."""
+    with_colour(folder)
+    return [b"%d&%d&1&" % _metres().shape[::-1] + _metres().astype("<f4").tobytes()]
+
+
+def depth_npz(folder: Path) -> list[bytes]:
+    """One array or several."""
+    with_colour(folder)
+    one, several = io.BytesIO(), io.BytesIO()
+    np.savez_compressed(one, _metres())
+    np.savez(several, depth=_metres(), other=np.zeros(3))
+    return [one.getvalue(), several.getvalue()]
+
+
+def bag(kind: str) -> Seeds:
+    """A recording of ROS 1, or the file of one of ROS 2."""
+
+    def made(folder: Path) -> list[bytes]:
+        write_aligned(folder, kind, frames=2, name="sound")
+        return [(storage_of if kind != "ros1" else path_of)(folder, kind, "sound").read_bytes()]
+
+    return made
+
+
+def azure(folder: Path) -> list[bytes]:
+    """Of an Azure Kinect."""
+    return [write_azure(folder / "sound.mkv", frames=1).read_bytes()]
+
+
+def record3d(folder: Path) -> list[bytes]:
+    """A .r3d."""
+    return [phone_files.write_record3d(folder / "sound.r3d").read_bytes()]
+
+
+def scannet(folder: Path) -> list[bytes]:
+    """A .sens."""
+    return [phone_files.sens(count=2)]
+
+
+def stray(file: str) -> Seeds:
+    """One of the files of a folder of Stray Scanner."""
+
+    def made(folder: Path) -> list[bytes]:
+        return [(phone_files.write_stray(folder / "stray") / file).read_bytes()]
+
+    return made
+
+
+def arkit(file: str) -> Seeds:
+    """One of the files of a sequence of ARKitScenes."""
+
+    def made(folder: Path) -> list[bytes]:
+        return [(phone_files.write_arkit(folder / "4242") / file).read_bytes()]
+
+    return made

@@ -1,0 +1,202 @@
+"""Damaged files, absurd numbers and files in the way: one line, and everything as it was."""
+
+from __future__ import annotations
+
+import errno
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import ilf
+from ilf.cli import main
+from ilf.errors import FormatError, IlfError, InputError, one_line
+from ilf.io import list_frames, load_frame, read_blocks
+from ilf.io.frame_source import FrameSource
+from ilf.io.thumbnails import read_thumbnail
+from ilf.io.time_lists import associated
+from ilf.run import ExportOptions, Run, write
+
+from ..bench.fuzz.formats import FORMATS
+from ..bench.fuzz.worker import case, outcome
+from .small_frames import CAMERA, QUICK, write_small_frame
+from .small_runs import contents
+
+IN_PROCESS = [
+    "meta-json", "intrinsics-json", "preset", "blocks-coco", "blocks-coco-rle", "blocks-labelme",
+    "experiment", "depth-png", "depth-npy", "depth-pfm", "colour-jpeg", "guide-npz", "time-list", "associations", "bop",
+    "sun-camera", "trajectory", "pose", "scannet-sens",
+]  # fmt: skip
+"""Formats whose readers cannot crash the interpreter; `python -m tests.bench.fuzz` has all, thousands of each."""
+
+
+@pytest.mark.parametrize("name", IN_PROCESS)
+def test_damaged_files_are_told_of_in_one_line(name: str, tmp_path: Path) -> None:
+    form = FORMATS[name]
+    seeds = form.seeds(tmp_path)
+    path = tmp_path / form.file
+    for number in range(15):
+        path.write_bytes(case(form, seeds, 1, number))
+        found = outcome(form, path)
+        assert found[0] in {"ok", "told"}, f"case {number}: {found}"
+
+
+def test_an_error_is_one_line_that_a_terminal_does_not_obey() -> None:
+    told = str(InputError("a\nb \x1b[31mred\x07 é \udcff" + "x" * 5000))
+    assert told.startswith("a b \\x1b[31mred\\x07 é \\udcff")
+    assert len(told) < 2000
+    assert one_line("as it was: 2  blanks") == "as it was: 2  blanks"
+
+
+LONG = "x" * 5000
+
+
+@pytest.mark.parametrize(
+    "read",
+    [
+        lambda: load_frame(LONG),
+        lambda: load_frame(f"{LONG}.png", f"{LONG}.png"),
+        lambda: list_frames(LONG),
+        lambda: read_blocks(LONG, (60, 80)),
+        lambda: ilf.open_source(LONG),
+        lambda: ilf.replay(LONG),
+        lambda: ilf.io.intrinsics_from(LONG),
+    ],
+)
+def test_names_that_no_file_can_have_are_errors_of_ours(read) -> None:
+    with pytest.raises(IlfError):
+        read()
+
+
+@pytest.mark.parametrize("command", ["info", "complete", "report", "blocks", "sample"])
+def test_commands_tell_of_such_names(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([command, LONG, *(["--out", "b.png"] if command == "blocks" else [])]) in {1, 2}
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    assert "Traceback" not in told
+
+
+@pytest.mark.parametrize(
+    "meta",
+    [
+        {"K": [10**400] * 4},
+        {"K": [1e-300, 1e-300, 1, 1]},
+        {"depth_units_per_m": 10**400},
+        {"depth_invalid": 10**400},
+        {"size": [10**400, 1]},
+        {"name": "two\nlines"},
+        {"name": "\x1b[31mred"},
+        {"rgb": "x" * 5000},
+        {"run": "\0"},
+    ],
+)
+def test_absurd_values_of_a_frame_folder_are_refused(meta: dict[str, object], tmp_path: Path) -> None:
+    write_small_frame(tmp_path)
+    (tmp_path / "meta.json").write_text(json.dumps({"depth_units_per_m": 1000} | meta))
+    with pytest.raises(InputError, match=r"meta\.json|interrupted"):
+        load_frame(tmp_path)
+
+
+def test_deeply_nested_json_is_refused(tmp_path: Path) -> None:
+    write_small_frame(tmp_path)
+    (tmp_path / "meta.json").write_text('{"K":' + "[" * 100_000 + "]" * 100_000 + "}")
+    with pytest.raises(FormatError, match="not valid JSON"):
+        load_frame(tmp_path)
+
+
+@pytest.mark.parametrize("value", [np.finfo(np.float32).max, 1e30, 1e-38])
+def test_depth_that_cannot_be_is_refused(value: float) -> None:
+    depth = np.full((40, 50), 2.0, np.float32)
+    depth[:4, :4] = value
+    with pytest.raises(InputError, match="m cannot be"):
+        ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), depth)
+    with pytest.raises(InputError, match="truth"):
+        ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), np.full((40, 50), 2.0), truth=depth)
+
+
+TIMES = st.lists(st.integers(0, 12).map(lambda time: time / 4), max_size=7)
+
+
+@given(colours=TIMES, depths=TIMES, gap=st.sampled_from([0.0, 0.25, 1.0, np.inf]))
+def test_the_nearest_in_time_belong_together_at_any_gap(colours: list[float], depths: list[float], gap: float) -> None:
+    one = sorted((time, f"c{number}") for number, time in enumerate(colours))
+    other = sorted((time, f"d{number}") for number, time in enumerate(depths))
+    found, used = {}, set()
+    all_pairs = ((abs(a - b), i, k) for i, (a, _) in enumerate(one) for k, (b, _) in enumerate(other))
+    for apart, i, k in sorted(all_pairs):
+        if apart <= gap and i not in found and k not in used:
+            found[i] = k
+            used.add(k)
+    assert associated(one, other, gap) == [(one[i][1], other[k][1]) for i, k in sorted(found.items())]
+
+
+def test_a_thumbnail_takes_no_more_memory_than_the_image(tmp_path: Path) -> None:
+    content = bytearray(cv2.imencode(".png", np.zeros((20, 30, 3), np.uint8))[1].tobytes())
+    at = content.index(b"IDAT") - 4
+    content[at : at + 3] = b"\xff\xff\xff"
+    (tmp_path / "a.png").write_bytes(content)
+    with pytest.raises(FormatError, match="checksum"):
+        read_thumbnail(FrameSource(str(tmp_path / "a.png"), "unread.png"))
+
+
+def given_files(folder: Path) -> dict[str, str]:
+    """A frame, and files that a run can be made from, in the places where a run writes its own."""
+    write_small_frame(folder / "in")
+    out = folder / "out"
+    out.mkdir()
+    labels = np.zeros((60, 80), np.uint16)
+    labels[:, :40], labels[:, 40:] = 1, 2
+    mask = np.zeros((60, 80), np.uint8)
+    mask[44:50, 4:10] = 255
+    for name, image in (("labels.png", labels), ("drawn.png", mask), ("distrusted.png", mask)):
+        cv2.imwrite(str(out / name), image)
+    (out / "meta.json").write_text(json.dumps({"program": "ILF Studio", "K": [80, 80, 39.5, 29.5]}))
+    files = {"--blocks": "labels.png", "--drawn": "drawn.png", "--distrust": "distrusted.png"}
+    return {flag: str(out / name) for flag, name in (files | {"--intrinsics": "meta.json"}).items()}
+
+
+@pytest.mark.parametrize("flag", ["--blocks", "--drawn", "--distrust", "--intrinsics"])
+def test_what_a_run_is_made_from_is_not_overwritten_by_it(
+    flag: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = given_files(tmp_path)
+    before = contents(tmp_path / "out")
+    words = ["complete", str(tmp_path / "in/rgb.png"), str(tmp_path / "in/depth.png"), "--out", str(tmp_path / "out")]
+    assert main([*words, "--max-iterations", "3", "--quiet", flag, given[flag]]) == 1
+    assert "would be overwritten" in capsys.readouterr().err
+    assert contents(tmp_path / "out") == before
+
+
+def test_the_sample_is_written_as_a_whole_or_not_at_all(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_bytes, written = Path.write_bytes, []
+
+    def until_full(path: Path, content: bytes) -> int:
+        written.append(path)
+        if len(written) == 3:
+            write_bytes(path, content[:10])
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write_bytes(path, content)
+
+    monkeypatch.setattr(Path, "write_bytes", until_full)
+    assert main(["sample", str(tmp_path / "new" / "room")]) == 1
+    assert "the disk is full" in capsys.readouterr().err
+    assert not (tmp_path / "new").exists()
+
+
+def test_sources_that_are_deleted_while_open_do_not_keep_results_from_being_written(tmp_path: Path) -> None:
+    rgb, depth = write_small_frame(tmp_path / "in")
+    np.save(tmp_path / "in/truth.npy", np.full((60, 80), 2.0, np.float32))
+    frame = load_frame(rgb, depth, intrinsics=CAMERA, truth=tmp_path / "in/truth.npy")
+    for path in (tmp_path / "in").iterdir():
+        path.unlink()
+    (tmp_path / "in").rmdir()
+    run = Run.extracted(frame, parameters=ilf.preset(**QUICK))
+    written = write(tmp_path / "out", run, run.complete(), ExportOptions(cloud="ply", mesh="ply"))
+    assert all(path.is_file() for path in written.files)
+    assert "run.json" in {path.name for path in written.files}
