@@ -8,7 +8,7 @@ from pathlib import Path
 from ..assets import asset_path
 from ..errors import ExportError
 from ..io.atomic import write_bytes
-from ..io.folders import made_folder
+from ..run.staging import move_in, staging
 from .parsing import Commands
 
 SAMPLE = "samples/room"
@@ -31,15 +31,15 @@ def add_command(commands: Commands) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
     folder = Path(arguments.folder)
-    contents = {
-        folder / path.name: path.read_bytes() for path in sorted(asset_path(SAMPLE).iterdir()) if path.is_file()
-    }
+    contents = {path.name: path.read_bytes() for path in sorted(asset_path(SAMPLE).iterdir()) if path.is_file()}
     if not arguments.force:
-        for path, content in contents.items():
+        for name, content in contents.items():
+            path = folder / name
             if path.exists() and (path.is_dir() or path.read_bytes() != content):
                 raise ExportError(f"{path} is there already and is another file. Choose another folder, or --force.")
-    made_folder(folder)
-    for path, content in contents.items():
-        write_bytes(path, content)
-    print(f"Written to {folder}: {', '.join(path.name for path in contents)}")
+    with staging(folder.absolute()) as staged:
+        for name, content in contents.items():
+            write_bytes(staged / name, content)
+        move_in(staged, folder.absolute(), list(contents))
+    print(f"Written to {folder}: {', '.join(contents)}")
     print(f"Complete it: ilf complete {folder}")
