@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -118,6 +119,9 @@ def _parser() -> argparse.ArgumentParser:
     how.add_argument("--depth-encoding", metavar="NAME", help="how depth files become metres, as for `ilf complete`")
     how.add_argument("--depth-units", type=float, help="the same for most files: units per metre (1000: millimetres)")
     parser.add_argument("--invalid", type=float, metavar="N", help="value of depth files that stands for missing")
+    parser.add_argument(
+        "--min-confidence", type=float, metavar="N", help="depth of a lower confidence counts as missing"
+    )
     parser.add_argument("--intrinsics", help="camera preset, fx,fy,cx,cy or a JSON file, for a colour and depth file")
     parser.add_argument("--truth", metavar="FILE", help="true depth of the (one) frame, to judge results by")
     parser.add_argument("--truth-units", type=float, help="file units per metre of the truth (1000: millimetres)")
@@ -162,13 +166,15 @@ def _no_partner(path: Path) -> str:
 
 def _inputs(options: argparse.Namespace) -> tuple[list[Path], list[Path], list[FrameSource], list[Path]]:
     """Project files, run records, frames, and a colour or depth file that has no partner."""
-    how = (
-        *(options.depth_units, options.intrinsics, options.truth, options.truth_units, options.guide),
+    how = FrameSource(
+        *("", None, options.depth_units, options.intrinsics, options.truth, options.truth_units, options.guide),
         *(options.depth_encoding, options.invalid),
+        min_confidence=options.min_confidence,
     )
     projects, folders, records, files = sorted_out(options.frames)
-    sources = [FrameSource(str(path), None, *how) for path in folders]
-    sources += [FrameSource(str(rgb), str(depth), *how) for rgb, depth in zip(files[::2], files[1::2], strict=False)]
+    sources = [replace(how, rgb=str(path)) for path in folders]
+    pairs = zip(files[::2], files[1::2], strict=False)
+    sources += [replace(how, rgb=str(rgb), depth=str(depth)) for rgb, depth in pairs]
     return projects, records, sources, files[len(files) // 2 * 2 :]
 
 
@@ -198,6 +204,7 @@ def _without_display(options: argparse.Namespace, problem: str) -> int:
     reading = ["--depth-units", str(options.depth_units)] if options.depth_units else []
     reading += ["--depth-encoding", options.depth_encoding] if options.depth_encoding else []
     reading += ["--invalid", str(options.invalid)] if options.invalid is not None else []
+    reading += ["--min-confidence", str(options.min_confidence)] if options.min_confidence is not None else []
     reading += ["--intrinsics", options.intrinsics] if options.intrinsics else []
     reading += ["--truth", options.truth] if options.truth else []
     reading += ["--truth-units", str(options.truth_units)] if options.truth_units else []

@@ -19,6 +19,7 @@ from .filter.history import CompactHistory
 from .filter.stepper import Stepper, edge_parameters, edges_for, guide_carries, is_guided, make_stepper
 from .frame import RGBDFrame
 from .guide import Guide
+from .number_words import counted
 from .outcomes import NO_BLOCK, BlockOutcome, BlockResult, Completion, Progress, Status, compose, notes_of
 from .parameters import BlockParameters, Parameters
 from .stopping import check_stopped
@@ -127,7 +128,7 @@ class CompletionRun(Iterator[Progress]):
         running = [
             (
                 self.blocks[label],
-                block_depth(self._frame, self.blocks[label], iteration.surface, self._parameters[label].mode),
+                block_depth(self._frame, self.blocks[label], iteration.surface, self._parameters[label]),
             )
             for label, iteration in list(self._live.items())
         ]
@@ -295,8 +296,8 @@ def _block_steps(
             watch(block, record, stepper)
         yield Progress(block.label, record=record)
     del live[block.label]
-    depth = block_depth(frame, block, stepper.surface, parameters.mode)
-    outcome = _outcome(block, raw, depth, history, stepper)
+    depth = block_depth(frame, block, stepper.surface, parameters)
+    outcome = _outcome(frame, block, depth, history, stepper, parameters)
     result = BlockResult(
         block,
         depth,
@@ -374,7 +375,7 @@ def _correction_steps(
         return None, ("Depth is not corrected: the network that does so needs those of the edge network.",)
     labels = extract(frame, chosen).blocks
     check_stopped()
-    results = _same_blocks(find_blocks(labels), ready)
+    results = _same_blocks(frame, find_blocks(labels), ready)
     rest = set(np.unique(labels[labels > 0]).tolist()) - set(results)
     with CompletionRun(frame, labels, UNCORRECTED, rest, threads, chosen) as run:
         for _ in run:
@@ -387,11 +388,24 @@ def _correction_steps(
     return corrections.keep(frame, chosen, Correction(completed, change, network.sha256)), ()
 
 
-def _same_blocks(blocks: Mapping[int, Block], ready: list[BlockResult]) -> dict[int, BlockResult]:
+def _same_blocks(frame: RGBDFrame, blocks: Mapping[int, Block], ready: list[BlockResult]) -> dict[int, BlockResult]:
     """Of the blocks those that have been completed already, as the network is to see them."""
-    plain = {_place(result.block): result for result in ready if result.parameters.same_effect(UNCORRECTED)}
+    plain = {
+        _place(result.block): _in_view(frame, result)
+        for result in ready
+        if result.parameters.replace(outside_view=False).same_effect(UNCORRECTED)
+    }
     found = {label: plain.get(_place(block)) for label, block in blocks.items()}
     return {label: replace(result, block=blocks[label]) for label, result in found.items() if result is not None}
+
+
+def _in_view(frame: RGBDFrame, result: BlockResult) -> BlockResult:
+    """A result as if nothing outside the view had been asked for."""
+    left = frame.left_missing()
+    if left is None or not result.parameters.outside_view:
+        return result
+    block = result.block
+    return replace(result, depth=np.where(left[block.box][block.mask], np.float32(np.nan), result.depth))
 
 
 def _place(block: Block) -> tuple[int, int, bytes]:
@@ -400,11 +414,11 @@ def _place(block: Block) -> tuple[int, int, bytes]:
 
 
 def _hidden_truth(frame: RGBDFrame, block: Block) -> tuple[NDArray[np.bool_], NDArray[np.float64]] | None:
-    """Which of the block's pixels have no depth but a truth, and that truth [m]; None if there are none."""
+    """Which of the block's pixels in view have no depth but a truth, and that truth [m]; None if there are none."""
     if frame.truth is None:
         return None
     truth = frame.truth[block.box][block.mask]
-    judged = np.isnan(frame.depth[block.box][block.mask]) & np.isfinite(truth)
+    judged = frame.missing[block.box][block.mask] & np.isfinite(truth)
     return (judged, truth[judged].astype(np.float64)) if judged.any() else None
 
 
@@ -421,8 +435,11 @@ def _refusal(frame: RGBDFrame, block: Block, parameters: Parameters) -> BlockOut
     """Why a block is not iterated on, or None if it is."""
     pixels = int(np.count_nonzero(block.mask))
     known = int(np.count_nonzero(np.isfinite(frame.depth[block.box][block.mask])))
-    if known == pixels and parameters.mode == "fill":
-        return BlockOutcome(block.label, Status.NOTHING_MISSING, "All depth is known.", pixels, known)
+    outside = _outside(frame, block)
+    left = 0 if parameters.outside_view else int(np.count_nonzero(outside))
+    if known + left == pixels and parameters.mode == "fill":
+        message = _told_outside(outside, parameters) or "All depth is known."
+        return BlockOutcome(block.label, Status.NOTHING_MISSING, message, pixels, known)
     needed = int(known_needed(pixels, parameters))
     if known < needed and not guide_carries(frame, block, parameters):
         message = (
@@ -439,8 +456,11 @@ def known_needed(pixels: ArrayLike, parameters: Parameters) -> NDArray[np.floati
     return np.minimum(np.maximum(parameters.min_known_pixels, share), pixels)
 
 
-def block_depth(frame: RGBDFrame, block: Block, surface: NDArray[np.float64], mode: str) -> NDArray[np.float32]:
-    """Raw depth with P_i put in where it is depth at all (> 0): in the defective area, or all over the block.
+def block_depth(
+    frame: RGBDFrame, block: Block, surface: NDArray[np.float64], parameters: Parameters
+) -> NDArray[np.float32]:
+    """Raw depth with P_i put in where it is depth at all (> 0): in the defective area, or all over the block; outside
+    the depth camera's view only if the parameters ask for it.
 
     Parameters
     ----------
@@ -448,8 +468,8 @@ def block_depth(frame: RGBDFrame, block: Block, surface: NDArray[np.float64], mo
     block : Block
     surface : ndarray of float64
         P_i [m] at the block's pixels, in the order of `block.mask`'s True values.
-    mode : str
-        "fill" or "fill+denoise".
+    parameters : Parameters
+        Their mode and `outside_view`.
 
     Returns
     -------
@@ -458,29 +478,52 @@ def block_depth(frame: RGBDFrame, block: Block, surface: NDArray[np.float64], mo
     """
     raw = frame.depth[block.box][block.mask]
     replace = surface > 0
-    if mode == "fill":
+    if parameters.mode == "fill":
         replace &= np.isnan(raw)
+    left = frame.left_missing(parameters.outside_view)
+    if left is not None:
+        replace &= ~left[block.box][block.mask]
     return np.where(replace, surface, raw).astype(np.float32)
 
 
+def _outside(frame: RGBDFrame, block: Block) -> NDArray[np.bool_]:
+    """Which of the block's pixels lie outside the depth camera's view, in the order of `block.mask`'s True values."""
+    if frame.outside_view is None:
+        return np.zeros(np.count_nonzero(block.mask), bool)
+    return frame.outside_view[block.box][block.mask]
+
+
+def _told_outside(outside: NDArray[np.bool_], parameters: Parameters) -> str:
+    """What becomes of the pixels outside the depth camera's view, as a sentence; "" if there are none."""
+    if not outside.any():
+        return ""
+    pixels = counted(int(np.count_nonzero(outside)), "pixel")
+    how = "filled, though nothing could be measured there" if parameters.outside_view else "left missing"
+    return f"{pixels} outside the depth camera's view {how}."
+
+
 def _outcome(
+    frame: RGBDFrame,
     block: Block,
-    raw: NDArray[np.float32],
     completed: NDArray[np.float32],
     history: list[IterationRecord],
     stepper: Stepper,
+    parameters: Parameters,
 ) -> BlockOutcome:
-    missing = np.isnan(raw)
-    left = int(np.count_nonzero(np.isnan(completed)))
+    raw = frame.depth[block.box][block.mask]
+    outside = _outside(frame, block)
+    missing = np.isnan(raw) & ~outside
+    left = int(np.count_nonzero(missing & np.isnan(completed)))
     message = stepper.remark if stepper.settled else f"Not steady after {len(history)} iterations."
     if left:
         message = f"{message} {left} pixels stay missing: the filter gave no positive depth there.".strip()
+    message = f"{message} {_told_outside(outside, parameters)}".strip()
     return BlockOutcome(
         label=block.label,
         status=Status.COMPLETED if stepper.settled else Status.ITERATION_LIMIT,
         message=message,
         pixels=raw.size,
-        known=raw.size - int(np.count_nonzero(missing)),
+        known=int(np.count_nonzero(np.isfinite(raw))),
         recovered=int(np.count_nonzero(missing)) - left,
         iterations=len(history),
         stages=history[-1].stage,

@@ -14,7 +14,13 @@ from .outcomes import Completion
 from .parameters import BlockParameters, preset
 
 
-def fill_rest(frame: RGBDFrame, completion: Completion, *, extraction: BlockParameters | None = None) -> Completion:
+def fill_rest(
+    frame: RGBDFrame,
+    completion: Completion,
+    *,
+    extraction: BlockParameters | None = None,
+    outside_view: bool = False,
+) -> Completion:
     """Guess the depth that is still missing: between blocks, in their margin, and in blocks too poor in data.
 
     The frame as it is completed so far is taken for one block whose surfaces end at edges. Nothing vouches for the
@@ -27,11 +33,14 @@ def fill_rest(frame: RGBDFrame, completion: Completion, *, extraction: BlockPara
         Of that frame.
     extraction : BlockParameters, optional
         As in `ilf.complete`.
+    outside_view : bool
+        Whether what lies outside the depth camera's view is guessed, too.
 
     Returns
     -------
     Completion
-        Without missing pixels; `guessed` says which ones this step has filled. What was there before is as it was.
+        Without missing pixels, but for those outside the view; `guessed` says which ones this step has filled. What
+        was there before is as it was.
 
     Examples
     --------
@@ -43,7 +52,7 @@ def fill_rest(frame: RGBDFrame, completion: Completion, *, extraction: BlockPara
     >>> int(ilf.fill_rest(frame, nothing_run).guessed.sum())
     16
     """
-    steps = guess_steps(frame, completion, extraction)
+    steps = guess_steps(frame, completion, extraction, outside_view)
     while True:
         try:
             next(steps)
@@ -52,11 +61,17 @@ def fill_rest(frame: RGBDFrame, completion: Completion, *, extraction: BlockPara
 
 
 def guess_steps(
-    frame: RGBDFrame, completion: Completion, extraction: BlockParameters | None = None
+    frame: RGBDFrame,
+    completion: Completion,
+    extraction: BlockParameters | None = None,
+    outside_view: bool = False,
 ) -> Generator[IterationRecord, None, Completion]:
     """`fill_rest` step by step, for those who show its progress or may give it up: yields the record of every
     iteration, and returns the completion. With the edges of the blocks' extraction, where that is known."""
     guessed = ~np.isfinite(completion.depth)
+    left = frame.left_missing(outside_view)
+    if left is not None:
+        guessed &= ~left
     if not guessed.any():
         return completion
     completed = RGBDFrame(frame.rgb, completion.depth, guide=frame.guide)

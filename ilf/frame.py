@@ -44,7 +44,9 @@ class FrameInputs:
     """The files of a frame and how they were read: file units per metre, and fx, fy, cx, cy [px] or None.
 
     `encoding` names the depth encoding where no number of units says it; `depth_units` are then those of what it
-    decodes to. `invalid` is the depth file's value that stands for missing, if there is one beside zero.
+    decodes to. `invalid` is the depth file's value that stands for missing, if there is one beside zero. `frame` is the
+    key of a frame of a recording: `rgb` and `depth` are then the recording, with the SHA-256 of the bytes in it that
+    hold the frame's colour and depth.
     """
 
     rgb: InputFile
@@ -54,6 +56,7 @@ class FrameInputs:
     truth: TruthFile | None = None
     encoding: str | None = None
     invalid: float | None = None
+    frame: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +89,10 @@ class RGBDFrame:
         far as the known depth bears it out. Of another size, but the same aspect, it is resized.
     notes : tuple of str
         What the reader has left out, and what it doubts, a sentence or two each.
+    outside_view : array_like of bool, optional
+        Pixels, shape (H, W), that the depth camera could not see, whatever stands there: those of registered depth that
+        lie outside its picture (`ilf.registration`). Where depth was measured it means nothing. They stay missing
+        unless they are asked for (`Parameters.outside_view`), and are counted apart.
 
     Attributes
     ----------
@@ -117,11 +124,12 @@ class RGBDFrame:
     truth: NDArray[np.float32] | None = field(default=None, repr=False)
     guide: Guide | None = field(default=None, repr=False)
     notes: tuple[str, ...] = field(default=(), repr=False)
+    outside_view: NDArray[np.bool_] | None = field(default=None, repr=False)
     measured: NDArray[np.float32] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "rgb", _checked_rgb(self.rgb))
-        measured = depth = _checked_depth(self.depth)
+        object.__setattr__(self, "rgb", checked_colour(self.rgb))
+        measured = depth = checked_depth(self.depth)
         if self.distrusted is not None:
             distrusted = checked_mask(self.distrusted, depth.shape, "distrusted depth")
             object.__setattr__(self, "distrusted", distrusted)
@@ -135,6 +143,9 @@ class RGBDFrame:
             )
         if self.distrusted is not None and not self.known.any() and np.isfinite(self.measured).any():
             raise InputError("All depth of the frame is distrusted: nothing is left to go by. Trust some of it.")
+        if self.outside_view is not None:
+            outside = checked_mask(self.outside_view, depth.shape, "what lies outside the view") & np.isnan(measured)
+            object.__setattr__(self, "outside_view", _frozen(outside) if outside.any() else None)
         if self.truth is not None:
             object.__setattr__(self, "truth", _checked_truth(self.truth, self.shape))
         if self.guide is not None:
@@ -149,7 +160,8 @@ class RGBDFrame:
         camera, truth = self.inputs.intrinsics, self.inputs.truth
         return {
             "rgb": self.inputs.rgb.path,
-            "depth": self.inputs.depth.path,
+            "depth": self.inputs.depth.path if self.inputs.frame is None else None,
+            **({} if self.inputs.frame is None else {"frame": self.inputs.frame}),
             "depth_units": self.inputs.depth_units if self.inputs.encoding is None else None,
             "intrinsics": None if camera is None else list(camera),
             **({} if self.inputs.encoding is None else {"encoding": self.inputs.encoding}),
@@ -235,6 +247,24 @@ class RGBDFrame:
         return np.isfinite(self.depth)
 
     @property
+    def missing(self) -> NDArray[np.bool_]:
+        """Pixels without depth that the depth camera could see, bool (H, W): all without depth if nothing is said of
+        its view."""
+        return ~self.known if self.outside_view is None else ~(self.known | self.outside_view)
+
+    def left_missing(self, outside_view: bool = False) -> NDArray[np.bool_] | None:
+        """Pixels, bool (H, W), that nothing fills: those outside the depth camera's view, unless they are asked for.
+
+        The one place that decides it. None if there are no such pixels.
+        """
+        return None if outside_view else self.outside_view
+
+    @property
+    def outside_share(self) -> float:
+        """Share of pixels that lie outside the depth camera's view, 0-1."""
+        return 0.0 if self.outside_view is None else float(np.count_nonzero(self.outside_view)) / self.depth.size
+
+    @property
     def missing_share(self) -> float:
         """Share of pixels without depth, 0-1."""
         return 1.0 - float(np.count_nonzero(self.known)) / self.depth.size
@@ -294,14 +324,16 @@ def doubtful_scale(depth: NDArray[np.floating], units: float) -> str:
     return ""
 
 
-def _checked_rgb(rgb: ArrayLike) -> NDArray[np.uint8]:
+def checked_colour(rgb: ArrayLike) -> NDArray[np.uint8]:
+    """Colour that nobody can write to; raises InputError if it is not uint8 (H, W, 3)."""
     array = np.asarray(rgb)
     if array.ndim != 3 or array.shape[2] != 3 or array.dtype != np.uint8:
         raise InputError(f"Colour must be uint8 with shape (H, W, 3), not {array.dtype} with shape {array.shape}.")
     return fixed(array)  # what depends on it alone is then found once for all frames that share it
 
 
-def _checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
+def checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
+    """Depth [m] that nobody can write to, NaN = missing; raises InputError if it is no image of real numbers."""
     array = np.asarray(depth)
     if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "iuf":
         raise InputError(
@@ -315,7 +347,7 @@ def _checked_depth(depth: ArrayLike) -> NDArray[np.float32]:
 
 def _checked_truth(truth: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float32]:
     try:
-        metres = _checked_depth(truth)
+        metres = checked_depth(truth)
     except InputError as error:
         raise InputError(f"The truth cannot be used: {error}") from error
     if metres.shape != shape:

@@ -39,7 +39,8 @@ class BlockOutcome(NanEqual):
     message : str
         The reason in words, where there is one to give.
     pixels, known, recovered : int
-        Pixels of the block, those with raw depth, and those that were missing and now have depth.
+        Pixels of the block, those with raw depth, and those in the depth camera's view that were missing and now have
+        depth.
     iterations, stages : int
     sigma_i : float
         Deviation of the last iteration [m], NaN where there was none.

@@ -271,6 +271,11 @@ class Parameters(ParameterSet):
         0.02, "Known share, at least", "A block with a smaller share of known depth is reported as not recoverable "
         "and stays missing.", _DATA, minimum=0.0, maximum=1.0, step=0.01,
     )  # fmt: skip
+    outside_view: bool = declare(
+        False, "Fill outside the view", "Fill also what the depth camera could not see, because it lies outside its "
+        "picture: nothing was measured there, or could have been. Otherwise it stays missing.", _DATA,
+        source="not in the paper",
+    )  # fmt: skip
     min_known_pixels: int = declare(
         30, "Known pixels, at least", "A block with fewer known pixels is reported as not recoverable and stays "
         "missing.", _DATA, unit="px", scale="log", minimum=1, maximum=1_000_000,

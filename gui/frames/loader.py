@@ -365,7 +365,12 @@ def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
 
 def _list(how: FrameSource) -> tuple[Listing, list[Entry]]:
     listing = list_frames(
-        how.rgb, depth_units=how.depth_units, encoding=how.encoding, invalid=how.invalid, intrinsics=how.intrinsics
+        how.rgb,
+        depth_units=how.depth_units,
+        encoding=how.encoding,
+        invalid=how.invalid,
+        intrinsics=how.intrinsics,
+        min_confidence=how.min_confidence,
     )
     return listing, [Entry.of(source, of_folder=True) for source in listing.sources]
 

@@ -92,6 +92,8 @@ def _entry(origin: Origin) -> dict[str, Any] | None:
         "guide": _absolute(origin.guide),
         "encoding": origin.encoding,
         "invalid": origin.invalid,
+        "confidence": _absolute(origin.confidence),
+        "min_confidence": origin.min_confidence,
     }
 
 
@@ -122,4 +124,6 @@ def _origin(entry: dict[str, Any]) -> Origin:
         entry.get("guide"),
         entry.get("encoding"),
         entry.get("invalid"),
+        confidence=entry.get("confidence"),
+        min_confidence=entry.get("min_confidence"),
     )

@@ -12,7 +12,7 @@ from typing import TextIO
 from .. import __version__
 from ..errors import IlfError
 from ..fault_log import note_fault
-from . import bench, blocks, complete, experiments, info, judge, models, presets, project, report_page, sample
+from . import batch, bench, blocks, complete, experiments, info, judge, models, presets, project, report_page, sample
 from .ending import Interrupted, ending_when_asked
 from .parsing import Parser, UsageError
 
@@ -70,7 +70,8 @@ def build_parser() -> Parser:
     )
     parser.add_argument("--version", action="version", version=f"ilf {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for module in (complete, blocks, info, judge, report_page, bench, experiments, sample, models, presets, project):
+    often = complete, batch, blocks, info, judge, report_page
+    for module in (*often, bench, experiments, sample, models, presets, project):
         module.add_command(commands)
     return parser
 

@@ -8,21 +8,18 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ..ebs import extract
-from ..errors import InputError
 from ..io import frame_folder
-from ..io.label_files import read_mask
 from ..outcomes import Completion
 from ..parameters import DEFAULT_PRESET, PRESETS, Parameters
-from ..run import ExportOptions, Replay, Run, check_write, output_folder_name, replay, write
+from ..run import ExportOptions, Recipe, Replay, Run, check_write, output_folder_name, replay, write
 from .export_options import add_export_options, export_options, fitting, space_flags
-from .given_blocks import add_given_blocks, check_given_blocks, filled, given_blocks
+from .given_blocks import add_given_blocks, check_given_blocks
 from .parsing import (
-    BLOCK_PREFIX,
     Commands,
     UsageError,
     add_block_parameters,
     add_distrusted,
+    add_drawn,
     add_frame,
     add_guide,
     add_parameters,
@@ -68,12 +65,7 @@ def add_command(commands: Commands) -> None:
     add_truth(parser)
     add_preset(parser)
     add_given_blocks(parser, "--blocks", "--labels")
-    parser.add_argument(
-        "--drawn",
-        metavar="MASK.png",
-        help="mask of the blocks' pixels whose border was drawn by hand, which no depth gets across: an image of the "
-        "frame's size with one channel, not 0 there",
-    )
+    add_drawn(parser)
     parser.add_argument("--replay", metavar="run.json", help="make a recorded run again; all else is in the record")
     output = parser.add_argument_group("output")
     output.add_argument(
@@ -120,34 +112,17 @@ def _completed(run: Run, arguments: argparse.Namespace) -> Completion:
 
 def _new_job(arguments: argparse.Namespace) -> _Job:
     chosen = preset_from(arguments.preset)
-    parameters = with_given(chosen.parameters, arguments)
-    extraction = check_given_blocks(arguments, "--blocks", chosen.extraction)
     options = export_options(arguments)
+    recipe = Recipe(
+        with_given(chosen.parameters, arguments),
+        check_given_blocks(arguments, "--blocks", chosen.extraction),
+        arguments.dense,
+        arguments.blocks,
+        arguments.fill_gaps,
+        arguments.drawn,
+    )
     frame = frame_from(arguments)
-    blocks = given_blocks(arguments, frame)
-    if arguments.blocks is None or arguments.fill_gaps:
-        found = extract(frame, extraction)
-        blocks = filled(blocks, found, extraction)
-        run = Run(
-            frame,
-            blocks.labels,
-            parameters,
-            dense=arguments.dense,
-            extraction=extraction,
-            edited=arguments.fill_gaps,
-            network=found.network,
-            notes=blocks.notes,
-        )
-        way_out = (
-            f"Lower --{BLOCK_PREFIX}min-size or --{BLOCK_PREFIX}min-known-share, or draw blocks and give --blocks."
-        )
-    else:
-        run = Run(frame, blocks.labels, parameters, dense=arguments.dense, notes=blocks.notes)
-        way_out = "What --blocks names holds none: give a file with blocks, or add --fill-gaps."
-    if arguments.drawn is not None:
-        run = replace(run, drawn=read_mask(arguments.drawn, frame.shape))
-    if not run.blocks.any():
-        raise InputError(f"There are no blocks, so there is nothing to complete. {way_out}")
+    run = recipe.run_of(frame)
     options, missing = fitting(options, frame, arguments, ": give --intrinsics for one")
     return _Job(run, options, tuple(missing))
 
@@ -157,7 +132,8 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
         f"--{name.replace('_', '-')}"
         for name in (
             *("frame", "max_gap", "preset", "blocks", "drawn", "distrust", "guide", "truth", "truth_units"),
-            *("depth_encoding", "depth_units", "invalid", "intrinsics", "depth_formats", "png_units"),
+            *("depth_encoding", "depth_units", "invalid", "intrinsics", "min_confidence"),
+            *("depth_formats", "png_units"),
         )
         if getattr(arguments, name) is not None
     ]

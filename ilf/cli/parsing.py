@@ -58,6 +58,12 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
         metavar="KEY",
         help="frame of a folder of frames or a data set, one of those that `ilf info` tells of",
     )
+    add_max_gap(parser)
+    add_reading(parser.add_argument_group("reading the frame"))
+
+
+def add_max_gap(parser: argparse._ActionsContainer) -> None:
+    """Add the argument that says how far apart in time colour and depth may be; see `max_gap_of`."""
     parser.add_argument(
         "--max-gap",
         type=float,
@@ -65,7 +71,11 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
         help="how many seconds apart colour and depth of a frame may be, where a folder or a data set matches them by "
         f"time (default: {MOST_APART_S:g})",
     )
-    add_reading(parser.add_argument_group("reading the frame"))
+
+
+def max_gap_of(arguments: argparse.Namespace) -> float:
+    """The largest gap that `add_max_gap` asked for [s]."""
+    return MOST_APART_S if arguments.max_gap is None else float(arguments.max_gap)
 
 
 def add_reading(reading: argparse._ArgumentGroup) -> None:
@@ -89,6 +99,13 @@ def add_reading(reading: argparse._ArgumentGroup) -> None:
         "meta.json says)",
     )
     reading.add_argument(
+        "--min-confidence",
+        type=float,
+        metavar="N",
+        help="depth of a lower confidence counts as missing, where there is a confidence map: 2 for what ARKit calls "
+        "high (default: what meta.json says, otherwise all depth counts)",
+    )
+    reading.add_argument(
         "--intrinsics",
         metavar="CAMERA",
         help=f"{', '.join(INTRINSICS)}; or fx,fy,cx,cy; or a JSON file. Needed for point clouds only",
@@ -102,6 +119,16 @@ def add_distrusted(parser: argparse.ArgumentParser) -> None:
         metavar="MASK.png",
         help="mask of measured depth that is wrong (behind glass, flying pixels, glare) and counts as missing: an "
         "image of the frame's size with one channel, not 0 where depth is distrusted",
+    )
+
+
+def add_drawn(parser: argparse.ArgumentParser) -> None:
+    """Add the argument that says which borders of blocks were drawn by hand."""
+    parser.add_argument(
+        "--drawn",
+        metavar="MASK.png",
+        help="mask of the blocks' pixels whose border was drawn by hand, which no depth gets across: an image of the "
+        "frame's size with one channel, not 0 there",
     )
 
 
@@ -190,6 +217,7 @@ def reading_of(arguments: argparse.Namespace) -> dict[str, Any]:
         "encoding": arguments.depth_encoding,
         "invalid": arguments.invalid,
         "intrinsics": arguments.intrinsics,
+        "min_confidence": arguments.min_confidence,
     }
 
 
@@ -197,8 +225,7 @@ def source_from(arguments: argparse.Namespace) -> Source:
     """The folder of frames or data set that the arguments name; what there is to say of it is told."""
     if len(arguments.inputs) != 1:
         raise UsageError(f"Name one folder of frames or data set; these are {len(arguments.inputs)} paths.")
-    max_gap = MOST_APART_S if arguments.max_gap is None else arguments.max_gap
-    source = open_source(arguments.inputs[0], **reading_of(arguments), max_gap=max_gap)
+    source = open_source(arguments.inputs[0], **reading_of(arguments), max_gap=max_gap_of(arguments))
     warn(source.notes)
     return source
 
@@ -228,7 +255,10 @@ def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
     is doubtful about how it is read is told at once."""
     frame = (_frame_of_files(arguments) if arguments.frame is None else frame_of_source(arguments)).load()
     warn(frame.notes)
-    return frame if arguments.distrust is None else frame.distrusting(read_mask(arguments.distrust, frame.shape))
+    if arguments.distrust is None:
+        return frame
+    given = read_mask(arguments.distrust, frame.shape)
+    return frame.distrusting(given if frame.distrusted is None else given | frame.distrusted)
 
 
 def add_block_parameters(parser: argparse.ArgumentParser) -> None:

@@ -107,10 +107,21 @@ def _judgement_line(judgement: Judgement) -> str:
 
 
 def _recovered_line(frame: RGBDFrame, completion: Completion, seconds: float) -> str:
-    missing = int(np.count_nonzero(~frame.known))
+    missing = int(np.count_nonzero(frame.missing))
     iterations = sum(outcome.iterations for outcome in completion.outcomes.values())
     effort = f"{iterations} iterations in {seconds:.1f} s."
+    outside = _outside_sentence(frame, completion)
     if missing == 0:
-        return f"No pixel was missing. {effort}"
-    recovered = int(np.count_nonzero(completion.filled))
-    return f"{recovered} of {missing} missing pixels recovered ({recovered / missing:.1%}). {effort}"
+        return f"No pixel was missing. {outside}{effort}"
+    recovered = int(np.count_nonzero(completion.filled & frame.missing))
+    return f"{recovered} of {missing} missing pixels recovered ({recovered / missing:.1%}). {outside}{effort}"
+
+
+def _outside_sentence(frame: RGBDFrame, completion: Completion) -> str:
+    if frame.outside_view is None:
+        return ""
+    pixels, filled = (
+        int(np.count_nonzero(mask)) for mask in (frame.outside_view, frame.outside_view & completion.filled)
+    )
+    left = "left missing" if not filled else f"{filled} of them filled, though nothing could be measured there"
+    return f"{pixels} pixels outside the depth camera's view, {left}. "

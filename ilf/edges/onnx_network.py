@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 from ..errors import FormatError, InputError
 from ..io.files import read_file
 from ..stopping import check_stopped, taking
+from ..trial import in_child
+from .external_data import has_external_data
+from .proven import is_proven, remember
 
 _LARGE = 1_000_000
 """Pixels of an input from which on a net is read anew after use: it keeps what it works in, some 400 bytes for each."""
@@ -71,6 +74,8 @@ class OnnxNetwork:
     def read(cls, content: NDArray[np.uint8], path: Path) -> Self:
         """The network in a file's content, tried with small images but not kept.
 
+        What is not known to be harmless is tried in a process of its own first: the reader of networks can be crashed.
+
         Parameters
         ----------
         content : ndarray of uint8
@@ -80,16 +85,40 @@ class OnnxNetwork:
         Raises
         ------
         FormatError
-            If it is no ONNX network, or not one of this kind.
+            If it is no ONNX network, or not one of this kind, takes weights from other files, or crashes the reader.
         """
+        cls._check_content(content, path)
+        sha256, kind = hashlib.sha256(content.data).hexdigest(), cls.__name__
+        if not is_proven(sha256, kind):
+            in_child(cls._prove, content, path, file=path.name)
+            remember(sha256, kind)
+        return cls._opened(content, path)
+
+    @staticmethod
+    def _check_content(content: NDArray[np.uint8], path: Path) -> None:
+        """Refuse what would have the reader open other files."""
+        try:
+            is_outside = has_external_data(content)
+        except ValueError as error:
+            raise _unreadable(path) from error
+        if is_outside:
+            raise FormatError(
+                f"{path.name} takes weights from other files, which may be any of this computer. Export it again as "
+                "one file that holds its weights."
+            )
+
+    @classmethod
+    def _opened(cls, content: NDArray[np.uint8], path: Path) -> Self:
         try:
             net = cv2.dnn.readNetFromONNX(content)
         except cv2.error as error:
-            raise FormatError(
-                f"{path.name} cannot be read as an ONNX network. Choose an intact ONNX file that holds its weights, "
-                "or the Canny detector."
-            ) from error
+            raise _unreadable(path) from error
         return cls(net, path, content)
+
+    @classmethod
+    def _prove(cls, content: NDArray[np.uint8], path: Path) -> None:
+        """Open it once, where it may crash the process."""
+        cls._opened(content, path)
 
     def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         """All outputs; raises cv2.error where the network does not take these inputs. "" is the first input."""
@@ -114,6 +143,13 @@ class OnnxNetwork:
     def _try(self) -> None:
         """Raise FormatError for a network that is none of this kind, before it is used."""
         raise NotImplementedError
+
+
+def _unreadable(path: Path) -> FormatError:
+    return FormatError(
+        f"{path.name} cannot be read as an ONNX network. Choose an intact ONNX file that holds its weights, or the "
+        "Canny detector."
+    )
 
 
 def reflected(image: NDArray[np.generic], multiple: int, margin: int = 0) -> tuple[NDArray, tuple[slice, slice]]:

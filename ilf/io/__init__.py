@@ -7,6 +7,7 @@ from ..open3d_images import load_open3d
 from .atomic import atomic_path
 from .camera_files import intrinsics_from
 from .cloud_files import CLOUD_SUFFIXES, check_cloud_format, write_cloud
+from .confidence_files import read_confidence
 from .depth_files import (
     DEPTH_SUFFIXES,
     UINT16_MAX,
@@ -54,6 +55,7 @@ __all__ = [
     "png_fit",
     "read_blocks",
     "read_colour",
+    "read_confidence",
     "read_depth_values",
     "read_labels",
     "with_truth_file",

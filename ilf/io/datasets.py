@@ -36,6 +36,7 @@ def stated(how: FrameSource, source: FrameSource) -> FrameSource:
         depth_units=source.depth_units if says_nothing else how.depth_units,
         encoding=source.encoding if says_nothing else how.encoding,
         invalid=source.invalid if how.invalid is None else how.invalid,
+        min_confidence=source.min_confidence if how.min_confidence is None else how.min_confidence,
         intrinsics=source.intrinsics if how.intrinsics is None else how.intrinsics,
     )
 

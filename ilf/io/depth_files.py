@@ -5,8 +5,7 @@ from __future__ import annotations
 import io
 import math
 import os
-import tokenize
-import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,8 +16,12 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import ExportError, FormatError, ParameterError
 from ..numbers import as_float
 from .atomic import write_bytes
+from .colmap_files import COLMAP_SUFFIX, read_colmap
+from .exr_files import read_exr
 from .files import FileContent, FileSource, read_file
-from .images import check_pixel_count, encode_image, read_image
+from .images import encode_image, read_image
+from .npy_files import read_npy, read_npz
+from .pfm_files import read_pfm
 
 DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
 """Suffixes that `write_depth` knows."""
@@ -26,11 +29,17 @@ DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
 UINT16_MAX = 65535
 """Largest value of a 16-bit PNG."""
 
-# whatever a header that is parsed as Python text can lead to
-_NPY_ERRORS = (
-    ValueError, TypeError, SyntaxError, ArithmeticError, OSError, EOFError, MemoryError, RecursionError,
-    tokenize.TokenError,
-)  # fmt: skip
+_DEPTH_ARRAYS = "depth", "depths"
+"""Names by which an NPZ with several arrays is asked for depth."""
+
+_READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
+    ".npy": read_npy,
+    ".npz": lambda file: read_npz(file, _DEPTH_ARRAYS),
+    ".exr": read_exr,
+    ".pfm": read_pfm,
+    COLMAP_SUFFIX: read_colmap,
+}
+"""Suffix -> reader of depth files that are no images of the usual kinds."""
 
 
 def read_depth_values(path: FileSource) -> NDArray[Any]:
@@ -39,7 +48,7 @@ def read_depth_values(path: FileSource) -> NDArray[Any]:
     Parameters
     ----------
     path : path-like
-        16-bit PNG or PGM, integer or floating-point TIFF, or NPY.
+        16-bit PNG or PGM, integer or floating-point TIFF, NPY or NPZ, EXR, PFM, or a depth map of COLMAP (.bin).
 
     Returns
     -------
@@ -49,12 +58,12 @@ def read_depth_values(path: FileSource) -> NDArray[Any]:
     Raises
     ------
     InputError
-        If there is no such file.
+        If there is no such file, or the package that reads EXR is not installed.
     FormatError
         If it is damaged or holds something other than depth, such as a picture of depth.
     """
     content = read_file(path)
-    values = read_npy(content) if content.path.suffix.lower() == ".npy" else read_image(content)
+    values = _READERS.get(content.path.suffix.lower(), read_image)(content)
     if values.dtype.kind in "iu" and values.dtype.itemsize == 1:
         channels = f", {values.shape[2]} channels" if values.ndim == 3 else ""
         raise FormatError(
@@ -275,30 +284,3 @@ def _as_uint16(metres: NDArray[np.float32], units: float) -> tuple[NDArray[np.ui
 
 def _in_units(metres: NDArray[np.floating], units: float) -> NDArray[np.float64]:
     return np.rint(metres.astype(np.float64) * units)
-
-
-def read_npy(file: FileContent) -> NDArray[Any]:
-    """The array of an NPY file; raises FormatError if it is damaged or holds Python objects."""
-    stream = io.BytesIO(file.data.data)
-    try:
-        # np.load would otherwise go on to try archives and pickles
-        version = np.lib.format.read_magic(stream)
-        read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # that Python 2 has written it is no harm
-            shape, in_columns, dtype = read_header(stream)
-        if dtype.hasobject:
-            raise ValueError("it holds Python objects")
-        # what a header asks for must be there before any memory is taken
-        wanted, there = math.prod(shape) * dtype.itemsize, file.data.size - stream.tell()
-        if wanted > there:
-            raise ValueError(f"{wanted} bytes of values are announced, {there} are there")
-        values = np.frombuffer(file.data, dtype, math.prod(shape), stream.tell())
-    except _NPY_ERRORS as error:
-        raise FormatError(
-            f"{file}: this NPY cannot be read ({error!s:.120}): it is truncated, damaged, or holds Python "
-            "objects. Save a plain float32 or uint16 array with numpy.save."
-        ) from error
-    if len(shape) >= 2:
-        check_pixel_count(file, shape[1], shape[0])
-    return values.reshape(shape, order="F" if in_columns else "C").copy(order="C")

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import FormatError
+from .colmap_files import COLMAP_SUFFIX
 from .depth_files import read_depth_values
 from .doubts import Doubt, doubts_of
 from .encodings import DepthEncoding, EncodingSpec, beyond_sensors, chosen_encoding, is_name
 from .files import FileContent
+
+_SCENE = Doubt(
+    "Depth maps of COLMAP are in the unit of their reconstruction, which is read as metres here: give its units per "
+    "metre as depth units, or m as the encoding if it was scaled to metres."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +40,8 @@ class DepthReading:
         Whether it was given or stated by a name.
     left_out : str
         What was known by the file, and is missing, because no sensor can give it; "" for nothing.
+    file_doubt : Doubt or None
+        What speaks against the encoding for whatever values files of this kind have.
     """
 
     values: NDArray[Any]
@@ -41,11 +50,13 @@ class DepthReading:
     is_assumed: bool
     is_named: bool
     left_out: str
+    file_doubt: Doubt | None = None
 
     @cached_property
     def doubts(self) -> tuple[Doubt, ...]:
         """What speaks against the encoding."""
-        return doubts_of(self.values, self.metres, self.encoding, self.is_named)
+        found = doubts_of(self.values, self.metres, self.encoding, self.is_named)
+        return found if self.file_doubt is None else (self.file_doubt, *found)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -80,14 +91,25 @@ def read_depth(
     InputError, FormatError, ParameterError
         As `read_depth_values` and `encoding_of` do.
     """
-    values = read_depth_values(file)
-    encoding = chosen_encoding(values, file.path, given, stated, invalid)
+    return reading_of(read_depth_values(file), file.path, given, stated, invalid)
+
+
+def reading_of(
+    values: NDArray[Any],
+    path: Path,
+    given: EncodingSpec | None = None,
+    stated: EncodingSpec | None = None,
+    invalid: float | None = None,
+) -> DepthReading:
+    """The same for the values (H, W) of a depth image that came from `path`."""
+    encoding = chosen_encoding(values, path, given, stated, invalid)
     try:
         metres, left_out = decoded(values, encoding)
     except FormatError as error:
-        raise FormatError(f"{file}: {error}") from error
+        raise FormatError(f"{path}: {error}") from error
     spec = stated if given is None else given
-    return DepthReading(values, metres, encoding, spec is None, is_name(spec), left_out)
+    of_scene = spec is None and path.suffix.lower() == COLMAP_SUFFIX
+    return DepthReading(values, metres, encoding, spec is None, is_name(spec), left_out, _SCENE if of_scene else None)
 
 
 def decoded(values: NDArray[Any], encoding: DepthEncoding) -> tuple[NDArray[np.float32], str]:

@@ -22,9 +22,10 @@ FARTHEST_DEPTH = 300.0
 
 _FARTHEST_KINECT = 10.0
 _BOP = "bop"
+_DISPARITY = "disparity"
 
 EncodingSpec = str | float
-"""A name of `ENCODINGS`, "bop", "bop:SCALE", or a number of file units per metre."""
+"""A name of `ENCODINGS`, "bop", "bop:SCALE", "disparity:FB", or a number of file units per metre."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,9 @@ class DepthEncoding:
         Values are the raw disparity of a Kinect v1, with the constants of NYU Depth V2's toolbox.
     invalid : float or None
         The file's value that stands for missing, beside zero, negative and not finite ones.
+    focal_baseline : float or None
+        Values are the disparity of a rectified stereo pair, whose focal length times baseline this is, in the file's
+        unit of disparity times metres: depth = this / value.
     """
 
     name: str | None
@@ -55,11 +59,12 @@ class DepthEncoding:
     is_rotated: bool = False
     is_disparity: bool = False
     invalid: float | None = None
+    focal_baseline: float | None = None
 
     @property
     def text(self) -> str:
         """In words."""
-        way = f"{self.units:g} units per metre" if self.name is None else f"{self.name}, {MEANINGS[self.name]}"
+        way = f"{self.units:g} units per metre" if self.name is None else f"{self.name}, {MEANINGS[_kind(self.name)]}"
         return way if not self.invalid else f"{way}, {self.invalid:g} is missing"
 
     @property
@@ -84,6 +89,9 @@ class DepthEncoding:
     def _decoded(self, values: NDArray[Any]) -> NDArray[np.float32]:
         if self.name is None:
             return depth_in_metres(values, self.units)
+        if self.focal_baseline is not None:
+            with np.errstate(all="ignore"):
+                return depth_in_metres(self.focal_baseline / values.astype(np.float64), 1.0)
         if values.dtype != np.uint16:
             raise FormatError(
                 f"The encoding {self.name} is one of whole numbers of 16 bits, not of {values.dtype}. Give the one "
@@ -113,7 +121,8 @@ ENCODINGS: dict[str, DepthEncoding] = {
     "kinect-raw": DepthEncoding("kinect-raw", 1.0, is_disparity=True),
     "mm-swapped": DepthEncoding("mm-swapped", 1000.0, is_swapped=True),
 }
-"""Name -> encoding. Beside these there is "bop", whose scale stands in the scene_camera.json of the scene."""
+"""Name -> encoding. Beside these there is "bop", whose scale stands in the scene_camera.json of the scene, and
+"disparity:FB"."""
 
 MEANINGS: dict[str, str] = {
     "mm": "millimetres",
@@ -129,6 +138,7 @@ MEANINGS: dict[str, str] = {
     "kinect-raw": "disparity of a Kinect v1",
     "mm-swapped": "millimetres with swapped bytes",
     _BOP: "by the depth_scale in scene_camera.json (BOP)",
+    _DISPARITY: "disparity:FB, disparity of a stereo pair, with focal length x baseline FB",
 }
 """Name -> what it is, in words, for all names that `encoding_of` takes."""
 
@@ -140,7 +150,8 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
     ----------
     spec : str or float
         A name of `ENCODINGS`; a number of file units per metre, also as text; "bop:SCALE" for millimetres = value times
-        SCALE; or "bop", which takes it from the scene's scene_camera.json.
+        SCALE; "bop", which takes it from the scene's scene_camera.json; or "disparity:FB" for metres = FB / value,
+        where FB is focal length [px] times baseline [m], times 256 if the file holds disparity times 256.
     depth : Path, optional
         The depth file, for "bop".
 
@@ -165,7 +176,15 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
         return ENCODINGS[name]
     if needs_its_scene(name):
         return DepthEncoding(None, 1000 / _scale_beside(depth))
+    if name == _DISPARITY:
+        raise ParameterError(
+            "Disparity becomes depth by focal length [px] times baseline [m] of its stereo pair: give disparity:FB, "
+            "such as disparity:52.5 for 525 px and 0.1 m."
+        )
     try:
+        if _kind(name) == _DISPARITY:
+            product = checked_units(float(name.partition(":")[2]))
+            return DepthEncoding(f"{_DISPARITY}:{product!r}", 1.0, focal_baseline=product)
         if name.startswith(f"{_BOP}:"):
             scale = checked_units(float(name.removeprefix(f"{_BOP}:")))
             return DepthEncoding(None, checked_units(1000 / scale))
@@ -186,7 +205,12 @@ def needs_its_scene(spec: EncodingSpec) -> bool:
 
 def is_name(spec: EncodingSpec | None) -> bool:
     """Whether it names an encoding, and is not just a number of units."""
-    return isinstance(spec, str) and spec.strip().lower().partition(":")[0] in MEANINGS
+    return isinstance(spec, str) and _kind(spec) in MEANINGS
+
+
+def _kind(name: str) -> str:
+    """What stands before the number of a name that has one."""
+    return name.strip().lower().partition(":")[0]
 
 
 def chosen_encoding(

@@ -9,9 +9,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..errors import DepthWarning, FormatError, InputError, ParameterError
 from ..frame import CameraIntrinsics, FrameInputs, InputFile, RGBDFrame
 from .camera_files import IntrinsicsSpec, intrinsics_from
+from .colmap_files import COLMAP_SUFFIX
+from .confidence_files import CONFIDENCE_SUFFIXES, NO_MAP, UNUSED, below, checked_least, read_confidence
 from .depth_files import checked_units
 from .depth_reading import DepthReading, read_depth
 from .encodings import EncodingSpec, checked_invalid, encoding_of, needs_its_scene, one_encoding
@@ -19,11 +24,12 @@ from .files import FileContent, read_file, read_json
 from .guide_files import GUIDE_SUFFIXES, load_guide
 from .images import read_colour
 from .naming import name_by
+from .recorded import read_recorded
 from .truth_files import is_truth, with_truth_file
 
 META_NAME = "meta.json"
 COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
-DEPTH_FILE_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy")
+DEPTH_FILE_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy", ".npz", ".exr", ".pfm", COLMAP_SUFFIX)
 
 
 @dataclass(frozen=True)
@@ -50,6 +56,10 @@ class FrameFiles:
         Its file units per metre, if stated.
     guide : Path or None
         Of a guide, if there is any.
+    confidence : Path or None
+        Of a confidence map, if there is any.
+    min_confidence : float or None
+        The confidence below which depth counts as missing, if stated.
     """
 
     rgb: Path
@@ -63,6 +73,8 @@ class FrameFiles:
     guide: Path | None = None
     encoding: EncodingSpec | None = None
     invalid: float | None = None
+    confidence: Path | None = None
+    min_confidence: float | None = None
 
     @property
     def stated_encoding(self) -> EncodingSpec | None:
@@ -82,25 +94,28 @@ def load_frame(
     truth: str | os.PathLike[str] | None = None,
     truth_units: float | None = None,
     guide: str | os.PathLike[str] | None = None,
+    confidence: str | os.PathLike[str] | None = None,
+    min_confidence: float | None = None,
+    frame: str | None = None,
     beside: bool = True,
     warn: bool = True,
 ) -> RGBDFrame:
-    """Read a registered RGB-D frame.
+    """Read an RGB-D frame: of registered images, or of a recording, whose depth is registered where it is not.
 
     Parameters
     ----------
     rgb : path-like
         Colour PNG, JPEG or TIFF; or, without `depth`, a folder with meta.json, a colour image `rgb.*` and
-        depth `depth.*`.
+        depth `depth.*`; or, with `frame`, a recording.
     depth : path-like, optional
-        Depth as 16-bit PNG, 16-bit or float TIFF, 16-bit PGM, or NPY.
+        Depth as 16-bit PNG, 16-bit or float TIFF, 16-bit PGM, NPY or NPZ, EXR, PFM, or a depth map of COLMAP (.bin).
     depth_units : float, optional
         File units per metre: the encoding of most files, as a number.
     encoding : str or float, optional
         How the values of the depth file become metres: a name of `ilf.io.ENCODINGS` ("mm", "tum", "sun", "nyu-raw",
-        ...), "bop", "bop:SCALE", or file units per metre. It goes in place of `depth_units`. Without both, what
-        meta.json says counts, also for two files that lie beside it (see `frame_beside`); without that, 1000 units per
-        metre if they hold integers and 1 if they hold floats. An encoding that is named is not doubted.
+        ...), "bop", "bop:SCALE", "disparity:FB", or file units per metre. It goes in place of `depth_units`. Without
+        both, what meta.json says counts, also for two files that lie beside it (see `frame_beside`); without that, 1000
+        units per metre if they hold integers and 1 if they hold floats. An encoding that is named is not doubted.
     invalid : float, optional
         The file's value that stands for missing, beside zero, negative and not finite ones; 0 says that there is none.
         None takes what meta.json says.
@@ -115,6 +130,14 @@ def load_frame(
         integers, 1 if it holds floats.
     guide : path-like, optional
         What something else says of the depth, see `ilf.io.load_guide`. None takes that of the folder, if it has any.
+    confidence : path-like, optional
+        How sure the sensor was of its depth, see `ilf.io.read_confidence`. None takes that of the folder, if it has
+        any.
+    min_confidence : float, optional
+        Depth of a lower confidence counts as missing: it is the frame's distrusted depth. None takes what meta.json
+        says; without that, all depth counts. Where there is no confidence map it changes nothing, which is a note.
+    frame : str, optional
+        The key of a frame of a recording, see `ilf.open_source`.
     beside : bool
         Whether a meta.json that lies beside two files counts.
     warn : bool
@@ -129,13 +152,13 @@ def load_frame(
     Raises
     ------
     InputError
-        If a file is missing, the sizes differ, no depth is known, the depth scale is absurd, or that of the truth does
-        not fit it.
+        If a file is missing, the sizes differ, no depth is known or none that is sure enough, the depth scale is
+        absurd, or that of the truth does not fit it.
     FormatError
         If a file is damaged or holds something other than its role asks for.
     ParameterError
         If depth or truth units are not a positive number, there is no such encoding, there are both units and an
-        encoding, or there are units of a truth that there is not.
+        encoding, there are units of a truth that there is not, or the least confidence is no number.
 
     Examples
     --------
@@ -145,12 +168,49 @@ def load_frame(
     ('room', (480, 640), 0.168, False)
     """
     given = one_encoding(encoding, depth_units)
-    files = files_of(rgb, depth, beside)
-    if depth is None and files.stated_encoding is None and given is None:
-        raise FormatError(
-            f"{Path(rgb) / META_NAME} has no depth_units_per_m and no depth_encoding: add the file units per metre "
-            "(1000 for millimetres) or the encoding's name, or give depth units."
-        )
+    known_confidence: Path | NDArray[Any] | None
+    if frame is not None:
+        if depth is not None:
+            raise ParameterError("A frame of a recording has its depth in it: leave the depth file out.")
+        recorded = read_recorded(rgb, frame, given, invalid)
+        camera = intrinsics_from(intrinsics, recorded.shape)
+        loaded, read = recorded.frame(camera, name), recorded.reading
+        known_guide, known_truth, known_units = None, None, None
+        known_confidence, stated_least = recorded.stored.confidence, None
+    else:
+        files = files_of(rgb, depth, beside)
+        if depth is None and files.stated_encoding is None and given is None:
+            raise FormatError(
+                f"{Path(rgb) / META_NAME} has no depth_units_per_m and no depth_encoding: add the file units per metre "
+                "(1000 for millimetres) or the encoding's name, or give depth units."
+            )
+        loaded, read = _from_files(files, given, invalid, intrinsics, name)
+        known_guide, known_truth, known_units = files.guide, files.truth, files.truth_units
+        known_confidence, stated_least = files.confidence, files.min_confidence
+    if warn and loaded.inputs is not None:
+        for note in read.warnings:
+            warnings.warn(f"{loaded.inputs.depth.path}: {note}", DepthWarning, stacklevel=2)
+    least = stated_least if min_confidence is None else checked_least(min_confidence)
+    loaded = _sure_enough(loaded, known_confidence if confidence is None else confidence, least)
+    if (chosen_guide := known_guide if guide is None else guide) is not None:
+        loaded = loaded.with_guide(load_guide(chosen_guide, loaded.shape))
+    chosen = known_truth if truth is None else truth
+    if chosen is None:
+        if truth_units is not None:
+            raise ParameterError("There are units of a truth, but no truth: give its file, too.")
+        return loaded
+    stated = known_units if truth is None else None
+    return with_truth_file(loaded, chosen, stated if truth_units is None else truth_units)
+
+
+def _from_files(
+    files: FrameFiles,
+    given: EncodingSpec | None,
+    invalid: float | None,
+    intrinsics: IntrinsicsSpec | None,
+    name: str | None,
+) -> tuple[RGBDFrame, DepthReading]:
+    """A frame without truth and guide, and how its depth was read."""
     rgb_file, depth_file = read_file(files.rgb), read_file(files.depth)
     colour = read_colour(rgb_file)
     read = _read_depth(files, depth_file, given, invalid)
@@ -185,19 +245,20 @@ def load_frame(
     except InputError as error:
         others = "".join(f" {doubt.text}" for doubt in read.doubts if doubt.encoding is not None)
         raise InputError(f"{files.depth}: {error}{others}") from error
-    if warn:
-        for note in read.warnings:
-            warnings.warn(f"{files.depth}: {note}", DepthWarning, stacklevel=2)
-    known_guide = files.guide if guide is None else guide
-    if known_guide is not None:
-        frame = frame.with_guide(load_guide(known_guide, frame.shape))
-    chosen = files.truth if truth is None else truth
-    if chosen is None:
-        if truth_units is not None:
-            raise ParameterError("There are units of a truth, but no truth: give its file, too.")
-        return frame
-    stated = files.truth_units if truth is None else None
-    return with_truth_file(frame, chosen, stated if truth_units is None else truth_units)
+    return frame, read
+
+
+def _sure_enough(
+    frame: RGBDFrame, confidence: str | os.PathLike[str] | NDArray[Any] | None, least: float | None
+) -> RGBDFrame:
+    """A frame without depth that is less sure than the least confidence, by a map or a file that holds one."""
+    low, told = None, UNUSED
+    if confidence is None:
+        told = "" if least is None else NO_MAP
+    elif least is not None:
+        values = confidence if isinstance(confidence, np.ndarray) else read_confidence(confidence, frame.shape)
+        low, told = below(values, least, frame.depth)
+    return replace(frame, distrusted=low, notes=(*frame.notes, told)) if told else frame
 
 
 def read_frame_depth(rgb: str, depth: str | None, given: EncodingSpec | None, invalid: float | None) -> DepthReading:
@@ -237,7 +298,8 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         fy, cx, cy], `rgb` and `depth` (where the images are; `rgb.*` and `depth.*` in the folder if left out), `gt`
         (where the truth is, `gt.*` in the folder if left out; or, in words, what that is worth: nothing if they say
         that it was filled in, or are empty), `gt_units_per_m`, `guide` (where a guide is, `guide.*` in the folder if
-        left out), and `run` (the record without which the folder is a half-written one).
+        left out), `confidence` (where a confidence map is, `confidence.*` in the folder if left out), `min_confidence`
+        (below which depth counts as missing), and `run` (the record without which the folder is a half-written one).
 
     Raises
     ------
@@ -263,8 +325,9 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         one_encoding(encoding, units)
         invalid = None if meta.get("depth_invalid") is None else checked_invalid(meta["depth_invalid"])
         camera = None if meta.get("K") is None else intrinsics_from({"K": meta["K"]})
+        least = None if meta.get("min_confidence") is None else checked_least(meta["min_confidence"])
         size, name = _meta_size(meta.get("size")), meta.get("name") or root.name
-        named = {key: meta.get(key) for key in ("rgb", "depth", "gt", "guide", "run")}
+        named = {key: meta.get(key) for key in ("rgb", "depth", "gt", "guide", "confidence", "run")}
         for key, value in {"name": name, **named}.items():
             if not isinstance(value, str | None):
                 raise InputError(f"{key} must be text, not {value!r:.60}.")
@@ -285,7 +348,10 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     depth = _named_image(root, named["depth"]) or _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint)
     guide = _named_image(root, named["guide"]) or _found(root, "guide", GUIDE_SUFFIXES)
     truth = _truth_in(root, named["gt"])
-    return FrameFiles(rgb, depth, units, camera, size, name, truth, truth_units, guide, encoding, invalid)
+    confidence = _named_image(root, named["confidence"]) or _found(root, "confidence", CONFIDENCE_SUFFIXES)
+    return FrameFiles(
+        *(rgb, depth, units, camera, size, name, truth, truth_units, guide, encoding, invalid, confidence, least)
+    )
 
 
 def _truth_in(root: Path, worth: str | None) -> Path | None:

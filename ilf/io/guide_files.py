@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import os
-import zipfile
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,15 +13,24 @@ from numpy.typing import NDArray
 from ..errors import FormatError, InputError
 from ..guide import Guide
 from .atomic import write_bytes
-from .depth_files import read_npy
-from .files import MAX_FILE_BYTES, FileContent, FileSource, read_file
+from .exr_files import read_exr
+from .files import FileContent, FileSource, read_file
 from .images import read_image
+from .npy_files import read_npy, read_npz
+from .pfm_files import read_pfm
 
-GUIDE_SUFFIXES = (".png", ".npy", ".npz", ".tif", ".tiff", ".pgm")
+GUIDE_SUFFIXES = (".png", ".npy", ".npz", ".tif", ".tiff", ".pgm", ".pfm", ".exr")
 """Of files that a guide can be read from."""
 
 _USUAL_NAMES = ("guide", "depth", "disparity", "prediction")
 """Names by which an NPZ with several arrays is asked for one, the first that is there."""
+
+_READERS: dict[str, Callable[[FileContent], NDArray[Any]]] = {
+    ".npy": read_npy,
+    ".npz": lambda file: read_npz(file, _USUAL_NAMES),
+    ".pfm": read_pfm,
+    ".exr": read_exr,
+}
 
 
 def load_guide(path: FileSource, shape: tuple[int, int] | None = None) -> Guide:
@@ -30,8 +39,8 @@ def load_guide(path: FileSource, shape: tuple[int, int] | None = None) -> Guide:
     Parameters
     ----------
     path : path-like
-        PNG or PGM with 8 or 16 bits, TIFF, NPY, or NPZ with one array, or one that is called guide, depth, disparity or
-        prediction. NPY and NPZ of shape (2, H, W) have a confidence from 0 to 1 beside the values.
+        PNG or PGM with 8 or 16 bits, TIFF, PFM, EXR, NPY, or NPZ with one array, or one that is called guide, depth,
+        disparity or prediction. NPY and NPZ of shape (2, H, W) have a confidence from 0 to 1 beside the values.
     shape : (int, int), optional
         Height and width of the frame, which it is resized to; it must have the same aspect.
 
@@ -44,12 +53,7 @@ def load_guide(path: FileSource, shape: tuple[int, int] | None = None) -> Guide:
     """
     content = read_file(path)
     suffix = content.path.suffix.lower()
-    if suffix == ".npy":
-        array = read_npy(content)
-    elif suffix == ".npz":
-        array = _from_npz(content)
-    else:
-        array = _one_channel(content, read_image(content))
+    array = _READERS[suffix](content) if suffix in _READERS else _one_channel(content, read_image(content))
     try:
         guide = Guide.of_array(array, str(content.path))
         return guide if shape is None else guide.of_size(shape)
@@ -75,23 +79,3 @@ def _one_channel(file: FileContent, image: NDArray[Any]) -> NDArray[Any]:
             "themselves, in grey or as NPY."
         )
     return colours[..., 0]
-
-
-def _from_npz(file: FileContent) -> NDArray[Any]:
-    try:
-        with zipfile.ZipFile(io.BytesIO(file.data.tobytes())) as archive:
-            members = {entry.filename.removesuffix(".npy"): entry for entry in archive.infolist()}
-            name = next((name for name in _USUAL_NAMES if name in members), None)
-            if name is None and len(members) == 1:
-                name = next(iter(members))
-            if name is None:
-                raise FormatError(
-                    f"{file} has {len(members)} arrays ({', '.join(sorted(members))!s:.80}) and none of them is called "
-                    f"{', '.join(_USUAL_NAMES)}. Save the guide as guide."
-                )
-            if members[name].file_size > MAX_FILE_BYTES:
-                raise FormatError(f"{file}: {name} is larger than 1 GiB. Is this the right file?")
-            data = np.frombuffer(archive.read(members[name]), np.uint8)
-    except (zipfile.BadZipFile, EOFError, OSError, RuntimeError, ValueError) as error:
-        raise FormatError(f"{file}: this NPZ cannot be read ({error!s:.120}). Save it again.") from error
-    return read_npy(FileContent(file.path, data))

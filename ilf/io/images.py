@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -10,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import FormatError
+from ..errors import FormatError, InputError
 from ..memory import check_fits
 from .files import FileSource, read_file
 from .headers import check_checksums, image_header
@@ -90,6 +91,26 @@ def read_colour(path: FileSource) -> NDArray[np.uint8]:
         raise FormatError(f"{path}: colour must have 1, 3 or 4 channels, not {image.shape[2]}. Export it as RGB.")
     blue_first = image[..., :3]
     return np.ascontiguousarray(np.broadcast_to(blue_first[..., ::-1], (*image.shape[:2], 3)))
+
+
+def scaled_colour(rgb: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8]:
+    """Colour (h, w, 3) at the pixels of another size (height, width): the mean of what falls into each pixel, where it
+    becomes smaller. The same where it has that size.
+
+    Raises
+    ------
+    InputError
+        If the two sizes differ in their aspect.
+    """
+    if rgb.shape[:2] == shape:
+        return rgb
+    if not math.isclose(shape[0], shape[1] / rgb.shape[1] * rgb.shape[0], abs_tol=1.0):
+        raise InputError(
+            f"Colour is {rgb.shape[1]} x {rgb.shape[0]} and depth {shape[1]} x {shape[0]}, which has another aspect: "
+            "they do not show the same view."
+        )
+    how = cv2.INTER_AREA if rgb.shape[0] >= shape[0] else cv2.INTER_LINEAR
+    return np.asarray(cv2.resize(rgb, shape[::-1], interpolation=how), np.uint8)
 
 
 def check_pixel_count(path: object, width: int, height: int) -> None:

@@ -1,9 +1,8 @@
-"""Which frames a folder holds, by the names of its files: no image is read."""
+"""Which frames a folder or a recording holds, by names and indices: no image is decoded."""
 
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,6 +11,7 @@ from ..errors import FormatError, InputError, ParameterError
 from ..number_words import counted
 from .bop import CAMERA_FILE
 from .camera_files import IntrinsicsSpec
+from .confidence_files import checked_least
 from .datasets import (
     SEVEN_SCENES_NOTE,
     bop_frames,
@@ -27,6 +27,7 @@ from .encodings import EncodingSpec, one_encoding
 from .frame_source import FrameSource
 from .frames import META_NAME
 from .pairing import Pairs, natural, paired, told_apart
+from .recordings import Topics, is_recording, opened, recording_suffixes
 from .time_lists import ASSOCIATION_FILES, MOST_APART_S, UNITS, associated, read_associations, read_time_list
 from .time_names import paired_by_time, time_of
 
@@ -37,7 +38,7 @@ WHAT_A_FOLDER_HOLDS = (
     f"A folder of frames holds one of these: a folder for each frame, with {META_NAME} and its images, or with rgb.png "
     "and depth.png; a folder rgb (or color, colour, image) and a folder depth, with files of the same names or "
     "numbers; colour and depth files side by side, as 0001_rgb.png and 0001_depth.png; rgb.txt and depth.txt, which "
-    "list files by time; scenes of BOP or frames of SUN RGB-D."
+    "list files by time; scenes of BOP, frames of SUN RGB-D or raw files of NYU Depth."
 )
 
 
@@ -54,7 +55,8 @@ class Listing:
     times : tuple of float
         Of the frames' colour [s]; empty where they are not known.
     is_registered : bool
-        Whether colour and depth show the same pixels; the intrinsics of the frames are those of depth.
+        Whether colour and depth show the same pixels. Those of files, where they do not, are read as they are, with the
+        intrinsics of depth; those of recordings are registered.
     """
 
     sources: tuple[FrameSource, ...]
@@ -70,14 +72,16 @@ def list_frames(
     encoding: EncodingSpec | None = None,
     invalid: float | None = None,
     intrinsics: IntrinsicsSpec | None = None,
+    min_confidence: float | None = None,
     max_gap: float = MOST_APART_S,
+    topics: Topics | None = None,
 ) -> Listing:
-    """Find the frames of a folder.
+    """Find the frames of a folder or a recording.
 
     It may hold a folder for each frame; a folder of colour and one of depth, matched by names or numbers, or by time
     where names are times; colour and depth files side by side; or lists of both by time, whose depth has 5000 units per
     metre unless others are given. Frames and sequences of BOP, SUN RGB-D and 7-Scenes are read as these have them. A
-    frame folder gives just itself.
+    frame folder gives just itself. Recordings (see `ilf.open_source`) have frames inside, which are not decoded.
 
     Parameters
     ----------
@@ -86,8 +90,12 @@ def list_frames(
         How the depth of all frames is read, as for `ilf.load_frame`. None takes what is known of each.
     intrinsics : optional
         Of all frames; anything that `ilf.io.intrinsics_from` takes.
+    min_confidence : float, optional
+        As for `ilf.load_frame`.
     max_gap : float
         How far apart in time [s] colour and depth of one frame may be, where they are matched by time.
+    topics : tuple of str, optional
+        Those of colour and depth, in a recording of ROS that has several cameras. None takes those that suit best.
 
     Raises
     ------
@@ -96,7 +104,7 @@ def list_frames(
     FormatError
         If it has lists by time or calibrations that are damaged.
     ParameterError
-        If there are both units and an encoding, or `max_gap` is no length of time.
+        If there are both units and an encoding, `max_gap` is no length of time, or there are `topics` of what has none.
 
     Examples
     --------
@@ -108,11 +116,19 @@ def list_frames(
     one_encoding(encoding, depth_units)
     if not max_gap >= 0:
         raise ParameterError(f"The largest gap in time must be 0 s or more, not {max_gap!r:.60}.")
-    how = FrameSource("", None, depth_units, intrinsics, encoding=encoding, invalid=invalid)
+    how = FrameSource(
+        *("", None, depth_units, intrinsics),
+        encoding=encoding,
+        invalid=invalid,
+        min_confidence=None if min_confidence is None else checked_least(min_confidence),
+    )
+    if is_recording(root):
+        return _recorded(root, how, max_gap, topics)
+    if topics is not None:
+        raise ParameterError(f"{root} is no recording of ROS: it has no topics to choose from.")
     content = _content(root)
     if META_NAME in content.files:
         return Listing((replace(how, rgb=str(root)),))
-    _refuse_misread(root, content)
     if {"rgb.txt", "depth.txt"} <= content.files or content.file(ASSOCIATION_FILES) is not None:
         return _by_time(root, content, how, max_gap)
     if is_bop(content.files):
@@ -162,7 +178,10 @@ def _content(folder: str | Path) -> _Content:
         with os.scandir(folder) as entries:
             shown = [(entry.name, _is_folder(entry)) for entry in entries if not entry.name.startswith(".")]
     except NotADirectoryError:
-        raise InputError(f"{folder} is a file. Name the folder that holds the frames.") from None
+        raise InputError(
+            f"{folder} is a file, and no recording by its name ({', '.join(recording_suffixes())}). Name the folder "
+            "that holds the frames."
+        ) from None
     except FileNotFoundError:
         raise InputError(f"{folder}: there is no such folder. Check the name.") from None
     except (OSError, ValueError) as error:
@@ -180,13 +199,15 @@ def _is_folder(entry: os.DirEntry[str]) -> bool:
         return False
 
 
-def _refuse_misread(root: Path, content: _Content) -> None:
-    """Raise for what looks like frames, and would give wrong depth."""
-    if any(re.match(r"d-.*\.pgm$", name) for name in content.files):
-        raise InputError(
-            f"{root} would be read wrongly: it looks like raw files of NYU Depth, whose depth is not registered to "
-            "colour. Register it, and write 16-bit PNG in millimetres."
-        )
+def _recorded(path: Path, how: FrameSource, max_gap: float, topics: Topics | None) -> Listing:
+    """The frames of a recording."""
+    with opened(path) as recording:
+        if topics is not None and not recording.has_topics:
+            raise ParameterError(f"{path} is {recording.kind}: it has no topics to choose from.")
+        index = recording.index(max_gap, topics)
+        registered = recording.cameras(index.keys[0]).is_registered
+    sources = tuple(replace(how, rgb=str(path), frame=key) for key in index.keys)
+    return Listing(sources, index.notes, index.times, registered)
 
 
 def _of_scenes(root: Path, scenes: list[str], how: FrameSource) -> Listing:

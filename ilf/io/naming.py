@@ -17,3 +17,14 @@ def name_by(rgb: Path) -> str:
     ('desk', '0001_rgb')
     """
     return rgb.parent.name if rgb.stem.lower() in _PLAIN_NAMES and rgb.parent.name else rgb.stem
+
+
+def name_of_recorded(path: Path, key: str) -> str:
+    """The name of a frame of a recording.
+
+    Examples
+    --------
+    >>> name_of_recorded(Path("/data/desk.bag"), "12.033000000")
+    'desk 12.033000000'
+    """
+    return f"{path.stem} {key.rpartition('/')[2]}"

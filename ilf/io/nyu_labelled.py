@@ -16,14 +16,19 @@ from numpy.typing import NDArray
 
 from ..camera import IMAGE_SIZES, INTRINSICS
 from ..errors import FormatError, InputError
-from ..extras import optional
 from ..frame import RGBDFrame
+from ..trial import in_child
 from .files import existing_file
+from .hdf5_files import dataset, open_hdf5, rows
+from .images import check_pixel_count
 
 MAT_SUFFIX = ".mat"
 SPLIT_FILE, TEST_FRAMES = "splits.mat", "testNdxs"
 
-_CAMERA = "nyu-kinect-v1"
+_MOST_FRAMES = 1_000_000
+CAMERA = "nyu-kinect-v1"
+"""Preset of its intrinsics."""
+
 _IMAGES, _FILLED, _RAW = "images", "depths", "rawDepths"
 
 
@@ -43,42 +48,44 @@ class NyuLabelled:
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        h5py = optional("h5py", "experiments", "Reading NYU Depth V2's labelled file")
-
         self.path = Path(path).absolute()
         if not self.path.is_file() or self.path.stat().st_size == 0:
             existing_file(self.path)  # says what is wrong with it
+        self._file = open_hdf5(self.path, str(self.path), "experiments", "Reading NYU Depth V2's labelled file")
         try:
-            self._file = h5py.File(self.path, "r")
-        except OSError as error:
-            raise FormatError(
-                f"{self.path} is not a whole MATLAB v7.3 (HDF5) file. Download nyu_depth_v2_labeled.mat again."
-            ) from error
-        try:
-            self._check()
+            self._data = self._checked()
         except FormatError:
             self._file.close()
             raise
 
-    def _check(self) -> None:
-        shapes = {}
+    def _checked(self) -> dict[str, Any]:
+        """Images, depths and rawDepths, in the form that they should have."""
+        found = {}
         for name, dimensions, kind in ((_IMAGES, 4, "u"), (_FILLED, 3, "f"), (_RAW, 3, "f")):
-            data = self._file.get(name)
-            if getattr(data, "ndim", None) != dimensions or data.dtype.kind != kind:
+            found[name] = dataset(self._file, name, kind, dimensions, str(self.path))
+            if found[name] is None:
                 raise FormatError(
                     f"{self.path} has no {name} as NYU Depth V2's labelled file stores them. Is this "
                     "nyu_depth_v2_labeled.mat?"
                 )
-            shapes[name] = data.shape
+        shapes = {name: data.shape for name, data in found.items()}
         count, channels, *size = shapes[_IMAGES]
         if channels != 3 or shapes[_FILLED] != (count, *size) or shapes[_RAW] != (count, *size):
             raise FormatError(
                 f"{self.path}: images {shapes[_IMAGES]}, depths {shapes[_FILLED]} and rawDepths {shapes[_RAW]} do not "
                 "fit each other; they should be (N, 3, W, H), (N, W, H) and (N, W, H)."
             )
+        check_pixel_count(self.path, *size)
+        return found
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of its frames in pixels."""
+        width, height = self._data[_RAW].shape[1:]
+        return int(width), int(height)
 
     def __len__(self) -> int:
-        return int(self._file[_RAW].shape[0])
+        return int(self._data[_RAW].shape[0])
 
     def __enter__(self) -> Self:
         return self
@@ -86,6 +93,10 @@ class NyuLabelled:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let go of the file."""
         self._file.close()
 
     def frame(self, index: int) -> RGBDFrame:
@@ -98,10 +109,16 @@ class NyuLabelled:
         FormatError
             If the file is damaged there.
         """
-        colour = np.ascontiguousarray(self._read(_IMAGES, index).transpose(2, 1, 0))
-        depth = self._read(_RAW, index).T
-        fits = IMAGE_SIZES[_CAMERA] == (depth.shape[1], depth.shape[0])
-        return RGBDFrame(colour, depth, INTRINSICS[_CAMERA] if fits else None, frame_name(index))
+        camera = INTRINSICS[CAMERA] if IMAGE_SIZES[CAMERA] == self.size else None
+        return RGBDFrame(self.colour(index), self.measured(index), camera, frame_name(index))
+
+    def colour(self, index: int) -> NDArray[np.uint8]:
+        """Colour of a frame, uint8 (H, W, 3)."""
+        return np.ascontiguousarray(self._read(_IMAGES, index).transpose(2, 1, 0))
+
+    def measured(self, index: int) -> NDArray[np.float32]:
+        """Depth of a frame as it was measured and registered to colour [m], shape (H, W), 0 = missing."""
+        return np.ascontiguousarray(self._read(_RAW, index).T, np.float32)
 
     def filled(self, index: int) -> NDArray[np.float32]:
         """Depth of a frame with its holes in-painted by the toolbox [m], shape (H, W), NaN = unknown.
@@ -116,10 +133,7 @@ class NyuLabelled:
     def _read(self, name: str, index: int) -> NDArray[Any]:
         if not 0 <= index < len(self):
             raise InputError(f"{self.path} has no frame {index + 1}; it has 1 to {len(self)}.")
-        try:
-            return np.asarray(self._file[name][index])
-        except OSError as error:
-            raise FormatError(f"{self.path} is damaged at frame {index + 1}. Download it again.") from error
+        return rows(self._data[name], index, str(self.path))
 
 
 def frame_name(index: int) -> str:
@@ -143,13 +157,15 @@ def read_split(path: str | os.PathLike[str]) -> list[int]:
         If it holds no list of whole numbers from 1.
     """
     found = existing_file(path)
-    numbers = _matlab_split(found) if found.suffix.lower() == MAT_SUFFIX else _listed(found)
-    if not numbers or min(numbers) < 1:
+    is_matlab = found.suffix.lower() == MAT_SUFFIX
+    numbers = in_child(_matlab_split, found, file=str(found)) if is_matlab else _listed(found)
+    if not numbers or min(numbers) < 1 or max(numbers) > _MOST_FRAMES:
         raise FormatError(f"{found} names no frames. A split lists whole numbers from 1.")
     return [number - 1 for number in dict.fromkeys(numbers)]
 
 
 def _matlab_split(path: Path) -> list[int]:
+    """The numbers in a MATLAB v5 file, whose reader damaged files can crash."""
     from scipy.io import loadmat
     from scipy.io.matlab import MatReadError
 
@@ -161,7 +177,8 @@ def _matlab_split(path: Path) -> list[int]:
             "one number per line."
         ) from error
     numbers = np.asarray(content.get(TEST_FRAMES, []))
-    if numbers.dtype.kind not in "iuf" or not np.array_equal(numbers, np.floor(numbers)):
+    whole = numbers.dtype.kind in "iuf" and bool((np.isfinite(numbers) & (numbers == np.floor(numbers))).all())
+    if not whole or numbers.size > _MOST_FRAMES:
         raise FormatError(f"{path}: {TEST_FRAMES} must hold whole numbers.")
     return [int(number) for number in numbers.ravel()]
 

@@ -8,12 +8,15 @@ import re
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..frame import RGBDFrame
 from .time_lists import MOST_APART_S
 
 Matrix = NDArray[np.float64]
+
+OF_OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])
+"""Turns points of a camera with y down and z forward to those of the same with y up and z back, and back."""
 
 _TRAJECTORY = "groundtruth.txt"
 _FOLDERS = "pose", "poses"
@@ -54,7 +57,7 @@ def camera_pose(depth: str | Path) -> Matrix | None:
     ]
     for place in single:
         if os.path.isfile(place):
-            return _checked(_numbers(place))
+            return checked_pose(_numbers(place))
     trajectory = path.parent.parent / _TRAJECTORY
     return _at_time(_numbers(trajectory), path.stem) if os.path.isfile(trajectory) else None
 
@@ -79,21 +82,27 @@ def _at_time(rows: Matrix, time: str) -> Matrix | None:
     if rows.shape[1:] != (8,) or not rows.size:
         return None
     row = rows[np.argmin(np.abs(rows[:, 0] - wanted))]
-    length = math.hypot(*row[4:])
-    if abs(row[0] - wanted) > MOST_APART_S or not 0 < length < math.inf:
+    return posed(row[4:], row[1:4]) if abs(row[0] - wanted) <= MOST_APART_S else None
+
+
+def posed(quaternion: ArrayLike, position: ArrayLike) -> Matrix | None:
+    """The pose of a camera that is turned by a quaternion x, y, z, w and stands at a position [m]; None if that is
+    none."""
+    length = math.hypot(*np.asarray(quaternion, np.float64))
+    if not 0 < length < math.inf:
         return None
-    x, y, z, w = row[4:] / length
+    x, y, z, w = np.asarray(quaternion, np.float64) / length
     pose = np.eye(4)
     pose[:3, :3] = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
         [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
     ]
-    pose[:3, 3] = row[1:4]
-    return _checked(pose)
+    pose[:3, 3] = position
+    return checked_pose(pose)
 
 
-def _checked(pose: Matrix) -> Matrix | None:
+def checked_pose(pose: Matrix) -> Matrix | None:
     """A pose if it is one; where tracking was lost, files have other numbers."""
     if pose.shape != (4, 4) or not np.isfinite(pose).all():
         return None

@@ -15,6 +15,7 @@ from .frame_source import FrameSource
 from .frames import frame_folder
 from .headers import image_header
 from .images import check_pixel_count, quietly
+from .recordings import opened
 
 THUMBNAIL_WIDTH = 160
 _REDUCED = ((8, cv2.IMREAD_REDUCED_COLOR_8), (4, cv2.IMREAD_REDUCED_COLOR_4), (2, cv2.IMREAD_REDUCED_COLOR_2))
@@ -35,6 +36,9 @@ def read_thumbnail(source: FrameSource, width: int = THUMBNAIL_WIDTH) -> NDArray
     FormatError
         If it cannot be decoded.
     """
+    if source.frame is not None:
+        with opened(source.rgb) as recording:
+            return thumbnail_of(recording.colour(source.frame), width)
     path = frame_folder(source.rgb).rgb if source.depth is None else Path(source.rgb)
     data = read_file(path).data
     header = image_header(path, data.tobytes())

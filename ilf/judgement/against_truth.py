@@ -77,11 +77,12 @@ def truth_steps(run: Run, *, threads: int | None = None) -> Generator[Step, None
 
 
 def pixels_with_truth(run: Run) -> NDArray[np.bool_]:
-    """Pixels, bool (H, W), without depth but with a truth in the blocks that are run; InputError if there are none."""
+    """Pixels in view, bool (H, W), without depth but with a truth in the blocks that are run; InputError if there are
+    none."""
     frame = run.frame
     if frame.truth is not None:
         there = run.blocks > 0 if run.only is None else np.isin(run.blocks, list(run.only))
-        wanted = there & ~frame.known & np.isfinite(frame.truth)
+        wanted = there & frame.missing & np.isfinite(frame.truth)
         if wanted.any():
             return wanted
     raise InputError(

@@ -96,7 +96,7 @@ def _frame_without(frame: RGBDFrame, pattern: str, seed: int) -> RGBDFrame:
     depth = np.where(hidden_pixels(frame, pattern, seed), np.float32(np.nan), frame.depth)
     if not np.isfinite(depth).any():
         raise InputError("Too little depth is known: all of it would be hidden.")
-    return RGBDFrame(frame.rgb, depth, frame.intrinsics, frame.name, guide=frame.guide)
+    return RGBDFrame(frame.rgb, depth, frame.intrinsics, frame.name, guide=frame.guide, outside_view=frame.outside_view)
 
 
 def _generator(name: str, pattern: str, seed: int) -> np.random.Generator:

@@ -103,7 +103,7 @@ def judge_completion(
     every: bool = False,
     expected: Depth | None = None,
 ) -> Judgement:
-    """Compare what was filled with the frame's truth.
+    """Compare what was filled in the depth camera's view with the frame's truth.
 
     Parameters
     ----------
@@ -211,7 +211,7 @@ def _truth(frame: RGBDFrame) -> NDArray[np.float32]:
 def _judged(frame: RGBDFrame, completion: Completion, every: bool) -> NDArray[np.bool_]:
     if completion.depth.shape != frame.shape:
         raise InputError(f"The completion has shape {completion.depth.shape}, but the frame has {frame.shape}.")
-    return np.ones(frame.shape, bool) if every else completion.filled.copy()
+    return np.ones(frame.shape, bool) if every else completion.filled & frame.missing
 
 
 def _within(depth: Depth, truth: Depth, expected: Depth) -> float | None:

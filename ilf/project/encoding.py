@@ -184,7 +184,10 @@ class _Encoding:
         }
         if inputs is not None:
             return data | {"inputs": inputs_to_dict(inputs)}
-        return data | {"rgb": self._array(frame.rgb, colour_to_bytes), "depth": self._array(frame.measured, _depth)}
+        data |= {"rgb": self._array(frame.rgb, colour_to_bytes), "depth": self._array(frame.measured, _depth)}
+        if frame.outside_view is None:
+            return data
+        return data | {"outside_view": self._array(frame.outside_view, mask_to_bytes)}
 
     def _seen(self, frame: RGBDFrame) -> dict[str, Any]:
         """What a frame has beside its files: its distrusted depth, its truth by file or by itself, and its guide."""

@@ -13,7 +13,7 @@ from ..run.record_file import parsed_inputs
 from ..sections import Section
 from .encoding import frame_part
 from .frame_state import FrameState
-from .packing import Npz, check_content, colour_from_bytes
+from .packing import Npz, check_content, colour_from_bytes, mask_from_bytes
 from .parts import Parts
 from .sources import Places, load_inputs
 
@@ -47,11 +47,13 @@ def recorded_frame(data: Section, parts: Parts, places: Places | None) -> RGBDFr
     if "inputs" in data.values:
         return load_inputs(parsed_inputs(data.section("inputs")), name, camera, parts, places)
     colour, depth = data.get("rgb", str), data.get("depth", str)
+    outside = data.get("outside_view", str) if "outside_view" in data.values else None
     return RGBDFrame(
         colour_from_bytes(colour, array_content(parts, colour), shape),
         Npz(depth, array_content(parts, depth)).array("depth", np.float32, shape),
         camera,
         name,
+        outside_view=None if outside is None else mask_from_bytes(outside, array_content(parts, outside), shape),
     )
 
 

@@ -71,7 +71,7 @@ class Figures:
         if frame.truth is None or not completion.results:
             return None
         judgement = judge_completion(frame, completion, expected=self.expected)
-        wanted = ~frame.known & np.isfinite(frame.truth)
+        wanted = frame.missing & np.isfinite(frame.truth)
         filled = completion.filled & wanted
         coverage = int(np.count_nonzero(filled)) / max(int(np.count_nonzero(wanted)), 1)
         return ErrorFigures(name, judgement, _p95(completion.depth[filled] - frame.truth[filled]), coverage)

@@ -4,6 +4,7 @@ from .checks import missing_or_changed
 from .effect import Effect, edit_effect
 from .key_frames import KeyFrames
 from .options import ExportOptions, output_folder_name
+from .recipe import Recipe
 from .record import RunRecord, make_record
 from .record_file import read_record
 from .replaying import Replay, replay
@@ -15,6 +16,7 @@ __all__ = [
     "Effect",
     "ExportOptions",
     "KeyFrames",
+    "Recipe",
     "Replay",
     "Run",
     "RunRecord",

@@ -15,6 +15,7 @@ from ..filter.convergence import IterationRecord
 from ..filter.snapshot import Snapshot
 from ..filter.stepper import Stepper
 from ..frame import RGBDFrame
+from ..parameters import Parameters
 from .run import Run
 
 BUDGET = 64 * 2**20
@@ -47,13 +48,13 @@ class Track:
         Memory of all of them.
     """
 
-    def __init__(self, frame: RGBDFrame, block: Block, mode: str) -> None:
+    def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters) -> None:
         self.block = block
         self.stride = 1
         self.dropped = False
         self.nbytes = 0
         self._frame = frame
-        self._mode = mode
+        self._parameters = parameters
         self._frames: list[KeyFrame] = []
 
     @property
@@ -91,7 +92,7 @@ class Track:
 
     def depth(self, key_frame: KeyFrame) -> NDArray[np.float32]:
         """The block's depth [m] if it had ended there, in the order of `block.mask`'s True values; NaN = missing."""
-        return block_depth(self._frame, self.block, key_frame.snapshot.surface, self._mode)
+        return block_depth(self._frame, self.block, key_frame.snapshot.surface, self._parameters)
 
 
 class KeyFrames:
@@ -138,7 +139,7 @@ class KeyFrames:
         def take(block: Block, record: IterationRecord, stepper: Stepper) -> None:
             track = tracks.get(block.label)
             if track is None:
-                track = tracks[block.label] = Track(run.frame, block, run.parameters_of(block.label).mode)
+                track = tracks[block.label] = Track(run.frame, block, run.parameters_of(block.label))
                 with self._lock:
                     self._tracks.append(track)
                     self._by_first[id(record)] = track

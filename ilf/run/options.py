@@ -12,6 +12,7 @@ from ..io.columns import UNITS_PER_METRE
 
 LABELS_FILE, CURVES_FILE, RECORD_FILE = "blocks.png", "curves.csv", "run.json"
 GUESSED_FILE, DISTRUSTED_FILE, DRAWN_FILE = "guessed.png", "distrusted.png", "drawn.png"
+OUTSIDE_FILE = "outside_view.png"
 GUIDE_FILE = "guide_used.npy"
 
 DEPTH_FILES = {"png": "depth.png", "tiff": "depth.tiff", "npy": "depth.npy"}

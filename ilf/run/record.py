@@ -202,9 +202,10 @@ def to_json(record: RunRecord) -> bytes:
 
 
 def inputs_to_dict(inputs: FrameInputs) -> dict[str, Any]:
-    """A frame's files, ready for JSON. Of a frame without truth, encoding or invalid value nothing says so, as before
-    there were any. An encoding takes the place of units: no version that does not know it can misread the depth."""
-    later = ("truth", "encoding", "invalid")
+    """A frame's files, ready for JSON. Of a frame without truth, encoding or invalid value, or in no recording, nothing
+    says so, as before there were any. An encoding takes the place of units, so that no version that does not know it
+    can misread the depth."""
+    later = ("truth", "encoding", "invalid", "frame")
     data = {key: value for key, value in dataclasses.asdict(inputs).items() if key not in later or value is not None}
     if inputs.encoding is not None:
         del data["depth_units"]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..errors import FormatError, InputError, ParameterError
 from ..frame import FrameInputs, InputFile, TruthFile
-from ..io.encodings import ENCODINGS
+from ..io.encodings import encoding_of
 from ..io.files import read_json
 from ..outcomes import BlockOutcome, Status
 from ..parameters import BlockParameters, Parameters
@@ -133,16 +133,19 @@ def parsed_inputs(inputs: Section) -> FrameInputs:
         raise FormatError(f"'intrinsics' in the inputs must be [fx, fy, cx, cy], not {len(numbers)} numbers.")
     camera = None if numbers is None else (numbers[0], numbers[1], numbers[2], numbers[3])
     encoding = inputs.get("encoding", str) if "encoding" in inputs.values else None
-    if encoding is not None and encoding not in ENCODINGS:
-        raise FormatError(f"There is no depth encoding {encoding!r:.60}. Install a newer ILF Studio.")
+    try:
+        named = None if encoding is None else encoding_of(encoding)
+    except ParameterError as error:
+        raise FormatError(f"There is no depth encoding {encoding!r:.60}. Install a newer ILF Studio.") from error
     return FrameInputs(
         rgb,
         depth,
-        inputs.get("depth_units", float) if encoding is None else ENCODINGS[encoding].units,
+        inputs.get("depth_units", float) if named is None else named.units,
         camera,
         _parsed_truth(inputs),
         encoding,
         inputs.get("invalid", float) if "invalid" in inputs.values else None,
+        inputs.get("frame", str) if "frame" in inputs.values else None,
     )
 
 

@@ -189,4 +189,6 @@ class RunSteps(CompletionRun):
             yield Progress(GUESS, record=record)
 
     def _guess(self) -> Generator[IterationRecord, None, None]:
-        self._dense = yield from guess_steps(self._run.frame, self.completion(), self._run.extraction)
+        self._dense = yield from guess_steps(
+            self._run.frame, self.completion(), self._run.extraction, self._run.parameters.outside_view
+        )

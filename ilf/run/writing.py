@@ -31,6 +31,7 @@ from .options import (
     GUESSED_FILE,
     GUIDE_FILE,
     LABELS_FILE,
+    OUTSIDE_FILE,
     RECORD_FILE,
     UNVOUCHED_FILE,
     ExportOptions,
@@ -228,8 +229,8 @@ def _write_errors(
 
 
 def _masks(run: Run) -> dict[str, NDArray[np.bool_]]:
-    """File name -> what the run was made with beside files and blocks, and cannot be made again without."""
-    masks = {DISTRUSTED_FILE: run.frame.distrusted, DRAWN_FILE: run.drawn}
+    """File name -> what the run was made with beside files and blocks, and what the depth camera could not see."""
+    masks = {DISTRUSTED_FILE: run.frame.distrusted, DRAWN_FILE: run.drawn, OUTSIDE_FILE: run.frame.outside_view}
     return {name: mask for name, mask in masks.items() if mask is not None}
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal, Self, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,14 @@ from ..io.camera_files import IntrinsicsSpec, intrinsics_from
 from ..io.encodings import EncodingSpec
 from ..io.frame_source import FrameSource
 from ..io.poses import camera_pose
+from ..io.recordings import Cameras, Topics, opened
 from ..io.time_lists import MOST_APART_S
+from ..registration import RawPair
+
+_ONE_CAMERA_NOTE = (
+    "How the depth camera stands to the colour camera is not known: both are taken for one, and edges of both may lie "
+    "some pixels apart."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,11 +39,27 @@ class Calibration:
         None where it is not known. Where depth is registered to colour, both are the same.
     depth_to_colour : ndarray of float64, shape (4, 4), or None
         Takes points [m] of the depth camera to the colour camera; None where it is not known.
+    colour_distortion, depth_distortion : tuple of float
+        Of the lenses, as `ilf.registration.Camera` has it; none where there is none, or it is not known.
     """
 
     colour: CameraIntrinsics | None
     depth: CameraIntrinsics | None
     depth_to_colour: NDArray[np.float64] | None
+    colour_distortion: tuple[float, ...] = ()
+    depth_distortion: tuple[float, ...] = ()
+
+    @classmethod
+    def of(cls, cameras: Cameras) -> Self:
+        """The same of the cameras that a recording tells of."""
+        colour, depth = cameras.colour, cameras.depth
+        return cls(
+            None if colour is None else colour.intrinsics,
+            None if depth is None else depth.intrinsics,
+            cameras.depth_to_colour,
+            () if colour is None else colour.distortion,
+            () if depth is None else depth.distortion,
+        )
 
 
 class Source:
@@ -47,13 +71,14 @@ class Source:
         Absolute.
     keys : tuple of str
         One for each frame, in the order of time or of names: the path of its colour file in the source, without ending,
-        or that of its folder. They stay the same as long as the files do.
+        or that of its folder; in a recording, the time of its colour. They stay the same as long as the files do.
     timestamps : tuple of float or None
         [s]; None where they are not known.
     notes : tuple of str
         What the user should know, a sentence each.
     is_registered : bool
-        Whether colour and depth show the same pixels. Where they do not, they are read as they are.
+        Whether colour and depth show the same pixels. Where they do not, recordings are registered as they are read;
+        images in files are read as they are.
     """
 
     def __init__(self, path: Path, listing: Listing) -> None:
@@ -100,6 +125,9 @@ class Source:
         """
         source = self.frame_source(key)
         camera = intrinsics_from(source.intrinsics)
+        if source.frame is not None and (camera is None or not self.is_registered):
+            with opened(source.rgb) as recording:
+                return Calibration.of(recording.cameras(source.frame))
         if camera is None and source.depth is None:
             camera = frame_folder(source.rgb).intrinsics
         return Calibration(camera, camera, np.eye(4)) if self.is_registered else Calibration(None, camera, None)
@@ -107,27 +135,45 @@ class Source:
     def pose(self, key: str) -> NDArray[np.float64] | None:
         """Where the camera of a frame was, (4, 4), from its points [m] to the world's; None where it is not known."""
         source = self.frame_source(key)
+        if source.frame is not None:
+            with opened(source.rgb) as recording:
+                return recording.pose(source.frame)
         return camera_pose(source.depth or frame_folder(source.rgb).depth)
 
-    def read(self, key: str) -> RGBDFrame:
+    @overload
+    def read(self, key: str, registered: Literal[True] = True) -> RGBDFrame: ...
+
+    @overload
+    def read(self, key: str, registered: Literal[False]) -> RawPair: ...
+
+    def read(self, key: str, registered: bool = True) -> RGBDFrame | RawPair:
         """Read a frame.
 
         Parameters
         ----------
         key : str
             One of `keys`, or what only one of them ends in.
+        registered : bool
+            Whether depth is brought to the pixels of colour where it is not there. False gives both as their cameras
+            have seen them.
 
         Returns
         -------
-        RGBDFrame
+        RGBDFrame, or RawPair if not `registered`
             Depth [m], NaN = missing; what is doubtful about it is in its `notes`.
 
         Raises
         ------
         InputError
-            If there is no such frame, or as `ilf.load_frame` does.
+            If there is no such frame, or as `ilf.load_frame` does; of a raw pair, also if its cameras are not known.
         """
-        return self.frame_source(key).load()
+        source = self.frame_source(key)
+        if registered:
+            return source.load()
+        pair = source.load_pair()
+        if self.is_registered or source.frame is not None:
+            return pair
+        return replace(pair, notes=(*pair.notes, _ONE_CAMERA_NOTE))
 
 
 def open_source(
@@ -137,23 +183,29 @@ def open_source(
     encoding: EncodingSpec | None = None,
     invalid: float | None = None,
     intrinsics: IntrinsicsSpec | None = None,
+    min_confidence: float | None = None,
     max_gap: float = MOST_APART_S,
+    topics: Topics | None = None,
 ) -> Source:
-    """Open a folder of frames or a data set.
+    """Open a folder of frames, a data set or a recording.
 
     Paired folders and files, matched by name, number or time; a folder per frame; sequences of TUM, Bonn and ICL-NUIM;
-    scenes of BOP; frames of SUN RGB-D; sequences of 7-Scenes.
+    scenes of BOP; frames of SUN RGB-D; sequences of 7-Scenes; raw folders of NYU Depth; recordings of ROS 1 (.bag) and
+    ROS 2 (a folder, .db3, .mcap).
 
     Parameters
     ----------
     path : path-like
         See `ilf.io.list_frames`.
-    depth_units, encoding, invalid, intrinsics : optional
-        How depth is read and which camera has seen it, as for `ilf.load_frame`, for all frames. None takes what the
-        layout of the source says.
+    depth_units, encoding, invalid, intrinsics, min_confidence : optional
+        How depth is read, which camera has seen it, and how sure it must be, as for `ilf.load_frame`, for all frames.
+        None takes what the layout of the source says.
     max_gap : float
-        How far apart in time [s] colour and depth of one frame may be, where they are matched by time. Each file is
-        used once.
+        How far apart in time [s] colour and depth of one frame may be, where they are matched by time. Each is used
+        once.
+    topics : tuple of str, optional
+        Those of colour and depth, in a recording of ROS that has several cameras. None takes those that suit best,
+        aligned depth first, and says so in `notes`.
 
     Raises
     ------
@@ -162,7 +214,8 @@ def open_source(
     FormatError
         If its lists or calibrations are damaged.
     ParameterError
-        If there are both units and an encoding, or `max_gap` is no length of time.
+        If there are both units and an encoding, the least confidence is no number, `max_gap` is no length of time, or
+        there are `topics` of what has none.
 
     Examples
     --------
@@ -172,7 +225,14 @@ def open_source(
     (1, ('room',), 525.0, (480, 640))
     """
     listing = list_frames(
-        path, depth_units=depth_units, encoding=encoding, invalid=invalid, intrinsics=intrinsics, max_gap=max_gap
+        path,
+        depth_units=depth_units,
+        encoding=encoding,
+        invalid=invalid,
+        intrinsics=intrinsics,
+        min_confidence=min_confidence,
+        max_gap=max_gap,
+        topics=topics,
     )
     return Source(Path(path).absolute(), listing)
 
@@ -181,6 +241,9 @@ def _by_key(root: Path, sources: Sequence[FrameSource]) -> dict[str, FrameSource
     """Frames by their keys; one whose key is another's already keeps its ending, or has that of its depth file."""
     found: dict[str, FrameSource] = {}
     for source in sources:
+        if source.frame is not None:
+            found[source.frame] = source
+            continue
         files = (Path(os.path.relpath(file, root)).as_posix() for file in (source.rgb, source.depth or source.rgb))
         key = next((name for name in (_key(root, source), *files) if name not in found), None)
         if key is None:

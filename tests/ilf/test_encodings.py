@@ -82,7 +82,7 @@ def test_named_scales_are_numbers_of_units(save):
 
 
 def test_every_name_has_a_meaning():
-    assert set(MEANINGS) == {*ENCODINGS, "bop"}
+    assert set(MEANINGS) == {*ENCODINGS, "bop", "disparity"}
     assert all(encoding.name in {None, name} for name, encoding in ENCODINGS.items())
 
 

@@ -40,7 +40,7 @@ def test_a_key_frame_is_the_depth_as_it_was_then(
         expected = small_frame.depth.copy()
         for track, stepper in zip(tracks, steppers, strict=True):
             next(stepper, None)
-            depth = block_depth(small_frame, track.block, stepper.surface, mode)
+            depth = block_depth(small_frame, track.block, stepper.surface, parameters)
             expected[track.block.box][track.block.mask] = depth
         past = past_depth(small_frame.depth, [(track, track.at(i)) for track in tracks])
         np.testing.assert_array_equal(past, expected)

@@ -154,11 +154,6 @@ def test_names_that_no_file_can_have_are_refused(tmp_path):
             source.read(key)
 
 
-def test_what_would_give_wrong_depth_is_refused(tmp_path):
-    with pytest.raises(InputError, match="not registered"):
-        list_frames(_touch(tmp_path, "r-1.0-1.ppm", "d-1.0-1.pgm"))
-
-
 def test_doubtful_depth_is_told(tmp_path):
     _touch(tmp_path, "frame-000000.color.png", "frame-000000.depth.png", "frame-000000.pose.txt")
     assert "7-Scenes" in list_frames(tmp_path).notes[0]

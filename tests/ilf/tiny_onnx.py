@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
+
+from ilf.edges.proven import remember
 
 INTEGER, INTEGERS = 2, 7
 FLOAT = 1
@@ -53,9 +56,12 @@ def _image(name: str, channels: int) -> bytes:
 def write_network(
     path: Path, nodes: list[bytes], inputs: dict[str, int] | None = None, outputs: dict[str, int] | None = None
 ) -> Path:
-    """Write a network of these operations; `inputs` and `outputs` name images and their channels."""
+    """Write a network of these operations, which count as tried; `inputs` and `outputs` name images and channels."""
     graph = b"".join(message(1, one) for one in nodes) + message(2, "tiny")
     graph += b"".join(message(11, _image(*item)) for item in (inputs or {"image": 3}).items())
     graph += b"".join(message(12, _image(*item)) for item in (outputs or {"strength": 1}).items())
-    path.write_bytes(number(1, 8) + message(7, graph) + message(8, message(1, "") + number(2, 17)))
+    content = number(1, 8) + message(7, graph) + message(8, message(1, "") + number(2, 17))
+    path.write_bytes(content)
+    for kind in ("EdgeNetwork", "DepthEdgeNetwork", "CorrectionNetwork"):
+        remember(hashlib.sha256(content).hexdigest(), kind)
     return path

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import FormatError
-from . import wire
+from .. import wire
 from .layers import FUSION, Layer
 
 _ALIASES = {"upscore-fuse": FUSION}

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import FormatError
-from . import wire
+from .. import wire
 from .normalisation import normalisation
 
 if TYPE_CHECKING:

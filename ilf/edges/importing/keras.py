@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import io
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ...errors import FormatError
-from ...extras import optional
+from ...io.hdf5_files import dataset, open_hdf5, rows
 from .layers import CONVOLUTIONS, FUSION, SCORES, Layer
+
+_MOST_WEIGHTS = 2**24
+"""Numbers of one of its tensors; its largest has 2.4 million."""
 
 
 def read_keras_weights(content: NDArray[np.uint8], file: str) -> dict[str, Layer]:
@@ -29,25 +33,22 @@ def read_keras_weights(content: NDArray[np.uint8], file: str) -> dict[str, Layer
     FormatError
         If it is no HDF5 file, or is truncated.
     """
-    h5py = optional("h5py", "models", "Reading Keras weights")
-
     groups = {FUSION: "fuse"}
     for stage, (names, score) in enumerate(zip(CONVOLUTIONS, SCORES, strict=True), 1):
         groups[score] = f"dsn{stage}"
         for number, name in enumerate(names):
             groups[name] = f"block{stage}/layers/conv2d" + (f"_{number}" if number else "")
-    try:
-        with h5py.File(io.BytesIO(content.tobytes()), "r") as weights:
-            return {
-                name: Layer(
-                    _floats(weights[f"{group}/vars/0"]).transpose(3, 2, 0, 1), _floats(weights[f"{group}/vars/1"])
-                )
-                for name, group in groups.items()
-                if f"{group}/vars/1" in weights
-            }
-    except (OSError, KeyError, ValueError) as error:
-        raise FormatError(f"{file} is no intact file of Keras weights ({error}). Download or copy it again.") from error
+    layers = {}
+    with open_hdf5(io.BytesIO(content.tobytes()), file, "models", "Reading Keras weights") as weights:
+        for name, group in groups.items():
+            weight = dataset(weights, f"{group}/vars/0", "f", 4, file)
+            bias = dataset(weights, f"{group}/vars/1", "f", 1, file)
+            if weight is not None and bias is not None:
+                layers[name] = Layer(_floats(weight, file).transpose(3, 2, 0, 1), _floats(bias, file))
+    return layers
 
 
-def _floats(stored: ArrayLike) -> NDArray[np.float32]:
-    return np.asarray(stored, np.float32)
+def _floats(data: Any, file: str) -> NDArray[np.float32]:
+    if data.size > _MOST_WEIGHTS:
+        raise FormatError(f"{file} is no file of HED's weights: {data.name} has {data.size} numbers.")
+    return np.asarray(rows(data, slice(None), file), np.float32)

@@ -1,0 +1,99 @@
+"""Frames of a batch, shared by the workers of a Dask cluster, which see the same folders."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from ..extras import optional
+from ..threads import available_cores
+from .frame_record import FRAME_FILE, FrameOutcome, FrameStatus
+from .frames import BatchFrame
+from .local import Outcomes, died
+from .task import Task, complete_frame
+
+_PATIENCE_S = 30
+"""How long is waited for the scheduler."""
+
+
+def outcomes_on_cluster(task: Task, frames: Sequence[BatchFrame], address: str) -> Outcomes:
+    """Complete frames on a Dask cluster, and tell what came of each, in the order of their ends.
+
+    Only frames' names and outcomes travel; files are read and written by the workers, and what one of them has written
+    is not done again when it is lost. Dask gives a frame up when so many workers have died that had it, which may have
+    been another's fault: such frames are begun once more at the end, one after the other.
+
+    Parameters
+    ----------
+    task : Task
+    frames : sequence of BatchFrame
+    address : str
+        Of the scheduler, or the file that it has written its address to.
+
+    Raises
+    ------
+    InputError
+        If `distributed` is not installed (extra `cluster`), there is no scheduler, or its workers do not see the folder
+        of the results.
+    IlfError
+        As `complete_frame` does.
+    """
+    distributed = optional("distributed", "cluster", "A batch on several machines")
+    with _client(distributed, address) as client:
+        again = yield from _given_up(distributed, client, task, frames)
+        for frame in again:
+            if (yield from _given_up(distributed, client, task, [frame])):
+                yield died(task, frame)
+
+
+def _client(distributed: Any, address: str) -> Any:
+    where = {"scheduler_file": address} if Path(address).is_file() else {"address": address}
+    try:
+        return distributed.Client(**where, timeout=_PATIENCE_S, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(
+            f"There is no Dask scheduler at {address} ({' '.join(str(error).split())}). Start one by `dask scheduler`, "
+            "and give its address, or the file that --scheduler-file has it write."
+        ) from error
+
+
+def _given_up(
+    distributed: Any, client: Any, task: Task, frames: Sequence[BatchFrame]
+) -> Generator[FrameOutcome, None, list[BatchFrame]]:
+    """Have frames completed; returns those that Dask has given up."""
+    again = []
+    futures = {client.submit(_on_worker, task, frame, pure=False): frame for frame in frames}
+    try:
+        for future in distributed.as_completed(list(futures), loop=client.loop):
+            frame = futures.pop(future)
+            try:
+                outcome = future.result()
+            except distributed.KilledWorker:
+                again.append(frame)
+                continue
+            finally:
+                future.release()
+            _check_shared(task, outcome)
+            yield outcome
+    finally:
+        client.cancel(list(futures))
+    return again
+
+
+def _check_shared(task: Task, outcome: FrameOutcome) -> None:
+    """InputError if what a worker has written is not to be seen here."""
+    path = Path(task.folder, outcome.folder, FRAME_FILE)
+    if outcome.status is FrameStatus.COMPLETED and not path.exists():
+        raise InputError(
+            f"A worker has completed {outcome.frame}, but {path} is not there: the folder of the results must be one "
+            "that all machines share, under the same path."
+        )
+
+
+def _on_worker(task: Task, frame: BatchFrame) -> FrameOutcome:
+    """Done by the cluster's workers, each of whose threads has its share of the cores."""
+    from distributed import get_worker
+
+    return complete_frame(task, frame, max(available_cores() // get_worker().state.nthreads, 1))

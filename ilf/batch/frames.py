@@ -1,0 +1,167 @@
+"""Which frames a batch has, and what the folder of each is called."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from ..io.frame_source import FrameSource
+from ..sources import Source
+
+_LONGEST_NAME = 100
+"""Letters of a folder's name; file systems take 255 bytes."""
+
+_RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?|.*\.|\..*", re.IGNORECASE)
+"""Names that some systems do not take, or hide."""
+
+
+@dataclass(frozen=True, eq=False)
+class BatchFrame:
+    """A frame of a batch.
+
+    Attributes
+    ----------
+    key : str
+        Its name in the batch: the same as long as its files are.
+    source : FrameSource
+        Where it is and how it is read, with absolute paths.
+    time : float or None
+        [s]; None where it is not known.
+    folder : str
+        Name of the folder that its results go into.
+    """
+
+    key: str
+    source: FrameSource
+    time: float | None
+    folder: str
+
+
+def frames_of_sources(sources: Sequence[Source], apart_from: str | os.PathLike[str] | None = None) -> list[BatchFrame]:
+    """All frames of some sources, one after the other.
+
+    Of several sources, keys begin with the source's name.
+
+    Parameters
+    ----------
+    sources : sequence of Source
+    apart_from : path-like, optional
+        A folder whose frames are left out: the batch's own results may lie among its sources.
+
+    Raises
+    ------
+    InputError
+        If two sources have the same name, or nothing is left.
+    """
+    names = [source.path.name for source in sources]
+    if twice := [name for name, count in Counter(names).items() if count > 1]:
+        raise InputError(f"Two sources are called {twice[0]}: run them one after the other, each into its own folder.")
+    found = []
+    for name, source in zip(names, sources, strict=True):
+        times = source.timestamps or [None] * len(source)
+        for key, time in zip(source.keys, times, strict=True):
+            frame = source.frame_source(key)
+            if apart_from is None or not _is_in(frame, Path(apart_from).absolute()):
+                found.append((f"{name}/{key}" if len(sources) > 1 else key, frame, time))
+    if not found:
+        raise InputError(f"There are no frames but those of the results in {apart_from}. Name another source.")
+    return named_frames(found)
+
+
+def named_frames(found: Iterable[tuple[str, FrameSource, float | None]]) -> list[BatchFrame]:
+    """Frames with their keys, sources and times, each with a folder of its own."""
+    frames = [BatchFrame(key, source.absolute(), time, folder_name(key)) for key, source, time in found]
+    counts = Counter(frame.folder.casefold() for frame in frames)
+    return [
+        BatchFrame(frame.key, frame.source, frame.time, _told_apart(frame.folder, frame.key))
+        if counts[frame.folder.casefold()] > 1  # some systems do not tell A from a
+        else frame
+        for frame in frames
+    ]
+
+
+def folder_name(key: str) -> str:
+    """Name of a frame's folder: its key, as far as names of files can say it; the same key gives the same name.
+
+    Keys that would give the same name as others have a few digits of their hash behind it.
+
+    Examples
+    --------
+    >>> folder_name("rgb/0001"), folder_name("rgb: 1")
+    ('rgb__0001', 'rgb_1-a5448928')
+    """
+    name = key.replace("/", "__")
+    plain = re.sub(r"[^\w.-]+", "_", name)
+    says_it = plain == name and re.search("__|_/|/_", key) is None
+    if says_it and len(plain) <= _LONGEST_NAME and _RESERVED.fullmatch(plain) is None:
+        return plain
+    return _told_apart(plain.strip(".") or "frame", key)
+
+
+def _told_apart(name: str, key: str) -> str:
+    return f"{name[:_LONGEST_NAME]}-{hashlib.sha256(key.encode()).hexdigest()[:8]}"
+
+
+def with_files(frames: Sequence[BatchFrame], kind: str, folder: str | os.PathLike[str]) -> list[BatchFrame]:
+    """The same frames with a file each from a folder, found by the frame's name or key.
+
+    Parameters
+    ----------
+    frames : sequence of BatchFrame
+    kind : str
+        What the files are: "guide" or "truth".
+    folder : path-like
+        Its files are called as the frames are, or as their folders: 0001.png or rgb__0001.png for rgb/0001.
+
+    Raises
+    ------
+    InputError
+        If there is no such folder, or a frame has no file in it.
+    """
+    try:
+        files = {path.stem: str(path.absolute()) for path in sorted(Path(folder).iterdir()) if path.is_file()}
+    except OSError as error:
+        raise InputError(
+            f"{folder}: cannot be read ({error.strerror}). Name a folder with a file for each frame."
+        ) from error
+    found = []
+    for frame in frames:
+        names = frame.folder, frame.source.name, frame.key.rpartition("/")[2]
+        path = next((files[name] for name in names if name in files), None)
+        if path is None:
+            raise InputError(f"{folder} has no file for {frame.key}: it would be called {names[0]} or {names[-1]}.")
+        beside: dict[str, Any] = {kind: path}
+        found.append(replace(frame, source=replace(frame.source, **beside)))
+    return found
+
+
+def selected(
+    frames: Sequence[BatchFrame], *, first: int | None = None, end: int | None = None, every: int = 1
+) -> list[BatchFrame]:
+    """Some of the frames: every so-manyth from number `first` to before `end`, counted from 0; negative from the end.
+
+    Raises
+    ------
+    InputError
+        If these are none.
+    """
+    chosen = list(frames[first:end:every])
+    if not chosen:
+        raise InputError(f"There are no such frames: they are numbered from 0 to {len(frames) - 1}.")
+    return chosen
+
+
+def shard_of(frames: Sequence[BatchFrame], number: int, count: int) -> list[BatchFrame]:
+    """One of `count` parts, counted from 1: every frame is in exactly one, and neighbours are in different ones."""
+    return list(frames[number - 1 :: count])
+
+
+def _is_in(source: FrameSource, folder: Path) -> bool:
+    return Path(os.path.abspath(source.rgb)).is_relative_to(folder)

@@ -1,0 +1,144 @@
+"""What all frames of a batch are completed with, kept with the results: other settings do not go unnoticed."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ..errors import FormatError, InputError
+from ..io.atomic import write_bytes
+from ..io.files import file_sha256, read_json
+from ..judgement import HiddenTest
+from ..models import CORRECTION
+from ..run import ExportOptions, Recipe
+from ..run.networks import asked_networks, present_sha256
+from ..run.record import PROGRAM
+from ..version import __version__
+
+SETTINGS_FILE = "batch.json"
+
+Levels = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class BatchSettings:
+    """What decides the results of a batch, but for its frames.
+
+    Parameters
+    ----------
+    recipe : Recipe
+    options : ExportOptions
+        Which files are written for each frame. Of frames whose intrinsics are not known, there is no cloud.
+    hidden : HiddenTest, optional
+        Also judge each frame on known depth that is hidden.
+    distrust : str, optional
+        Path of the mask of depth that is not believed, in every frame.
+    """
+
+    recipe: Recipe = field(default_factory=Recipe)
+    options: ExportOptions = field(default_factory=ExportOptions)
+    hidden: HiddenTest | None = None
+    distrust: str | None = None
+
+    def facts(self) -> dict[str, Any]:
+        """All of it as JSON has it: values, the content of files and networks by SHA-256, and the version.
+
+        Raises
+        ------
+        InputError
+            If a file that is named cannot be read.
+        """
+        recipe = self.recipe
+        files = {"blocks": recipe.blocks, "drawn": recipe.drawn, "distrust": self.distrust}
+        return _plain(
+            {
+                "version": __version__,
+                "networks": {name: present_sha256(name) for name in self._networks()},
+                "parameters": recipe.parameters.to_dict(),
+                "extraction": recipe.extraction.to_dict(),
+                "dense": recipe.dense,
+                "fill_gaps": recipe.fill_gaps,
+                "files": {name: _content_sha256(path) for name, path in files.items() if path is not None},
+                "export": dataclasses.asdict(self.options),
+                "hidden": None if self.hidden is None else dataclasses.asdict(self.hidden),
+            }
+        )
+
+    def _networks(self) -> list[str]:
+        extraction, parameters = self.recipe.extraction, self.recipe.parameters
+        asked = [*asked_networks(extraction.detector, extraction.model)] if self.recipe.blocks is None else []
+        if parameters.filter == "edge-aware":
+            asked += asked_networks(parameters.edges, parameters.model)
+            asked += [CORRECTION] if parameters.correction else []
+        return sorted(set(asked))
+
+
+def sha256_of(facts: Mapping[str, Any]) -> str:
+    """Tells settings apart, by their facts, here and on other machines."""
+    return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
+
+
+def read_settings(folder: Path) -> tuple[dict[str, Any], Levels] | None:
+    """Facts and levels of the batch whose results are in a folder; None if there is none.
+
+    Raises
+    ------
+    FormatError
+        If there is a file of that name that is none of a batch.
+    """
+    path = folder / SETTINGS_FILE
+    if not path.exists():
+        return None
+    data = read_json(path)
+    try:
+        if data["program"] != PROGRAM:
+            raise KeyError
+        low, high = data["levels"]
+        return dict(data["settings"]), (float(low), float(high))
+    except (KeyError, TypeError, ValueError):
+        raise FormatError(f"{path} is not of a batch of this program. Choose another folder.") from None
+
+
+def write_settings(folder: Path, facts: Mapping[str, Any], levels: Levels) -> None:
+    """Keep them in the folder of the results."""
+    data = {"program": PROGRAM, "settings": facts, "levels": levels}
+    write_bytes(folder / SETTINGS_FILE, f"{json.dumps(data, indent=2)}\n".encode())
+
+
+def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+    """What differs between the facts of two settings: "parameters.smoothness: 3.0, now 1.0"."""
+    old, new = dict(_flat(before)), dict(_flat(now))
+    return [
+        f"{name}: {old.get(name)}, now {new.get(name)}" for name in {**old, **new} if old.get(name) != new.get(name)
+    ]
+
+
+def _flat(facts: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, value in facts.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", value
+
+
+def _plain(facts: dict[str, Any]) -> dict[str, Any]:
+    """As it comes back from a JSON file."""
+    return dict(json.loads(json.dumps(facts)))
+
+
+def _content_sha256(path: str) -> str:
+    """SHA-256 of a file, or of the files in a folder and their names."""
+    if not os.path.isdir(path):
+        return file_sha256(path)
+    try:
+        files = sorted(entry.name for entry in os.scandir(path) if entry.is_file())
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}). Check its permissions.") from error
+    lines = [f"{name} {file_sha256(os.path.join(path, name))}" for name in files]
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest()

@@ -1,0 +1,221 @@
+"""One frame of a batch, from its files to its folder: what every worker does, here and on other machines."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from ..confidence import expected_error
+from ..errors import Cancelled, ExportError, IlfError, InputError
+from ..frame import RGBDFrame
+from ..io.files import file_sha256
+from ..io.label_files import read_mask
+from ..io.unfinished import remove, remove_empty
+from ..judgement import Judgement, judge_completion, judge_hidden
+from ..outcomes import Completion
+from ..run import Run, write
+from ..run.options import RECORD_FILE
+from ..run.staging import clear_interrupted
+from .frame_record import (
+    FRAME_FILE,
+    FrameOutcome,
+    FrameRecord,
+    FrameStatus,
+    content_now,
+    content_of,
+    files_of,
+    read_frame_record,
+    reading_of,
+    watched,
+    write_frame_record,
+)
+from .frames import BatchFrame
+from .pictures import write_preview
+from .settings import BatchSettings, Levels, sha256_of
+
+
+@dataclass(frozen=True)
+class Task:
+    """What workers need to know of a batch.
+
+    Attributes
+    ----------
+    folder : str
+        Absolute path of the results; the same on all machines.
+    settings : BatchSettings
+    sha256 : str
+        Of the settings where the batch was started.
+    levels : tuple of float
+        Depth [m] of the two ends of the previews' colours.
+    """
+
+    folder: str
+    settings: BatchSettings
+    sha256: str
+    levels: Levels
+
+    def folder_of(self, frame: BatchFrame) -> Path:
+        """Where a frame's results go."""
+        return Path(self.folder, frame.folder)
+
+    def finished(self, frame: BatchFrame) -> FrameOutcome | None:
+        """What came of a frame that is there already, completed with these settings; None if it is not."""
+        folder = self.folder_of(frame)
+        record = read_frame_record(folder)
+        if record is None or record.settings != self.sha256 or not record.is_whole(folder):
+            return None
+        same = record.is_of(frame.source)
+        if same is None:
+            same = record.content == content_now(frame.source)
+        return record.outcome if same else None
+
+
+def complete_frame(task: Task, frame: BatchFrame, threads: int | None = None) -> FrameOutcome:
+    """Complete a frame and write its folder, its record last; what is there already is not done again.
+
+    Whatever is wrong with the frame is its outcome.
+
+    Parameters
+    ----------
+    task : Task
+    frame : BatchFrame
+    threads : int, optional
+        As for `Run.steps`.
+
+    Raises
+    ------
+    InputError
+        If the settings come to others on this machine.
+    ExportError
+        If not even the record can be written.
+    """
+    done = task.finished(frame)
+    if done is not None:
+        return done
+    if _sha256_here(task.settings) != task.sha256:
+        raise InputError(
+            "This machine would complete frames otherwise than the one that started the batch: version of the program, "
+            "networks or files differ. Install the same on all of them."
+        )
+    if threads is not None:
+        cv2.setNumThreads(threads)
+    tidy(task, frame)
+    started = time.perf_counter()
+    read: list[RGBDFrame] = []
+    try:
+        record = _completed(task, frame, threads, read)
+    except Cancelled:
+        raise
+    except Exception as error:
+        if (done := task.finished(frame)) is not None:  # another process was quicker
+            return done
+        message = str(error) if isinstance(error, IlfError) else f"{type(error).__name__}: {error}"
+        record = failure(task, frame, message, read[0] if read else None)
+    record = replace(record, outcome=replace(record.outcome, seconds=round(time.perf_counter() - started, 3)))
+    write_record(task, frame, record)
+    return record.outcome
+
+
+def write_record(task: Task, frame: BatchFrame, record: FrameRecord) -> None:
+    """Write a frame's record into its folder; raises ExportError."""
+    folder = task.folder_of(frame)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ExportError(f"{folder} cannot be made ({error.strerror}). Choose another folder.") from error
+    write_frame_record(folder, record)
+
+
+def failure(task: Task, frame: BatchFrame, message: str, read: RGBDFrame | None = None) -> FrameRecord:
+    """The record of a frame that failed."""
+    outcome = FrameOutcome(frame.key, frame.folder, frame.time, FrameStatus.FAILED, " ".join(message.split()))
+    content = None if read is None else content_of(read)
+    files = watched(files_of(frame.source, read))
+    return FrameRecord(outcome, task.sha256, reading_of(frame.source), content, files)
+
+
+def tidy(task: Task, frame: BatchFrame) -> None:
+    """Take away what a worker that died, here or on another machine, has left half written in a frame's folder."""
+    folder = task.folder_of(frame)
+    if folder.is_dir():
+        clear_interrupted(folder)
+        for left in folder.glob(".ilf-*"):
+            remove(left)
+        remove_empty((folder,))
+
+
+@lru_cache(1)
+def _sha256_here(settings: BatchSettings) -> str:
+    """What the settings come to on this machine; found once, for as long as a worker lives."""
+    return sha256_of(settings.facts())
+
+
+def _completed(task: Task, frame: BatchFrame, threads: int | None, read: list[RGBDFrame]) -> FrameRecord:
+    """The record of a frame that is completed; what was read is put into a list, for those who tell why it failed."""
+    settings = task.settings
+    files = watched(files_of(frame.source, None))  # before reading: what changes meanwhile is looked at again
+    loaded = frame.source.load()
+    read.append(loaded)
+    content = content_of(loaded)
+    files = {**watched(files_of(frame.source, loaded)), **files}
+    if settings.distrust is not None:
+        loaded = loaded.distrusting(read_mask(settings.distrust, loaded.shape))
+    run = settings.recipe.run_of(loaded)
+    options = settings.options
+    notes = [*loaded.notes, *run.notes]
+    if loaded.intrinsics is None and options.cloud is not None:
+        options = replace(options, cloud=None)
+        notes.append("No point cloud is written, because the camera's intrinsics are not known.")
+    completion = run.complete(threads=threads)
+    outcome = _measured(task, frame, run, completion, threads)
+    folder = task.folder_of(frame)
+    (folder / FRAME_FILE).unlink(missing_ok=True)  # it does not speak of what comes now
+    written = write(folder, run, completion, options)
+    preview = write_preview(folder, loaded, completion.depth, task.levels)
+    notes += [*completion.notes, *written.notes]
+    return FrameRecord(
+        replace(outcome, message=" ".join(dict.fromkeys(notes))),
+        task.sha256,
+        reading_of(frame.source),
+        content,
+        files,
+        file_sha256(folder / RECORD_FILE) if options.run_record else None,
+        (*(path.name for path in written.files), preview),
+    )
+
+
+def _measured(task: Task, frame: BatchFrame, run: Run, completion: Completion, threads: int | None) -> FrameOutcome:
+    missing, left = ~run.frame.known, np.isnan(completion.depth)
+    outside = run.frame.outside_view
+    error = expected_error(run.frame, completion)
+    errors = error[np.isfinite(error)]
+    hidden = task.settings.hidden
+    whole = Judgement() if hidden is None else judge_hidden(run, hidden, threads=threads).whole
+    truth = Judgement() if run.frame.truth is None else judge_completion(run.frame, completion)
+    return FrameOutcome(
+        frame=frame.key,
+        folder=frame.folder,
+        time=frame.time,
+        status=FrameStatus.COMPLETED,
+        blocks=len(np.unique(run.blocks[run.blocks > 0])),
+        pixels=missing.size,
+        missing_before=int(np.count_nonzero(missing)),
+        missing_after=int(np.count_nonzero(left)),
+        outside_view=0 if outside is None else int(np.count_nonzero(outside & missing)),
+        expected_error_median=_rounded(np.median(errors)) if errors.size else None,
+        expected_error_p90=_rounded(np.quantile(errors, 0.9)) if errors.size else None,
+        hidden_mae=_rounded(whole.mae),
+        hidden_rmse=_rounded(whole.rmse),
+        truth_mae=_rounded(truth.mae),
+        truth_rmse=_rounded(truth.rmse),
+    )
+
+
+def _rounded(metres: float | np.floating) -> float | None:
+    """To a micrometre; None for NaN."""
+    return None if np.isnan(metres) else round(float(metres), 6)

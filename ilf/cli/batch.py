@@ -1,0 +1,271 @@
+"""`ilf batch`: many frames, a folder each, by several processes or machines; what is done is not done again."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+import time
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+from ..batch import Batch, BatchFrame, BatchSettings, FrameOutcome, FrameStatus, frames_of_sources, open_batch
+from ..batch.frames import selected, shard_of, with_files
+from ..batch.sequence import write_contact_sheet, write_video
+from ..errors import IlfError
+from ..judgement import HIDDEN_PATTERNS, HiddenTest
+from ..number_words import counted, millimetres
+from ..parameters import DEFAULT_PRESET, PRESETS, Parameters
+from ..run import Recipe
+from ..sources import open_source
+from .export_options import add_export_options, export_options
+from .given_blocks import add_given_blocks, check_given_blocks
+from .parsing import (
+    Commands,
+    UsageError,
+    add_block_parameters,
+    add_distrusted,
+    add_drawn,
+    add_max_gap,
+    add_parameters,
+    add_preset,
+    add_progress,
+    add_reading,
+    add_seeds,
+    count,
+    max_gap_of,
+    preset_from,
+    reading_of,
+    seeds_of,
+    with_given,
+)
+from .progress import Bar
+from .report import warn
+
+_USAGE = """ilf batch SOURCE... --out DIR [options]
+       ilf batch SOURCE... --out DIR --jobs 4
+       ilf batch SOURCE... --out DIR --shard 3/40
+       ilf batch SOURCE... --out DIR --dask ADDRESS"""
+
+_NAMED = 5
+"""Failed frames that are named on the terminal; the manifest has all."""
+
+
+def add_command(commands: Commands) -> None:
+    """Add the command to the parser."""
+    parser = commands.add_parser(
+        "batch",
+        help="complete many frames, by several processes or machines",
+        usage=_USAGE,
+        description="Complete the frames of folders, data sets and recordings, each into a folder of its own, and "
+        "write manifest.csv, which says what came of each. Run again, it goes on where it was left.",
+        allow_abbrev=False,
+    )
+    parser.set_defaults(command=run)
+    parser.add_argument("sources", nargs="+", metavar="SOURCE", help="folder of frames, data set or recording")
+    parser.add_argument("--out", required=True, metavar="DIR", help="folder for the results, made if missing")
+    frames = parser.add_argument_group("which frames")
+    frames.add_argument("--every", type=count, default=1, metavar="N", help="every N-th frame only")
+    frames.add_argument(
+        "--frames",
+        type=_range,
+        default=(None, None),
+        metavar="A:B",
+        help="frames A to before B, counted from 0; either may be left out, negative ones count from the end",
+    )
+    add_max_gap(frames)
+    _add_sharing(parser.add_argument_group("sharing the work"))
+    again = parser.add_argument_group("running again")
+    again.add_argument("--retry-failed", action="store_true", help="also try frames again that failed")
+    again.add_argument(
+        "--anew",
+        action="store_true",
+        help="complete frames again that were completed with other settings, or whose files have changed since",
+    )
+    add_reading(parser.add_argument_group("reading the frames"))
+    add_distrusted(parser)
+    beside = parser.add_argument_group("beside the frames, in a folder with a file for each, called as the frame is")
+    beside.add_argument(
+        "--guide", metavar="DIR", help="depth or inverse depth from elsewhere (default: guide.* of a frame)"
+    )
+    beside.add_argument("--truth", metavar="DIR", help="true depth, to judge the results by (default: gt.* of a frame)")
+    beside.add_argument("--truth-units", type=float, metavar="N", help="its units per metre")
+    add_preset(parser)
+    add_given_blocks(parser, "--blocks", "--labels")
+    add_drawn(parser)
+    parser.add_argument(
+        "--hidden",
+        choices=tuple(HIDDEN_PATTERNS),
+        help="also judge each frame on known depth that is hidden, in this pattern; takes as long as the run, once per "
+        "seed",
+    )
+    add_seeds(parser)
+    output = parser.add_argument_group("output")
+    add_export_options(output)
+    output.add_argument(
+        "--dense",
+        action="store_true",
+        help="guess the depth that is still missing after the run, and write guessed.png, which shows where",
+    )
+    output.add_argument(
+        "--contact-sheet", action="store_true", help="write contact-sheet.png: all previews, with names"
+    )
+    output.add_argument("--video", action="store_true", help="write video.mp4: all previews, one after the other")
+    add_progress(output)
+    output.add_argument("--quiet", action="store_true", help="print nothing but warnings and errors")
+    add_parameters(parser, Parameters, "filter", presets=PRESETS, default=DEFAULT_PRESET)
+    add_block_parameters(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Carry the command out."""
+    if arguments.dask is not None and (arguments.jobs is not None or arguments.shard is not None):
+        raise UsageError("--dask shares the frames itself: leave out --jobs and --shard.")
+    settings = _settings(arguments)
+    frames = _frames(arguments)
+    only = frames if arguments.shard is None else shard_of(frames, *arguments.shard)
+    batch = open_batch(
+        frames, arguments.out, settings, only=only, anew=arguments.anew, retry_failed=arguments.retry_failed
+    )
+    started = time.perf_counter()
+    done: list[FrameOutcome] = []
+    try:
+        _complete(batch, arguments, done)
+    finally:
+        all_of_them = batch.write_manifest()
+        if not arguments.quiet:
+            print("\n".join(_summary(batch, done, time.perf_counter() - started)), flush=True)
+    shown = [path.name for path in _pictures(arguments, batch, all_of_them)]
+    if not arguments.quiet:
+        print(f"Written to {arguments.out}: {', '.join(['manifest.csv', *shown])}, and a folder for each frame.")
+    if failed := [*batch.failed, *(outcome for outcome in done if outcome.status is FrameStatus.FAILED)]:
+        raise IlfError(_failures(failed, len(only)))
+
+
+def _add_sharing(group: argparse._ArgumentGroup) -> None:
+    group.add_argument(
+        "--jobs", type=count, metavar="N", help="processes of this machine, which share its cores (default: 1)"
+    )
+    group.add_argument(
+        "--shard",
+        type=_shard,
+        metavar="K/N",
+        help="only the K-th of N parts of the frames: the others run elsewhere, into the same folder",
+    )
+    group.add_argument(
+        "--dask",
+        metavar="ADDRESS",
+        help="have the workers of a Dask cluster do it: the scheduler's address, or the file that it has written it to",
+    )
+
+
+def _settings(arguments: argparse.Namespace) -> BatchSettings:
+    if arguments.hidden is None and arguments.seeds is not None:
+        raise UsageError("--seeds is about hidden depth: add --hidden.")
+    chosen = preset_from(arguments.preset)
+    recipe = Recipe(
+        with_given(chosen.parameters, arguments),
+        check_given_blocks(arguments, "--blocks", chosen.extraction),
+        arguments.dense,
+        _absolute(arguments.blocks),
+        arguments.fill_gaps,
+        _absolute(arguments.drawn),
+    )
+    hidden = None if arguments.hidden is None else HiddenTest(arguments.hidden, seeds_of(arguments))
+    return BatchSettings(recipe, export_options(arguments), hidden, _absolute(arguments.distrust))
+
+
+def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
+    sources = [open_source(path, **reading_of(arguments), max_gap=max_gap_of(arguments)) for path in arguments.sources]
+    warn(note for source in sources for note in source.notes)
+    first, end = arguments.frames
+    frames = selected(frames_of_sources(sources, arguments.out), first=first, end=end, every=arguments.every)
+    for kind in ("guide", "truth"):
+        if (folder := getattr(arguments, kind)) is not None:
+            frames = with_files(frames, kind, folder)
+    if arguments.truth_units is None:
+        return frames
+    return [replace(frame, source=replace(frame.source, truth_units=arguments.truth_units)) for frame in frames]
+
+
+def _complete(batch: Batch, arguments: argparse.Namespace, done: list[FrameOutcome]) -> None:
+    """Complete the frames, with a bar, and add what comes of each."""
+    shown = not arguments.quiet and (sys.stderr.isatty() if arguments.progress is None else arguments.progress)
+    there = len(batch.finished) + len(batch.failed)
+    failed = len(batch.failed)
+    with (
+        Bar(
+            total=there + len(batch.to_do),
+            initial=there,
+            disable=not shown,
+            mininterval=0,
+            leave=False,
+            dynamic_ncols=True,
+            bar_format="{n_fmt}/{total_fmt} frames |{bar:30}| {elapsed}, {remaining} left{postfix}",
+        ) as bar,
+        closing(batch.outcomes(jobs=arguments.jobs or 1, cluster=arguments.dask)) as outcomes,
+    ):
+        for outcome in outcomes:
+            done.append(outcome)
+            failed += outcome.status is FrameStatus.FAILED
+            bar.set_postfix_str(f"{failed} failed" if failed else "", refresh=False)
+            bar.update(1)
+
+
+def _summary(batch: Batch, done: Sequence[FrameOutcome], seconds: float) -> list[str]:
+    completed = [outcome for outcome in done if outcome.status is FrameStatus.COMPLETED]
+    parts = [f"{len(completed)} completed", f"{len(done) - len(completed)} failed"]
+    parts += [f"{len(batch.finished)} there already"] * bool(batch.finished)
+    parts += [f"{len(batch.failed)} failed before"] * bool(batch.failed)
+    if left := len(batch.to_do) - len(done):
+        parts.append(f"{left} not done")
+    total = len(batch.to_do) + len(batch.finished) + len(batch.failed)
+    rate = f" ({len(done) / seconds:.2g} frames per second)" if done else ""
+    lines = [f"{counted(total, 'frame')}: {', '.join(parts)}, in {seconds:.0f} s{rate}."]
+    if left:
+        lines.append("Give the same command again to go on.")
+    pixels = sum(outcome.pixels or 0 for outcome in completed)
+    if pixels:
+        before, after = (
+            sum(getattr(outcome, name) or 0 for outcome in completed) / pixels
+            for name in ("missing_before", "missing_after")
+        )
+        errors = sorted(outcome.expected_error_median or 0.0 for outcome in completed)
+        lines.append(
+            f"{before:.1%} of the pixels had no depth before, {after:.1%} have none after; the expected error of what "
+            f"was filled is {millimetres(errors[len(errors) // 2])} mm in the median frame."
+        )
+    return lines
+
+
+def _pictures(arguments: argparse.Namespace, batch: Batch, outcomes: Sequence[FrameOutcome]) -> list[Path]:
+    wanted = [write_contact_sheet] * arguments.contact_sheet + [write_video] * arguments.video
+    return [write(batch.folder, outcomes) for write in wanted]
+
+
+def _failures(failed: Sequence[FrameOutcome], of: int) -> str:
+    named = "; ".join(f"{outcome.frame}: {outcome.message}" for outcome in failed[:_NAMED])
+    more = f" And {len(failed) - _NAMED} more, in manifest.csv." if len(failed) > _NAMED else ""
+    return f"{len(failed)} of {counted(of, 'frame')} failed. {named}{more} Try them again by --retry-failed."
+
+
+def _range(text: str) -> tuple[int | None, int | None]:
+    match = re.fullmatch(r"(-?\d+)?:(-?\d+)?", text)
+    if match is None:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a range of frames, such as 100:200, :50 or -10:")
+    first, end = (None if number is None else int(number) for number in match.groups())
+    return first, end
+
+
+def _shard(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"(\d+)/(\d+)", text)
+    if match is None or not 1 <= int(match[1]) <= int(match[2]):
+        raise argparse.ArgumentTypeError(f"{text!r} is not one of so many parts, such as 3/40")
+    return int(match[1]), int(match[2])
+
+
+def _absolute(path: str | None) -> str | None:
+    """Workers may have another current folder."""
+    return None if path is None else str(Path(path).absolute())

@@ -1,0 +1,160 @@
+"""A frame of a recording -> RGBDFrame, or the raw pair where colour and depth do not show the same pixels."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from ..camera import CameraIntrinsics
+from ..errors import InputError
+from ..frame import FrameInputs, InputFile, RGBDFrame
+from ..registration import Camera, RawPair, register
+from .depth_reading import DepthReading, reading_of
+from .encodings import EncodingSpec
+from .images import scaled_colour
+from .naming import name_of_recorded
+from .recordings import Cameras, RecordedFrame, opened
+
+
+@dataclass(frozen=True, eq=False)
+class ReadFrame:
+    """A frame that has been read from a recording: as it is stored, and its depth in metres.
+
+    Attributes
+    ----------
+    path : Path
+        Of the recording, absolute.
+    key : str
+        Of the frame.
+    stored : RecordedFrame
+    cameras : Cameras
+    reading : DepthReading
+    """
+
+    path: Path
+    key: str
+    stored: RecordedFrame
+    cameras: Cameras
+    reading: DepthReading
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width of the frame that it becomes."""
+        image = self.reading.metres if self.cameras.is_registered else self.stored.rgb
+        return image.shape[0], image.shape[1]
+
+    def frame(self, intrinsics: CameraIntrinsics | None = None, name: str | None = None) -> RGBDFrame:
+        """Colour with registered depth.
+
+        Parameters
+        ----------
+        intrinsics : CameraIntrinsics, optional
+            Of what comes out; None takes what the recording says.
+        name : str, optional
+
+        Raises
+        ------
+        InputError
+            If depth cannot be registered, because not all is known that it takes, or cannot be metres.
+        """
+        try:
+            frame = self._registered(name) if self.cameras.is_registered else register(self._pair(name))
+        except InputError as error:
+            others = "".join(f" {doubt.text}" for doubt in self.reading.doubts if doubt.encoding is not None)
+            raise InputError(f"{self.path}: {error}{others}") from error
+        camera = intrinsics or frame.intrinsics
+        numbers = None if camera is None else (camera.fx, camera.fy, camera.cx, camera.cy)
+        return replace(frame, intrinsics=camera, inputs=replace(self._inputs(), intrinsics=numbers))
+
+    def pair(self, name: str | None = None) -> RawPair:
+        """Colour and depth as the two cameras have seen them; those of a registered frame are one.
+
+        Raises
+        ------
+        InputError
+            If a camera is not known, or how they stand to each other, or an image is not of its camera's size.
+        """
+        try:
+            return self._pair(name)
+        except InputError as error:
+            raise InputError(f"{self.path}: {error}") from error
+
+    def _registered(self, name: str | None) -> RGBDFrame:
+        camera, metres = self.cameras.depth, self.reading.metres
+        return RGBDFrame(
+            scaled_colour(self.stored.rgb, (metres.shape[0], metres.shape[1])),
+            metres,
+            None if camera is None else camera.intrinsics,
+            self._name(name),
+            notes=(*self._notes(), *_distortion_note(camera)),
+        )
+
+    def _pair(self, name: str | None) -> RawPair:
+        colour, depth, motion = self.cameras.colour, self.cameras.depth, self.cameras.depth_to_colour
+        if colour is None or depth is None or motion is None:
+            known = {
+                "the calibration of the colour camera": colour,
+                "that of the depth camera": depth,
+                "how the two stand to each other": motion,
+            }
+            lacking = " and ".join(what for what, value in known.items() if value is None)
+            raise InputError(
+                f"depth is not registered to colour and cannot be, since the recording lacks {lacking}. Record aligned "
+                "depth, or the cameras' calibration with it."
+            )
+        rgb, metres = self.stored.rgb, self.reading.metres
+        return RawPair(rgb, metres, colour, depth, motion, self._name(name), self._inputs(), self._notes())
+
+    def _name(self, given: str | None) -> str:
+        return given or name_of_recorded(self.path, self.key)
+
+    def _notes(self) -> tuple[str, ...]:
+        return *self.stored.notes, *self.reading.notes
+
+    def _inputs(self) -> FrameInputs:
+        """Without intrinsics."""
+        encoding = self.reading.encoding
+        rgb, depth = (
+            InputFile(str(self.path), sha256) for sha256 in (self.stored.rgb_sha256, self.stored.depth_sha256)
+        )
+        return FrameInputs(
+            rgb, depth, encoding.units, None, encoding=encoding.name, invalid=encoding.invalid, frame=self.key
+        )
+
+
+def read_recorded(
+    path: str | os.PathLike[str], key: str, given: EncodingSpec | None = None, invalid: float | None = None
+) -> ReadFrame:
+    """Read a frame of a recording.
+
+    Parameters
+    ----------
+    path : path-like
+        Of the recording.
+    key : str
+        Of the frame.
+    given : str or float, optional
+        The depth encoding; None takes what the recording says.
+    invalid : float, optional
+        The value of its depth that stands for missing; None takes what the recording says.
+
+    Raises
+    ------
+    InputError
+        If there is no such recording, or no such frame in it.
+    FormatError
+        If the recording is damaged.
+    ParameterError
+        If there is no such encoding.
+    """
+    with opened(path) as recording:
+        stored, cameras, found = recording.frame(key), recording.cameras(key), recording.path
+    known = stored.invalid if invalid is None else invalid
+    return ReadFrame(found, key, stored, cameras, reading_of(stored.depth, found, given, stored.encoding, known))
+
+
+def _distortion_note(camera: Camera | None) -> tuple[str, ...]:
+    if camera is None or not any(camera.distortion):
+        return ()
+    return ("The lens distortion of colour and depth is left as it is, which bends the point cloud at its borders.",)

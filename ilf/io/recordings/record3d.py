@@ -1,0 +1,161 @@
+"""Recordings of Record3D (.r3d): a zip with colour as JPEG, and depth and confidence packed by LZFSE."""
+
+from __future__ import annotations
+
+import json
+import re
+import zipfile
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...camera import CameraIntrinsics, fitted
+from ...errors import FormatError, InputError
+from ...registration import Camera
+from ..files import FileContent
+from ..headers import image_header
+from ..images import check_pixel_count, read_colour
+from ..lzfse_data import unpacked
+from ..poses import OF_OPENGL, posed
+from ..time_lists import MOST_APART_S
+from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, scaled_cameras, sha256_of
+
+_METADATA = "metadata"
+_DEPTH = re.compile(r"rgbd/(\d{1,9})\.depth")
+_MOST_BYTES = 2**28
+"""Of a member of the zip, unpacked."""
+
+
+class Record3D(Recording):
+    """A recording of Record3D. Keys are the numbers of its frames; confidence goes from 0 to 2."""
+
+    kind = "a recording of Record3D"
+    suffixes = (".r3d",)
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        try:
+            self._zip = zipfile.ZipFile(path)
+        except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError) as error:
+            raise FormatError(f"{path} is no whole recording of Record3D ({error!s:.80}). Export it again.") from error
+        try:
+            self._names = frozenset(self._zip.namelist())
+            numbers = sorted(int(found[1]) for name in self._names if (found := _DEPTH.fullmatch(name)))
+            self._keys = tuple(str(number) for number in numbers if f"rgbd/{number}.jpg" in self._names)
+            if not self._keys:
+                raise FormatError(f"{path} has no frames: there is no rgbd/0.jpg with rgbd/0.depth in it.")
+            self._metadata = self._read_metadata()
+            self._depth_size = self._size("dw", "dh")
+        except BaseException:
+            self._zip.close()
+            raise
+
+    def close(self) -> None:
+        self._zip.close()
+
+    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
+        times = [self._of_frame("frameTimestamps", key) for key in self._keys]
+        known = all(isinstance(time, int | float) and np.isfinite(time) for time in times)
+        return RecordingIndex(self._keys, tuple(map(float, times)) if known else ())
+
+    def frame(self, key: str) -> RecordedFrame:
+        jpeg, depth = self._colour_bytes(key), self._member(f"rgbd/{key}.depth")
+        width, height = self._depth_size
+        values = np.frombuffer(unpacked(depth, 4 * width * height, self._place(f"rgbd/{key}.depth")), "<f4")
+        time = self._of_frame("frameTimestamps", key)
+        return RecordedFrame(
+            self.colour(key),
+            values.astype(np.float32).reshape(height, width),
+            sha256_of(jpeg),
+            sha256_of(depth),
+            "m",
+            time=float(time) if isinstance(time, int | float) else None,
+            confidence=self._confidence(key),
+        )
+
+    def colour(self, key: str) -> NDArray[np.uint8]:
+        jpeg = self._colour_bytes(key)
+        return read_colour(FileContent(Path(self._place(f"rgbd/{key}.jpg")), np.frombuffer(jpeg, np.uint8)))
+
+    def cameras(self, key: str) -> Cameras:
+        header = image_header(self._place(f"rgbd/{key}.jpg"), self._colour_bytes(key))
+        size = header.width, header.height
+        try:
+            stated = self._intrinsics(key)
+            return scaled_cameras(
+                Camera(fitted(stated, self._size("w", "h"), (size[1], size[0])), size), self._depth_size
+            )
+        except InputError as error:
+            raise FormatError(f"{self.path}: the camera of frame {key} cannot be ({error})") from error
+
+    def pose(self, key: str) -> NDArray[np.float64] | None:
+        numbers = self._of_frame("poses", key)
+        if not (isinstance(numbers, list) and len(numbers) == 7 and all(isinstance(n, int | float) for n in numbers)):
+            return None
+        found = posed(numbers[:4], numbers[4:])
+        return None if found is None else found @ OF_OPENGL
+
+    def _intrinsics(self, key: str) -> CameraIntrinsics:
+        """Of the size that the metadata tell: those of the frame, or else of the recording, whose matrix is stored by
+        columns."""
+        numbers = self._of_frame("perFrameIntrinsicCoeffs", key)
+        if numbers is None:
+            matrix = self._metadata.get("K")
+            numbers = [matrix[at] for at in (0, 4, 6, 7)] if isinstance(matrix, list) and len(matrix) == 9 else None
+        if not (isinstance(numbers, list) and len(numbers) == 4 and all(isinstance(n, int | float) for n in numbers)):
+            raise FormatError("its metadata have no K of nine numbers")
+        fx, fy, cx, cy = map(float, numbers)
+        return CameraIntrinsics(fx, fy, cx, cy)
+
+    def _confidence(self, key: str) -> NDArray[np.uint8] | None:
+        name = f"rgbd/{key}.conf"
+        if name not in self._names:
+            return None
+        width, height = self._depth_size
+        levels = unpacked(self._member(name), width * height, self._place(name))
+        return np.frombuffer(levels, np.uint8).reshape(height, width)
+
+    def _colour_bytes(self, key: str) -> bytes:
+        if key not in self._keys:
+            raise self.unknown(key)
+        return self._member(f"rgbd/{key}.jpg")
+
+    def _of_frame(self, name: str, key: str) -> Any:
+        """What a list of the metadata has for a frame; None if it has nothing."""
+        values, number = self._metadata.get(name), int(key)
+        return values[number] if isinstance(values, list) and number < len(values) else None
+
+    def _size(self, width: str, height: str) -> tuple[int, int]:
+        size = self._metadata.get(width), self._metadata.get(height)
+        if not (isinstance(size[0], int) and isinstance(size[1], int) and size[0] > 0 and size[1] > 0):
+            raise FormatError(f"{self.path}: its metadata must have {width} and {height}, in pixels, not {size!r:.60}.")
+        check_pixel_count(self.path, size[0], size[1])
+        return size[0], size[1]
+
+    def _read_metadata(self) -> dict[str, Any]:
+        if _METADATA not in self._names:
+            raise FormatError(f"{self.path} has no {_METADATA}, as a recording of Record3D has. Export it again.")
+        try:
+            metadata = json.loads(self._member(_METADATA))
+        except (ValueError, RecursionError) as error:
+            raise FormatError(
+                f"{self._place(_METADATA)} is not valid JSON ({error!s:.80}). Export it again."
+            ) from error
+        if not isinstance(metadata, dict):
+            raise FormatError(f"{self._place(_METADATA)} must hold a JSON object. Export the recording again.")
+        return metadata
+
+    def _member(self, name: str) -> bytes:
+        entry = self._zip.getinfo(name)
+        if entry.file_size > _MOST_BYTES:
+            raise FormatError(f"{self._place(name)} would take {entry.file_size / 2**20:.0f} MiB: that is no frame.")
+        try:
+            return self._zip.read(entry)
+        except (zipfile.BadZipFile, zlib.error, OSError, RuntimeError, EOFError, ValueError) as error:
+            raise FormatError(f"{self._place(name)} is damaged ({error!s:.80}). Export the recording again.") from error
+
+    def _place(self, name: str) -> str:
+        return f"{self.path}/{name}"

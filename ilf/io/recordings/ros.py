@@ -1,0 +1,208 @@
+"""Recordings of ROS 1 (.bag) and ROS 2 (a folder, .db3, .mcap), read by rosbags."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import FormatError, IlfError, InputError
+from ...extras import optional
+from ..headers import image_header
+from ..time_lists import MOST_APART_S
+from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, registered_cameras, sha256_of
+from .ros_cameras import between, camera_of
+from .ros_images import COMPRESSED, IMAGE, colour_of, depth_of, is_colour, is_depth
+from .ros_topics import CameraTopics, ImageTopic, chosen_topics
+from .stamps import StampedPairs
+
+_METADATA = "metadata.yaml"
+_STORAGE = (".db3", ".mcap")
+_Stamped = dict[int, int]
+"""Stamp in the header [ns] -> time in the recording [ns], by which the message is found."""
+
+
+class RosBag(Recording):
+    """A recording of ROS: a frame is a colour image with the depth image that is nearest by the stamps in their
+    headers. A key is the stamp of the colour, after the names of the topics where these have been given."""
+
+    kind = "a ROS bag"
+    suffixes = (".bag", *_STORAGE)
+    has_topics = True
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        highlevel = optional("rosbags.highlevel", "sequences", "A ROS bag")
+        typesys = optional("rosbags.typesys", "sequences", "A ROS bag")
+        if path.is_dir() and not (path / _METADATA).is_file():
+            raise InputError(
+                f"{path} has no {_METADATA}: it was not ended as it should be. Run: ros2 bag reindex {path}"
+            )
+        with self._reading():
+            # recordings of before ROS 2 Iron do not say what their messages are
+            known = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+            self._reader = highlevel.AnyReader([path], default_typestore=known)
+            self._reader.open()
+        self._image_topics: list[ImageTopic] | None = None
+        self._stamps: dict[str, _Stamped] = {}
+        self._paired: dict[Topics, StampedPairs] = {}
+
+    @classmethod
+    def fits(cls, path: Path) -> bool:
+        if not path.is_dir():
+            return super().fits(path)
+        return any(entry.suffix.lower() in _STORAGE for entry in path.iterdir())
+
+    def close(self) -> None:
+        self._reader.close()
+
+    def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
+        camera, note = self._camera(topics)
+        found = self._pairs(camera).index(max_gap, self.path)
+        before = "" if topics is None else f"{'+'.join(topics)}/"
+        notes = (note, *found.notes) if note else found.notes
+        return RecordingIndex(tuple(before + key for key in found.keys), found.times, notes)
+
+    def frame(self, key: str) -> RecordedFrame:
+        camera, (colour_stamp, depth_stamp) = self._found(key)
+        colour, rgb_sha256 = self._message(camera.colour, colour_stamp)
+        depth, depth_sha256 = self._message(camera.depth, depth_stamp)
+        values, units = depth_of(depth, self.path)
+        return RecordedFrame(
+            colour_of(colour, self.path), values, rgb_sha256, depth_sha256, units, time=colour_stamp * 1e-9
+        )
+
+    def colour(self, key: str) -> NDArray[np.uint8]:
+        camera, (stamp, _) = self._found(key)
+        return colour_of(self._message(camera.colour, stamp)[0], self.path)
+
+    def cameras(self, key: str) -> Cameras:
+        topics, _ = self._found(key)
+        colour, depth = topics.colour, topics.depth
+        try:
+            if topics.is_registered:
+                found = self._info(colour) or self._info(depth)
+                return registered_cameras(None if found is None else camera_of(found, colour.name, colour.size))
+            infos = [(self._info(topic), topic) for topic in (colour, depth)]
+            cameras = [None if info is None else camera_of(info, topic.name, topic.size) for info, topic in infos]
+            return Cameras(cameras[0], cameras[1], self._depth_to_colour(topics), is_registered=False)
+        except FormatError as error:
+            raise FormatError(f"{self.path}: {error}") from error
+
+    def _depth_to_colour(self, camera: CameraTopics) -> NDArray[np.float64] | None:
+        stamped = (one for message in self._messages("/tf_static") for one in message.transforms)
+        return between(stamped, camera.depth.frame_id, camera.colour.frame_id)
+
+    # topics
+
+    def _camera(self, wanted: Topics | None) -> tuple[CameraTopics, str]:
+        if self._image_topics is None:
+            self._image_topics = [topic for name in self._names() if (topic := self._image_topic(name)) is not None]
+        try:
+            return chosen_topics(self._image_topics, wanted)
+        except InputError as error:
+            raise InputError(f"{self.path} {error}") from None
+
+    def _names(self) -> list[str]:
+        """Topics with images."""
+        return sorted({one.topic for one in self._reader.connections if one.msgtype in {IMAGE, COMPRESSED}})
+
+    def _image_topic(self, name: str) -> ImageTopic | None:
+        """A topic by its first image; None if it has none that is known."""
+        first = next(self._messages(name), None)
+        if first is None:
+            return None
+        if hasattr(first, "format"):
+            offset = 12 * ("compressedDepth" in first.format)
+            try:
+                header = image_header(self.path, first.data[offset:].tobytes())
+            except FormatError:  # videos are sent so, too
+                return None
+            size = header.width, header.height
+        else:
+            size = first.width, first.height
+        count = sum(one.msgcount for one in self._connections(name))
+        depth = is_depth(first, name)
+        return ImageTopic(name, depth, not depth and is_colour(first), first.header.frame_id.strip("/"), size, count)
+
+    def _info(self, topic: ImageTopic) -> Any:
+        """The calibration of a topic's camera; None if there is none."""
+        return next(self._messages(topic.info), None)
+
+    # frames
+
+    def _found(self, key: str) -> tuple[CameraTopics, tuple[int, int]]:
+        """The camera and the stamps [ns] of colour and depth of a frame."""
+        names, _, stamp = key.rpartition("/")
+        colour, plus, depth = names.partition("+")
+        camera, _ = self._camera((colour, depth) if plus else None)
+        stamps = self._pairs(camera).find(stamp)
+        if stamps is None:
+            raise self.unknown(key)
+        return camera, stamps
+
+    def _pairs(self, camera: CameraTopics) -> StampedPairs:
+        known = self._paired.get(camera.names)
+        if known is None:
+            known = StampedPairs(self._stamped(camera.colour), self._stamped(camera.depth), 10**9)
+            self._paired[camera.names] = known
+        return known
+
+    def _stamped(self, topic: ImageTopic) -> _Stamped:
+        """The stamps of a topic's messages; those of images without a stamp are the times when they were recorded."""
+        known = self._stamps.get(topic.name)
+        if known is None:
+            known = self._stamps[topic.name] = {}
+            with self._reading():
+                for _, time, raw in self._reader.messages(self._connections(topic.name)):
+                    known.setdefault(self._stamp(raw) or time, time)
+        return known
+
+    def _stamp(self, raw: bytes) -> int:
+        """The stamp [ns] in the header that a message begins with."""
+        is_big = self._reader.is2 and not raw[1] & 1
+        seconds, nanoseconds = struct.unpack_from(">II" if is_big else "<II", raw, 4)
+        return int(seconds) * 10**9 + int(nanoseconds)
+
+    # messages
+
+    def _message(self, topic: ImageTopic, stamp: int) -> tuple[Any, str]:
+        """A topic's message with a stamp, and the SHA-256 of its bytes."""
+        time, connections = self._stamped(topic)[stamp], self._connections(topic.name)
+        with self._reading():
+            for connection, received, raw in self._reader.messages(connections, time, time + 1):
+                if stamp in {self._stamp(raw), received}:
+                    return self._reader.deserialize(raw, connection.msgtype), sha256_of(raw)
+        raise FormatError(f"{self.path}: an image of {topic.name} that its index lists is not there. It is damaged.")
+
+    def _messages(self, name: str) -> Iterator[Any]:
+        """All messages of a topic."""
+        connections = self._connections(name)
+        if not connections:
+            return
+        with self._reading():
+            for connection, _, raw in self._reader.messages(connections):
+                yield self._reader.deserialize(raw, connection.msgtype)
+
+    def _connections(self, name: str) -> list[Any]:
+        return [one for one in self._reader.connections if one.topic == name]
+
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        """Whatever the library stumbles over becomes one FormatError."""
+        try:
+            yield
+        except IlfError:
+            raise
+        except PermissionError as error:
+            raise InputError(f"{self.path}: cannot be read ({error.strerror}). Check its permissions.") from error
+        except Exception as error:
+            hint = f" Run: rosbag reindex {self.path}" if "not indexed" in str(error) else ""
+            raise FormatError(
+                f"{self.path}: this ROS bag is truncated, damaged or of a rare kind ({error!s:.120}).{hint}"
+            ) from error

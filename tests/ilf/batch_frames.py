@@ -1,0 +1,64 @@
+"""Frames for batches: small ones in files, and one that ends whoever reads it; what a batch has written."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from ilf.frame import RGBDFrame
+from ilf.io.frame_source import FrameSource
+
+H, W = 24, 32
+
+
+def write_frames(root: Path, count: int, shape: tuple[int, int] = (H, W)) -> Path:
+    """Write rgb/0000.png, depth/0000.png, ...: two walls that move, and holes; returns the folder."""
+    height, width = shape
+    rows, columns = np.mgrid[:height, :width]
+    for number in range(count):
+        rng = np.random.default_rng(number)
+        left = columns < width // 2 + number % 5 - 2
+        colour = np.where(left[..., None], (40, 90, 200), (220, 200, 60)).astype(np.uint8)
+        depth = np.where(left, 1500 + 4 * rows, 2600 + 3 * columns).astype(np.uint16)
+        for _ in range(2):
+            top, across = rng.integers(2, height * 3 // 4), rng.integers(2, width * 3 // 4)
+            depth[top : top + height // 5, across : across + width // 5] = 0
+        for folder, image in (("rgb", colour), ("depth", depth)):
+            (root / folder).mkdir(parents=True, exist_ok=True)
+            cv2.imwrite(str(root / folder / f"{number:04}.png"), image)
+    return root
+
+
+@dataclass(frozen=True)
+class Deadly(FrameSource):
+    """A frame that kills the process that reads it, as a library that crashes would."""
+
+    def load(self) -> RGBDFrame:
+        os.kill(os.getpid(), signal.SIGKILL)
+        raise AssertionError
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """All files of a batch, without what tells of time."""
+    found = {}
+    for path in sorted(folder.rglob("*")):
+        if path.is_file():
+            content = path.read_bytes()
+            if path.name == "frame.json":
+                data = json.loads(content)
+                data["outcome"]["seconds"] = None
+                content = json.dumps(data).encode()
+            if path.name == "manifest.csv":
+                content = b"".join(
+                    ",".join({**row, "seconds": ""}.values()).encode()
+                    for row in csv.DictReader(content.decode().splitlines())
+                )
+            found[path.relative_to(folder).as_posix()] = content
+    return found

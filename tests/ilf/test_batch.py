@@ -1,0 +1,353 @@
+"""Batches: which frames there are, what is not done again, what came of each, and whatever may go wrong with one."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import ilf
+import ilf.batch.local
+import ilf.batch.manifest
+import ilf.batch.pictures
+import ilf.batch.states
+from ilf.batch import (
+    BatchFrame,
+    BatchSettings,
+    FrameOutcome,
+    FrameStatus,
+    frames_of_sources,
+    named_frames,
+    open_batch,
+    selected,
+    shard_of,
+)
+from ilf.batch.frames import folder_name
+from ilf.batch.local import outcomes_here
+from ilf.batch.manifest import write_manifest
+from ilf.batch.pictures import depth_levels, read_preview
+from ilf.batch.settings import write_settings
+from ilf.batch.task import Task, complete_frame
+from ilf.cli import main
+from ilf.errors import FormatError, InputError
+from ilf.io.frame_source import FrameSource
+from ilf.judgement import HiddenTest
+from ilf.run import ExportOptions, Recipe
+
+from .batch_frames import Deadly, contents, write_frames
+
+QUICK = Recipe(ilf.preset(max_iterations=5, correction=False), ilf.BlockParameters(detector="canny", min_size=20))
+SETTINGS = BatchSettings(QUICK, ExportOptions(cloud=None))
+FLAGS = [
+    "--max-iterations",
+    "5",
+    "--no-correction",
+    "--blocks-detector",
+    "canny",
+    "--blocks-min-size",
+    "20",
+    "--no-cloud",
+]
+
+
+@pytest.fixture
+def source(tmp_path: Path) -> Path:
+    return write_frames(tmp_path / "in", 3)
+
+
+@pytest.fixture
+def in_this_process(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """There are no other processes; returns the keys of the frames whose completion was begun."""
+    begun: list[str] = []
+
+    def apart(work: Callable[[Any], Any], items: list[Any], **_: object) -> Iterator[tuple[Any, Any]]:
+        for item in items:
+            yield item, work(item)
+
+    def completed(task: Task, frame: BatchFrame, threads: int) -> FrameOutcome:
+        begun.append(frame.key)
+        return complete_frame(task, frame, threads)
+
+    for module in (ilf.batch.local, ilf.batch.pictures, ilf.batch.states):
+        monkeypatch.setattr(module, "done_apart", apart)
+    monkeypatch.setattr(ilf.batch.local, "complete_frame", completed)
+    return begun
+
+
+def frames_in(folder: Path) -> list[BatchFrame]:
+    return frames_of_sources([ilf.open_source(folder)])
+
+
+def exit_status(command: list[str]) -> object:
+    try:
+        return main(command)
+    except SystemExit as end:  # of argparse
+        return end.code
+
+
+def manifest(folder: Path) -> list[dict[str, str]]:
+    return list(csv.DictReader((folder / "manifest.csv").read_text().splitlines()))
+
+
+def test_a_frame_that_kills_its_process_costs_itself_alone(source, tmp_path):
+    frames = [*frames_in(source)[:2], *named_frames([("deadly", Deadly("a.png", "b.png"), None)])]
+    (tmp_path / "out").mkdir()
+    write_settings(tmp_path / "out", SETTINGS.facts(), (1.0, 3.0))
+    batch = open_batch(frames, tmp_path / "out", SETTINGS)
+    outcomes = {outcome.frame: outcome for outcome in outcomes_here(batch.task, batch.to_do)}
+    assert [outcomes[frame.key].status for frame in frames] == ["completed", "completed", "failed"]
+    assert "died, twice" in outcomes["deadly"].message
+    assert [row["status"] for row in map(dataclasses.asdict, batch.write_manifest())] == [
+        "completed",
+        "completed",
+        "failed",
+    ]
+    assert not list((tmp_path / "out").rglob(".ilf-*"))
+    again = open_batch(frames, tmp_path / "out", SETTINGS)
+    assert (again.to_do, [outcome.frame for outcome in again.failed]) == ((), ["deadly"])
+    assert list(again.outcomes()) == []
+
+
+def test_finished_frames_are_not_done_again(source, tmp_path, in_this_process, capsys):
+    out = tmp_path / "out"
+    command = ["batch", str(source), "--out", str(out), *FLAGS]
+    assert main([*command, "--frames", ":2"]) == 0
+    before = contents(out)
+    assert "2 frames: 2 completed, 0 failed" in capsys.readouterr().out
+    assert main(command) == 0
+    assert in_this_process == ["rgb/0000", "rgb/0001", "rgb/0002"]
+    assert "3 frames: 1 completed, 0 failed, 2 there already" in capsys.readouterr().out
+    after = contents(out)
+    assert {name: after[name] for name in before if name != "manifest.csv"} == {
+        name: content for name, content in before.items() if name != "manifest.csv"
+    }
+    assert [row["frame"] for row in manifest(out)] == ["rgb/0000", "rgb/0001", "rgb/0002"]
+    row = manifest(out)[0]
+    assert (int(row["pixels"]), int(row["missing_before"]) > int(row["missing_after"])) == (768, True)
+    assert float(row["expected_error_median_m"]) <= float(row["expected_error_p90_m"])
+    (out / "rgb__0001" / "depth.npy").unlink()
+    assert main([*command, "--quiet"]) == 0
+    assert in_this_process[3:] == ["rgb/0001"]
+    assert contents(out) == after
+
+
+def test_a_run_of_its_own_gives_the_same_files(source, tmp_path, in_this_process):
+    assert main(["batch", str(source), "--out", str(tmp_path / "out"), "--frames", ":1", "--quiet", *FLAGS]) == 0
+    alone = tmp_path / "alone"
+    files = [str(source / name / "0000.png") for name in ("rgb", "depth")]
+    assert main(["complete", *files, "--out", str(alone), "--quiet", *FLAGS]) == 0
+    there = tmp_path / "out" / "rgb__0000"
+    assert {path.name for path in there.iterdir()} - {path.name for path in alone.iterdir()} == {
+        "frame.json",
+        "preview.png",
+    }
+    for path in alone.iterdir():
+        assert path.read_bytes() == (there / path.name).read_bytes(), path.name
+
+
+def test_failed_frames_are_told_and_tried_again_on_request(source, tmp_path, in_this_process, capsys):
+    out = tmp_path / "out"
+    good = (source / "depth" / "0001.png").read_bytes()
+    (source / "depth" / "0001.png").write_bytes(good[:40])
+    command = ["batch", str(source), "--out", str(out), "--quiet", *FLAGS]
+    assert main(command) == 1
+    assert "1 of 3 frames failed. rgb/0001: " in capsys.readouterr().err
+    assert [row["status"] for row in manifest(out)] == ["completed", "failed", "completed"]
+    assert set(contents(out / "rgb__0001")) == {"frame.json"}
+    assert main(command) == 1
+    assert len(in_this_process) == 3
+    assert main([*command, "--retry-failed"]) == 1
+    assert in_this_process[3:] == ["rgb/0001"]
+    (source / "depth" / "0001.png").write_bytes(good)
+    assert main(command) == 0  # it has changed since
+    assert in_this_process[4:] == ["rgb/0001"]
+    assert [row["status"] for row in manifest(out)] == ["completed"] * 3
+
+
+def test_whatever_is_wrong_with_a_frame_is_its_outcome(source, tmp_path, monkeypatch, in_this_process):
+    batch = open_batch(frames_in(source), tmp_path / "out", SETTINGS)
+
+    def fail(*_: object) -> None:
+        raise MemoryError("no more")
+
+    monkeypatch.setattr(Recipe, "run_of", fail)
+    outcome = complete_frame(batch.task, batch.to_do[0])
+    assert (outcome.status, outcome.message) == (FrameStatus.FAILED, "MemoryError: no more")
+
+
+def test_other_settings_are_noticed(source, tmp_path, in_this_process, capsys):
+    out = tmp_path / "out"
+    command = ["batch", str(source), "--out", str(out), "--quiet", "--frames", ":2", *FLAGS]
+    assert main(command) == 0
+    before = contents(out)
+    assert main([*command, "--max-iterations", "6"]) == 1
+    assert "other settings (parameters.max_iterations: 5, now 6). Choose another folder" in capsys.readouterr().err
+    assert contents(out) == before
+    assert main([*command, "--max-iterations", "6", "--anew"]) == 0
+    assert in_this_process[2:] == ["rgb/0000", "rgb/0001"]
+    assert main([*command, "--max-iterations", "6"]) == 0
+    assert len(in_this_process) == 4
+
+
+def test_changed_files_are_noticed_moved_ones_are_the_same(source, tmp_path, in_this_process, capsys):
+    out = tmp_path / "out"
+    command = ["--out", str(out), "--quiet", *FLAGS]
+    assert main(["batch", str(source), *command]) == 0
+    moved = source.rename(tmp_path / "moved")
+    assert main(["batch", str(moved), *command]) == 0
+    assert len(in_this_process) == 3
+    depth = cv2.imread(str(moved / "depth" / "0002.png"), cv2.IMREAD_UNCHANGED)
+    cv2.imwrite(str(moved / "depth" / "0002.png"), depth + 1)
+    assert main(["batch", str(moved), *command]) == 1
+    assert "The files of 1 frame have changed since they were completed" in capsys.readouterr().err
+    assert main(["batch", str(moved), *command, "--anew"]) == 0
+    assert in_this_process[3:] == ["rgb/0002"]
+
+
+def test_other_machines_must_complete_alike(source, tmp_path, in_this_process):
+    task = open_batch(frames_in(source), tmp_path / "out", SETTINGS).task
+    with pytest.raises(InputError, match="would complete frames otherwise"):
+        complete_frame(dataclasses.replace(task, sha256="other"), frames_in(source)[0])
+
+
+def test_shards_share_a_folder(source, tmp_path, in_this_process):
+    out = tmp_path / "out"
+    for shard in ("2/2", "1/2"):
+        command = [
+            "batch",
+            str(source),
+            "--out",
+            str(out),
+            "--quiet",
+            "--shard",
+            shard,
+            "--hidden",
+            "areas",
+            "--seeds",
+            "1",
+        ]
+        assert main([*command, *FLAGS]) == 0
+    assert in_this_process == ["rgb/0001", "rgb/0000", "rgb/0002"]
+    assert [row["frame"] for row in manifest(out)] == ["rgb/0000", "rgb/0001", "rgb/0002"]
+    assert all(0 < float(row["hidden_mae_m"]) <= float(row["hidden_rmse_m"]) for row in manifest(out))
+
+
+def test_a_manifest_has_what_comes_while_it_is_written(source, tmp_path, monkeypatch, in_this_process):
+    out = tmp_path / "out"
+    batch = open_batch(frames_in(source), out, SETTINGS)
+    complete_frame(batch.task, batch.to_do[0])
+    real = ilf.batch.manifest.write_bytes
+
+    def slow(path: Path, content: bytes) -> None:
+        real(path, content)
+        complete_frame(batch.task, batch.to_do[1])  # by somebody else, who has written a manifest before
+
+    monkeypatch.setattr(ilf.batch.manifest, "write_bytes", slow)
+    assert len(write_manifest(out, batch.frames)) == 2
+    assert len(manifest(out)) == 2
+
+
+def test_previews_share_their_colours(source, tmp_path, in_this_process):
+    out = tmp_path / "out"
+    command = ["batch", str(source), "--out", str(out), "--quiet", "--contact-sheet", "--video", *FLAGS]
+    assert main(command) == 0
+    frames = frames_in(source)
+    assert json.loads((out / "batch.json").read_text())["levels"] == list(depth_levels(frames))
+    wall = [read_preview(out / frame.folder)[-1, 70] for frame in frames]  # the same surface in all of them
+    assert np.ptp(wall, axis=0).max() == 0
+    assert read_preview(out / frames[0].folder).shape == (24, 96, 3)
+    sheet = cv2.imread(str(out / "contact-sheet.png"))
+    assert sheet.shape == (128, 1184, 3)
+    import av
+
+    with av.open(str(out / "video.mp4")) as video:
+        assert [picture.width for picture in video.decode(video=0)] == [96] * 3
+    with pytest.raises(FormatError, match="Complete the frame again"):
+        read_preview(out)
+
+
+def test_results_among_the_sources_are_no_sources(source, tmp_path, in_this_process):
+    command = ["batch", str(tmp_path), "--out", str(tmp_path / "done"), "--quiet", *FLAGS]
+    for name in ("a", "b"):
+        write_frames(tmp_path / name, 1)
+        for kind in ("rgb", "depth"):
+            (tmp_path / name / kind / "0000.png").rename(tmp_path / name / f"{kind}.png")
+    for _ in range(2):
+        assert main(command) == 0
+    assert in_this_process == ["a/rgb", "b/rgb"]
+
+
+@pytest.mark.parametrize(
+    ("flags", "message", "status"),
+    [
+        (["--shard", "3/2"], "not one of so many parts", 2),
+        (["--frames", "3"], "not a range of frames", 2),
+        (["--frames", "7:"], "numbered from 0 to 2", 1),
+        (["--seeds", "2"], "add --hidden", 2),
+        (["--dask", "127.0.0.1:1", "--jobs", "2"], "leave out --jobs", 2),
+        (["--distrust", "missing.png"], "missing.png", 1),
+    ],
+)
+def test_wrong_requests_are_told_before_anything_is_made(source, tmp_path, capsys, flags, message, status):
+    command = ["batch", str(source), "--out", str(tmp_path / "out"), *flags]
+    assert exit_status(command) == status
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_sources_of_one_name_are_refused(source):
+    opened = ilf.open_source(source)
+    with pytest.raises(InputError, match="Two sources are called in"):
+        frames_of_sources([opened, opened])
+
+
+@given(st.lists(st.text("aA_/.+: é\x00-", min_size=1, max_size=12), unique=True, max_size=8))
+def test_frames_have_folders_of_their_own(keys):
+    frames = named_frames((key, FrameSource("/a", "/b"), None) for key in keys)
+    names = [frame.folder.casefold() for frame in frames]
+    assert len(set(names)) == len(keys)
+    assert not any(set(name) & set('/\\:*?"<>|\0 ') or name.startswith(".") for name in names)
+    assert all(frame.folder.startswith(folder_name(frame.key)) for frame in frames)
+
+
+@given(st.integers(1, 40), st.integers(1, 7))
+def test_every_frame_is_in_one_shard(count, shards):
+    frames = named_frames((f"{number}", FrameSource("/a", "/b"), None) for number in range(count))
+    parts = [frame.key for number in range(shards) for frame in shard_of(frames, number + 1, shards)]
+    assert sorted(parts) == sorted(frame.key for frame in frames)
+    assert [frame.key for frame in selected(frames, every=shards)] == [
+        str(number) for number in range(0, count, shards)
+    ]
+
+
+def test_settings_hold_what_their_files_do(source, tmp_path):
+    mask = tmp_path / "mask.png"
+    cv2.imwrite(str(mask), np.zeros((24, 32), np.uint8))
+    settings = dataclasses.replace(SETTINGS, distrust=str(mask), hidden=HiddenTest("areas", (0,)))
+    before = settings.facts()
+    cv2.imwrite(str(mask), np.full((24, 32), 255, np.uint8))
+    assert before != settings.facts()
+    assert before["hidden"] == {"pattern": "areas", "seeds": [0]}
+
+
+def test_frames_have_guides_and_truths_by_their_names(source, tmp_path, in_this_process, capsys):
+    (tmp_path / "truth").mkdir()
+    for number in range(2):
+        depth = cv2.imread(str(source / "depth" / f"{number:04}.png"), cv2.IMREAD_UNCHANGED)
+        cv2.imwrite(str(tmp_path / "truth" / f"{number:04}.png"), np.where(depth > 0, depth, 2000).astype(np.uint16))
+    beside = ["--truth", str(tmp_path / "truth"), "--guide", str(tmp_path / "truth")]
+    command = ["batch", str(source), "--out", str(tmp_path / "out"), "--quiet", *beside, *FLAGS]
+    assert main(command) == 1
+    assert "no file for rgb/0002: it would be called rgb__0002 or 0002" in capsys.readouterr().err
+    assert main([*command, "--frames", ":2"]) == 0
+    assert all(0 < float(row["truth_mae_m"]) <= float(row["truth_rmse_m"]) for row in manifest(tmp_path / "out"))
+    assert (tmp_path / "out" / "rgb__0001" / "guide_used.npy").exists()

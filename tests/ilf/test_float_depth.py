@@ -1,0 +1,215 @@
+"""Depth in files of floats: EXR, PFM, COLMAP, NPZ, and disparity."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import sys
+import warnings
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import ilf
+from ilf.errors import DepthWarning, FormatError, IlfError, InputError, ParameterError
+from ilf.io import load_guide, read_depth_values
+from ilf.io.encodings import encoding_of, encoding_of_inputs
+from ilf.io.exr_files import read_exr
+from ilf.io.files import FileContent
+from ilf.run.record import inputs_to_dict
+from ilf.run.record_file import parsed_inputs
+from ilf.sections import Section
+
+H, W = 24, 32
+METRES = (1.5 + 0.01 * np.arange(W)[None] + 0.02 * np.arange(H)[:, None]).astype(np.float32)
+METRES[4:8, 6:12] = 0
+SHARED = Path(os.environ.get("ILF_TEST_DATA", "../shared/data")) / "sources"
+
+
+def exr(channels: dict[str, np.ndarray], **header: object) -> bytes:
+    openexr = pytest.importorskip("OpenEXR")
+    kind = {"compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}
+    stream = io.BytesIO()
+    openexr.File({**kind, **header}, channels).write(stream)
+    return stream.getvalue()
+
+
+def pfm(values: np.ndarray, scale: str = "-1.0", kind: bytes = b"Pf") -> bytes:
+    order = "<f4" if scale.startswith("-") else ">f4"
+    return kind + b"\n%d %d\n" % values.shape[1::-1] + scale.encode() + b"\n" + values[::-1].astype(order).tobytes()
+
+
+def colmap(values: np.ndarray, channels: int = 1) -> bytes:
+    return b"%d&%d&%d&" % (*values.shape[1::-1], channels) + values.astype("<f4").tobytes()
+
+
+def npz(**arrays: np.ndarray) -> bytes:
+    stream = io.BytesIO()
+    np.savez_compressed(stream, **arrays)
+    return stream.getvalue()
+
+
+@pytest.fixture
+def save(tmp_path: Path):
+    cv2.imwrite(str(tmp_path / "rgb.png"), np.full((H, W, 3), 90, np.uint8))
+
+    def write(name: str, content: bytes) -> tuple[Path, Path]:
+        (tmp_path / name).write_bytes(content)
+        return tmp_path / "rgb.png", tmp_path / name
+
+    return write
+
+
+HALF = METRES.astype(np.float16)
+WRITTEN = {
+    "z.exr": lambda: (exr({"Z": METRES}), METRES),
+    "half.exr": lambda: (exr({"Y": HALF}), HALF),
+    "grey.exr": lambda: (exr({"RGB": np.dstack([HALF] * 3)}), HALF),
+    "layers.exr": lambda: (exr({"View.Depth.Z": METRES, "View.R": METRES + 1}), METRES),
+    "little.pfm": lambda: (pfm(METRES), METRES),
+    "big.pfm": lambda: (pfm(METRES, "2.5"), METRES),
+    "only.npz": lambda: (npz(anything=METRES), METRES),
+    "several.npz": lambda: (npz(depth=METRES, mask=METRES > 1), METRES),
+}
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_floats_are_metres_and_not_doubted(save, name):
+    content, values = WRITTEN[name]()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        frame = ilf.load_frame(*save(name, content))
+    assert np.array_equal(np.nan_to_num(frame.depth), values.astype(np.float32))
+    assert (frame.notes, frame.inputs.depth_units) == ((), 1.0)
+
+
+def test_pfm_is_what_opencv_writes(save, tmp_path):
+    assert cv2.imwrite(str(tmp_path / "depth.pfm"), METRES)
+    assert np.array_equal(read_depth_values(tmp_path / "depth.pfm"), METRES)
+
+
+def test_colmap_is_read_with_a_doubt_of_its_unit(save):
+    values = METRES.copy()
+    values[0, 0] = -1
+    files = save("a.png.geometric.bin", colmap(values))
+    with pytest.warns(DepthWarning, match="unit of their reconstruction"):
+        frame = ilf.load_frame(*files)
+    assert np.array_equal(np.isnan(frame.depth), values <= 0)
+    assert ilf.load_frame(*files, encoding="m").notes == ()
+    assert np.nanmax(ilf.load_frame(*files, depth_units=2).depth) == METRES.max() / 2
+
+
+def test_folders_may_hold_such_files(save, tmp_path):
+    for number in (1, 2):
+        save(f"depth_{number}.pfm", pfm(METRES))
+        cv2.imwrite(str(tmp_path / f"rgb_{number}.png"), np.zeros((H, W, 3), np.uint8))
+    (tmp_path / "rgb.png").unlink()
+    source = ilf.open_source(tmp_path)
+    assert len(source) == 2
+    assert source.read("rgb_2").shape == (H, W)
+
+
+def test_disparity_becomes_depth(save, tmp_path):
+    disparity = np.divide(52.5, METRES, out=np.full_like(METRES, np.inf), where=METRES > 0)
+    frame = ilf.load_frame(*save("disparity.pfm", pfm(disparity)), encoding="disparity:52.5")
+    assert np.allclose(np.nan_to_num(frame.depth), METRES, atol=1e-5)
+    assert frame.inputs.encoding == "disparity:52.5"
+    assert encoding_of_inputs(frame.inputs) == encoding_of("disparity:52.5")
+    assert "disparity of a stereo pair" in encoding_of("disparity:52.5").text
+    whole = ilf.load_frame(*save("d.npy", _npy(np.rint(256 * disparity))), encoding=f"disparity:{256 * 52.5}")
+    assert np.allclose(np.nan_to_num(whole.depth), METRES, atol=1e-3)
+    for wrong, told in {"disparity": "disparity:FB", "disparity:0": "no depth", "disparity:x": "no depth"}.items():
+        with pytest.raises(ParameterError, match=told):
+            encoding_of(wrong)
+
+
+def test_records_keep_disparity(save):
+    frame = ilf.load_frame(*save("disparity.pfm", pfm(METRES)), encoding="disparity:5")
+    assert parsed_inputs(Section("record", inputs_to_dict(frame.inputs))) == frame.inputs
+
+
+def _npy(values: np.ndarray) -> bytes:
+    stream = io.BytesIO()
+    np.save(stream, np.nan_to_num(values, posinf=0).astype(np.int32))
+    return stream.getvalue()
+
+
+def test_guides_may_be_such_files(save, tmp_path):
+    save("guide.pfm", pfm(METRES))
+    assert np.array_equal(np.nan_to_num(load_guide(tmp_path / "guide.pfm").values), METRES)
+
+
+DAMAGED = {
+    "cut.pfm": (lambda: pfm(METRES)[:-1], "3072 bytes, and 3071 are there"),
+    "longer.pfm": (lambda: pfm(METRES) + b" ", "3072 bytes, and 3073 are there"),
+    "colours.pfm": (lambda: pfm(METRES, kind=b"PF"), "three channels"),
+    "huge.pfm": (lambda: b"Pf 100000 100000 -1\n", "100 megapixels"),
+    "not.pfm": (lambda: b"P5 2 2 255\n", "not a PFM"),
+    "cut.bin": (lambda: colmap(METRES)[:-4], "3072 bytes, and 3068 are there"),
+    "normals.bin": (lambda: colmap(METRES, 3), "3 channels"),
+    "huge.bin": (lambda: b"100000&100000&1&", "100 megapixels"),
+    "not.bin": (lambda: bytes(100), "width&height&1&"),
+    "zero.bin": (lambda: b"0&0&1&", "one value per pixel"),
+    "cut.exr": (lambda: exr({"Z": METRES})[:-100], "EXR cannot be read"),
+    "start.exr": (lambda: exr({"Z": METRES})[:100], "EXR cannot be read"),
+    "not.exr": (lambda: bytes(100), "not an EXR"),
+    "huge.exr": (lambda: _of_size(exr({"Z": METRES}), 100_000), "100 megapixels"),
+    "wide.exr": (lambda: exr({f"c{i}": np.zeros((2, 2), "f2") for i in range(5)}), "channels c0.*which is depth"),
+    "part.exr": (lambda: _of_size(exr({"Z": METRES}), 8), "only a part"),
+    "picture.exr": (lambda: exr({"RGB": np.dstack([HALF, HALF, HALF + 1])}), "picture, not depth"),
+    "many.npz": (lambda: npz(a=METRES, b=METRES), "2 arrays"),
+    "cut.npz": (lambda: npz(depth=METRES)[:-30], "NPZ cannot be read"),
+}
+
+
+def _of_size(content: bytes, size: int) -> bytes:
+    """With a data window of another size in the header."""
+    end = content.index(b"dataWindow\0box2i\0") + len(b"dataWindow\0box2i\0") + 4
+    return content[: end + 8] + np.array([size - 1] * 2, "<i4").tobytes() + content[end + 16 :]
+
+
+@pytest.mark.parametrize("name", DAMAGED)
+def test_damaged_and_hostile_files_are_told_of_in_one_line(save, name, capfd):
+    make, told = DAMAGED[name]
+    files = save(name, make())
+    with pytest.raises(FormatError, match=told) as raised:
+        ilf.load_frame(*files)
+    assert name in str(raised.value)
+    assert "\n" not in str(raised.value)
+    assert capfd.readouterr() == ("", "")
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.data())
+def test_whatever_bytes_change_nothing_but_errors_of_ours_comes(data):
+    contents = {".exr": exr({"Z": METRES}), ".pfm": pfm(METRES), ".bin": colmap(METRES), ".npz": npz(depth=METRES)}
+    suffix = data.draw(st.sampled_from(sorted(contents)))
+    content = bytearray(contents[suffix])
+    for _ in range(data.draw(st.integers(1, 4))):
+        content[data.draw(st.integers(0, min(len(content), 600) - 1))] = data.draw(st.integers(0, 255))
+    with contextlib.suppress(IlfError):
+        read_depth_values(FileContent(Path(f"x{suffix}"), np.frombuffer(bytes(content), np.uint8)))
+
+
+def test_without_the_package_its_extra_is_named(save, monkeypatch):
+    files = save("z.exr", exr({"Z": METRES}))
+    monkeypatch.setitem(sys.modules, "OpenEXR", None)
+    with pytest.raises(InputError, match=r"ilf-studio\[sequences\]"):
+        ilf.load_frame(*files)
+
+
+def test_a_real_exr_of_cleargrasp():
+    path = SHARED / "cleargrasp_000000080-transparent-depth-img.exr"
+    if not path.is_file():
+        pytest.skip(f"no {path}")
+    values = read_exr(FileContent(path, np.fromfile(path, np.uint8)))
+    assert (values.shape, values.dtype) == ((720, 1280), np.float16)
+    frame = ilf.load_frame(SHARED / "cleargrasp_000000080-rgb.jpg", path)
+    assert frame.notes == ()
+    assert 0.13 < frame.missing_share < 0.14
+    assert 0.6 < np.nanmedian(frame.depth) < 0.65

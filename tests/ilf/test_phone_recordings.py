@@ -1,0 +1,335 @@
+"""Recordings of phones and data sets in files of their own: what they are read as, and what is damaged or hostile.
+All are written here in the documented layouts."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import struct
+import zipfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import ilf
+from ilf.cli.parsing import add_distrusted, add_frame, frame_from
+from ilf.errors import FormatError, IlfError, InputError, ParameterError
+from ilf.io.lzfse_data import unpacked
+from ilf.io.recordings import close_all
+from tests.ilf.phone_files import (
+    COLOUR_SIZE,
+    COUNT,
+    DEPTH_K,
+    LEVELS,
+    MM,
+    SIZE,
+    TIMES,
+    K,
+    pose,
+    sens,
+    write_arkit,
+    write_nyu,
+    write_record3d,
+    write_stray,
+)
+
+for package in ("av", "lzfse", "h5py"):
+    pytest.importorskip(package)
+
+METRES = np.where(MM > 0, MM / 1000, np.nan).astype(np.float32)
+
+WRITERS: dict[str, Callable[[Path], Path]] = {
+    "record3d": lambda folder: write_record3d(folder / "a.r3d"),
+    "stray": lambda folder: write_stray(folder / "stray"),
+    "arkit": lambda folder: write_arkit(folder / "arkit"),
+    "arkit, large colour": lambda folder: write_arkit(folder / "arkit", "wide", COLOUR_SIZE),
+}
+KEYS = {"record3d": "1", "stray": "000001"}
+
+
+@pytest.fixture(autouse=True)
+def nothing_left_open() -> Iterator[None]:
+    yield
+    close_all()
+
+
+def write_sens(path: Path, content: bytes) -> Path:
+    path.write_bytes(content)
+    return path
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+def test_colour_comes_to_the_pixels_of_depth(tmp_path, kind):
+    source = ilf.open_source(WRITERS[kind](tmp_path))
+    assert len(source) == COUNT
+    assert source.is_registered
+    assert source.timestamps == pytest.approx(TIMES)
+    key = KEYS.get(kind, "4242_100.100")
+    assert source.keys[1] == key
+    frame = source.read(key)
+    assert frame.shape == MM.shape
+    assert np.array_equal(frame.depth, METRES, equal_nan=True)
+    assert np.abs(frame.rgb.astype(int) - 100).max() <= 6
+    camera = frame.intrinsics
+    assert (camera.fx, camera.fy, camera.cx, camera.cy) == DEPTH_K
+    assert source.calibration(key).depth == camera
+    assert np.allclose(source.pose(key), pose(1), atol=1e-6)
+    again = ilf.load_frame(**frame.sources)
+    assert again.inputs == frame.inputs
+    assert np.array_equal(again.rgb, frame.rgb)
+
+
+@pytest.mark.parametrize("kind", ["record3d", "stray", "arkit, large colour"])
+def test_a_raw_pair_has_colour_as_it_was_recorded(tmp_path, kind):
+    source = ilf.open_source(WRITERS[kind](tmp_path))
+    pair = source.read(source.keys[0], registered=False)
+    camera = pair.colour_camera.intrinsics
+    assert (pair.colour_camera.size, pair.depth_camera.size) == (COLOUR_SIZE, SIZE)
+    assert (camera.fx, camera.fy, camera.cx, camera.cy) == K
+    assert pair.rgb.shape[:2] == COLOUR_SIZE[::-1]
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+def test_low_confidence_is_missing_where_it_is_asked_for(tmp_path, kind):
+    path = WRITERS[kind](tmp_path)
+    frame = ilf.open_source(path).read(KEYS.get(kind, "4242_100.100"))
+    assert frame.distrusted is None
+    assert "confidence map" in frame.notes[0]
+    for least, low in ((1, LEVELS < 1), (2, LEVELS < 2)):
+        sure = ilf.open_source(path, min_confidence=least).read(KEYS.get(kind, "4242_100.100"))
+        assert np.array_equal(np.isnan(sure.depth), np.isnan(METRES) | low)
+        assert np.array_equal(sure.measured, METRES, equal_nan=True)
+        assert f"below {least} counts as missing" in sure.notes[0]
+    with pytest.raises(InputError, match="from 0 to 2"):
+        ilf.open_source(path, min_confidence=3).read(KEYS.get(kind, "4242_100.100"))
+
+
+def test_frames_of_a_video_in_any_order(tmp_path):
+    source = ilf.open_source(write_stray(tmp_path / "stray"))
+    values = [int(source.read(key).rgb[0, 0, 0]) for key in ("000002", "000000", "000001", "000001")]
+    assert np.allclose(values, [160, 40, 100, 100], atol=4)
+    hashes = {source.read(key).inputs.rgb.sha256 for key in source.keys}
+    assert len(hashes) == COUNT
+
+
+def test_each_frame_of_record3d_may_have_a_camera_of_its_own(tmp_path):
+    coefficients = [[60 + number, 60 + number, 31.5, 23.5] for number in range(COUNT)]
+    source = ilf.open_source(write_record3d(tmp_path / "a.r3d", perFrameIntrinsicCoeffs=coefficients, poses=None))
+    assert [source.calibration(key).depth.fx for key in source.keys] == [30, 30.5, 31]
+    assert source.pose("0") is None
+    larger = write_record3d(tmp_path / "b.r3d", w=128, h=96)  # of which the JPEG has half
+    assert ilf.open_source(larger).calibration("0").colour.fx == K[0] / 2
+
+
+def test_scannet_is_registered_by_its_two_cameras(tmp_path):
+    source = ilf.open_source(write_sens(tmp_path / "a.sens", sens()))
+    assert (source.keys, source.is_registered) == (("0", "1", "2"), False)
+    assert source.timestamps == pytest.approx(TIMES)
+    pair = source.read("1", registered=False)
+    assert np.array_equal(pair.depth, METRES, equal_nan=True)
+    assert (pair.colour_camera.size, pair.depth_camera.size) == (COLOUR_SIZE, SIZE)
+    frame = source.read("1")
+    assert frame.shape == COLOUR_SIZE[::-1]
+    assert np.abs(frame.rgb.astype(int) - 100).max() <= 6
+    assert frame.intrinsics.fx == K[0]
+    assert np.allclose(source.pose("1"), pose(1), atol=1e-6)
+    shift = np.eye(4)
+    shift[0, 3] = 0.05
+    moved = ilf.open_source(write_sens(tmp_path / "b.sens", sens(shift)))
+    assert np.allclose(moved.calibration("0").depth_to_colour, shift)
+
+
+def test_nyu_labelled_frames_by_their_numbers(tmp_path):
+    source = ilf.open_source(write_nyu(tmp_path / "labelled.mat"))
+    assert source.keys == ("1", "2", "3")
+    frame = source.read("2")
+    assert np.array_equal(frame.depth, METRES, equal_nan=True)
+    assert (frame.rgb == 100).all()
+    assert (frame.truth, frame.intrinsics) == (None, None)  # the camera is one of 640 x 480
+    assert source.calibration("2").depth is None
+
+
+def test_the_command_line_reads_them(tmp_path, capsys):
+    parser = argparse.ArgumentParser()
+    add_frame(parser)
+    add_distrusted(parser)
+    path, mask = write_record3d(tmp_path / "a.r3d"), np.zeros(MM.shape, np.uint8)
+    mask[-1] = 255
+    cv2.imwrite(str(tmp_path / "mask.png"), mask)
+    given = [str(path), "--frame", "1", "--min-confidence", "2", "--distrust", str(tmp_path / "mask.png")]
+    frame = frame_from(parser.parse_args(given))
+    assert "below 2 counts as missing" in capsys.readouterr().err
+    assert np.array_equal(np.isnan(frame.depth), np.isnan(METRES) | (LEVELS < 2) | (mask > 0))
+
+
+def test_confidence_beside_files(tmp_path):
+    folder = tmp_path / "frame"
+    folder.mkdir()
+    cv2.imwrite(str(folder / "rgb.png"), np.full((*MM.shape, 3), 90, np.uint8))
+    cv2.imwrite(str(folder / "depth.png"), MM)
+    cv2.imwrite(str(folder / "sure.png"), LEVELS)
+    files = folder / "rgb.png", folder / "depth.png"
+    low = np.isnan(METRES) | (LEVELS < 2)
+    frame = ilf.load_frame(*files, confidence=folder / "sure.png", min_confidence=2)
+    assert np.array_equal(np.isnan(frame.depth), low)
+    assert ilf.load_frame(*files, min_confidence=2).notes == (
+        "There is no confidence map, so the least confidence changes nothing.",
+    )
+    meta = {"depth_units_per_m": 1000, "confidence": "sure.png", "min_confidence": 2}
+    (folder / "meta.json").write_text(json.dumps(meta))
+    assert np.array_equal(np.isnan(ilf.load_frame(folder).depth), low)
+    assert np.array_equal(np.isnan(ilf.load_frame(folder, min_confidence=0).depth), np.isnan(METRES))
+    (folder / "meta.json").write_text(json.dumps(meta | {"min_confidence": "high"}))
+    with pytest.raises(FormatError, match="must be a number"):
+        ilf.load_frame(folder)
+    with pytest.raises(ParameterError, match="finite"):
+        ilf.load_frame(*files, min_confidence=float("nan"))
+    cv2.imwrite(str(folder / "small.png"), LEVELS[:-1])
+    with pytest.raises(InputError, match="same pixels"):
+        ilf.load_frame(*files, confidence=folder / "small.png", min_confidence=1)
+
+
+def replaced(path: Path, name: str, content: bytes) -> Path:
+    """A zip with another content of a member."""
+    with zipfile.ZipFile(path) as archive:
+        members = {one: archive.read(one) for one in archive.namelist()} | {name: content}
+    with zipfile.ZipFile(path, "w") as archive:
+        for one, data in members.items():
+            archive.writestr(one, data)
+    return path
+
+
+def cut(path: Path, share: float) -> Path:
+    content = path.read_bytes()
+    path.write_bytes(content[: int(share * len(content))])
+    return path
+
+
+def changed(path: Path, name: str, content: bytes) -> Path:
+    (path / name).write_bytes(content)
+    return path
+
+
+def bomb() -> bytes:
+    import lzfse
+
+    return lzfse.compress(bytes(2_000_000))
+
+
+DAMAGED: dict[str, tuple[Callable[[Path], Path], str]] = {
+    "cut .r3d": (lambda f: cut(write_record3d(f / "a.r3d"), 0.7), "no whole recording"),
+    "no frames": (lambda f: _zip(f / "a.r3d"), "no frames"),
+    "no sizes": (lambda f: write_record3d(f / "a.r3d", dw=None), "must have dw and dh"),
+    "huge depth": (lambda f: write_record3d(f / "a.r3d", dw=100_000, dh=100_000), "100 megapixels"),
+    "other depth": (lambda f: write_record3d(f / "a.r3d", dw=40, dh=30), "in place of|does not announce"),
+    "no camera": (lambda f: write_record3d(f / "a.r3d", K=[1, 2]), "K of nine numbers"),
+    "bomb": (lambda f: replaced(write_record3d(f / "a.r3d"), "rgbd/0.depth", bomb()), "more than it should"),
+    "no lzfse": (lambda f: replaced(write_record3d(f / "a.r3d"), "rgbd/0.depth", b"x" * 99), "cannot be unpacked"),
+    "no jpeg": (lambda f: replaced(write_record3d(f / "a.r3d"), "rgbd/0.jpg", b"x" * 99), "not a PNG, JPEG"),
+    "no json": (lambda f: replaced(write_record3d(f / "a.r3d"), "metadata", b"[" * 9), "not valid JSON"),
+    "cut video": (lambda f: _cut_video(write_stray(f / "s")), "video"),
+    "no video": (lambda f: changed(write_stray(f / "s"), "rgb.mp4", b"nothing"), "video cannot be read"),
+    "short video": (lambda f: _more_depth(write_stray(f / "s")), "3 frames, and none of number 3"),
+    "no matrix": (lambda f: changed(write_stray(f / "s"), "camera_matrix.csv", b"1,2\n"), "camera matrix"),
+    "no odometry": (lambda f: changed(write_stray(f / "s"), "odometry.csv", b"a,b\n1,2\n"), "line of names"),
+    "other levels": (lambda f: changed(write_stray(f / "s"), "confidence/000000.png", b""), "empty"),
+    "no pincam": (lambda f: _all(write_arkit(f / "k"), "*/*.pincam", b"1 2 3"), "width height fx fy cx cy"),
+    "no depth": (lambda f: _none(write_arkit(f / "k"), "lowres_depth/*"), "0 images that are named"),
+    "no .sens": (lambda f: write_sens(f / "a.sens", b"x" * 500), "no recording of ScanNet"),
+    "cut .sens": (lambda f: write_sens(f / "a.sens", sens()[:-1]), "ends within frame 2 of 3"),
+    "cut header": (lambda f: write_sens(f / "a.sens", sens()[:100]), "ends within its header"),
+    "endless .sens": (lambda f: write_sens(f / "a.sens", sens(count=2**60)), "ends within frame 3"),
+    "huge .sens": (lambda f: write_sens(f / "a.sens", _with_size(100_000)), "100 megapixels"),
+    "other .sens": (lambda f: write_sens(f / "a.sens", _with_size(20)), "has not the 960 bytes"),
+    "no .mat": (lambda f: write_sens(f / "a.mat", b"x" * 500), "HDF5"),
+}
+
+
+def _zip(path: Path) -> Path:
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("metadata", "{}")
+    return path
+
+
+def _cut_video(path: Path) -> Path:
+    cut(path / "rgb.mp4", 0.5)
+    return path
+
+
+def _more_depth(path: Path) -> Path:
+    for number in range(COUNT):
+        (path / "depth" / f"{number:06}.png").rename(path / "depth" / f"{number + COUNT:06}.png")
+    return path
+
+
+def _all(path: Path, pattern: str, content: bytes) -> Path:
+    for file in path.glob(pattern):
+        file.write_bytes(content)
+    return path
+
+
+def _none(path: Path, pattern: str) -> Path:
+    for file in path.glob(pattern):
+        file.unlink()
+    return path
+
+
+def _with_size(width: int) -> bytes:
+    before = struct.pack("<4I", *COLOUR_SIZE, *SIZE)
+    return sens().replace(before, struct.pack("<4I", *COLOUR_SIZE, width, width if width > 1000 else SIZE[1]))
+
+
+def _read_first(path: Path) -> ilf.RGBDFrame:
+    source = ilf.open_source(path)
+    return source.read(source.keys[0])
+
+
+@pytest.mark.parametrize("name", DAMAGED)
+def test_damaged_and_hostile_recordings_are_told_of_in_one_line(tmp_path, name, capfd):
+    make, told = DAMAGED[name]
+    path = make(tmp_path)
+    with pytest.raises(InputError, match=told) as raised:
+        _read_first(path)
+    assert path.name in str(raised.value)
+    assert "\n" not in str(raised.value)
+    assert capfd.readouterr().out == ""
+
+
+def test_a_key_that_no_frame_has(tmp_path):
+    for write in (*WRITERS.values(), lambda folder: write_sens(folder / "a.sens", sens())):
+        path = write(tmp_path)
+        for key in ("17", "-1", "01", "x"):
+            with pytest.raises(InputError, match="has no frame"):
+                ilf.load_frame(path, frame=key)
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_whatever_bytes_change_nothing_but_errors_of_ours_comes(tmp_path, data):
+    suffix = data.draw(st.sampled_from([".sens", ".r3d"]))
+    path = tmp_path / f"a{suffix}"
+    whole = sens() if suffix == ".sens" else write_record3d(path).read_bytes()
+    content = bytearray(whole)
+    for _ in range(data.draw(st.integers(1, 4))):
+        content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
+    path.write_bytes(content)
+    with contextlib.suppress(IlfError):
+        _read_first(path)
+    close_all()
+
+
+def test_lzfse_gives_what_was_packed_whatever_its_blocks():
+    import lzfse
+
+    rng = np.random.default_rng(0)
+    for values in (rng.random(49152), np.sin(np.arange(49152) / 500), np.zeros(49152), np.ones(3), rng.random(900)):
+        data = values.astype("<f4").tobytes()
+        assert unpacked(lzfse.compress(data), len(data), "x") == data
+        with pytest.raises(FormatError, match="x cannot be unpacked"):
+            unpacked(lzfse.compress(data)[:-8], len(data), "x")

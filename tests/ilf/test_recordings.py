@@ -1,0 +1,344 @@
+"""Frames of recordings of ROS 1 and ROS 2: which belong together, what they are read as, and what is damaged."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import struct
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import ilf
+from ilf.errors import FormatError, IlfError, InputError, ParameterError
+from ilf.io.recordings import close_all
+from tests.ilf.bags import COLOUR, DEPTH, KINDS, START, H, W, bag, compressed_depth, path_of, storage_of, write_aligned
+
+
+def in_metres(millimetres: np.ndarray) -> np.ndarray:
+    return np.where(millimetres > 0, millimetres / 1000, np.nan).astype(np.float32)
+
+
+@pytest.fixture(autouse=True)
+def nothing_left_open() -> Iterator[None]:
+    yield
+    close_all()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_aligned_depth_of_every_kind_of_bag(tmp_path: Path, kind: str) -> None:
+    source = ilf.open_source(write_aligned(tmp_path, kind))
+    start = START // 10**9
+    assert source.keys == (f"{start}.000000000", f"{start}.033000000", f"{start}.066000000")
+    assert source.timestamps == pytest.approx([start, start + 0.033, start + 0.066], abs=1e-6)
+    assert source.is_registered
+    assert source.notes == ()
+    frame = source.read(source.keys[1])
+    assert np.array_equal(frame.rgb, COLOUR + 1)
+    assert np.array_equal(frame.depth, in_metres(DEPTH + np.uint16(DEPTH > 0)), equal_nan=True)
+    assert frame.name == f"recording {source.keys[1]}"
+    camera = source.calibration(source.keys[0])
+    assert camera.colour == camera.depth == frame.intrinsics
+    assert (frame.intrinsics.fx, frame.intrinsics.cx) == (30, 15.5)
+    again = ilf.load_frame(**frame.sources)
+    assert again.inputs == frame.inputs
+    assert np.array_equal(again.depth, frame.depth, equal_nan=True)
+
+
+@pytest.mark.parametrize("kind", ["sqlite3", "mcap"])
+def test_a_file_of_ros_2_without_its_folder(tmp_path: Path, kind: str) -> None:
+    whole = ilf.open_source(write_aligned(tmp_path, kind))
+    alone = ilf.open_source(storage_of(tmp_path, kind))
+    assert alone.keys == whole.keys
+    assert alone.read(alone.keys[2]).inputs.depth.sha256 == whole.read(whole.keys[2]).inputs.depth.sha256
+
+
+def test_a_raw_pair_of_registered_frames_has_one_camera(tmp_path: Path) -> None:
+    source = ilf.open_source(write_aligned(tmp_path, "ros1"))
+    pair = source.read(source.keys[0], registered=False)
+    assert pair.colour_camera == pair.depth_camera
+    assert np.array_equal(pair.depth, in_metres(DEPTH), equal_nan=True)
+
+
+def test_depth_goes_with_the_colour_that_is_nearest_by_its_header(tmp_path: Path) -> None:
+    """The recorder received the depth late, and one colour has no depth."""
+    with bag(tmp_path, "ros1") as out:
+        for stamp in (0, 33, 66):
+            out.image("/rgb/image_raw", COLOUR, "rgb8", stamp * 10**6)
+        for number, stamp in enumerate((5, 60)):
+            depth = DEPTH + np.uint16(number)
+            out.image("/depth_to_rgb/image_raw", depth, "16UC1", stamp * 10**6, received=(stamp + 40) * 10**6)
+    source = ilf.open_source(tmp_path / "recording.bag")
+    assert [key.split(".")[1] for key in source.keys] == ["000000000", "066000000"]
+    assert source.notes == ("1 colour image left out: nothing to go with 0.02 s near.",)
+    assert source.read(source.keys[1]).depth[0, 0] == np.float32(1.501)
+    assert len(ilf.open_source(tmp_path / "recording.bag", max_gap=0.0055)) == 1
+    with pytest.raises(InputError, match="larger gap"):
+        ilf.open_source(tmp_path / "recording.bag", max_gap=0.001)
+
+
+def test_a_key_finds_its_frame_without_the_gap_it_was_listed_with(tmp_path: Path) -> None:
+    with bag(tmp_path, "mcap") as out:
+        out.image("/rgb", COLOUR, "rgb8", 0)
+        out.image("/depth", DEPTH, "16UC1", 150_000_000)
+    path = tmp_path / "recording"
+    source = ilf.open_source(path, max_gap=0.3)
+    close_all()
+    assert ilf.load_frame(path, frame=source.keys[0]).depth[0, 0] == np.float32(1.5)
+
+
+@pytest.mark.parametrize(
+    ("encoding", "to_stored"),
+    [
+        ("bgr8", lambda rgb: rgb[..., ::-1]),
+        ("rgba8", lambda rgb: np.dstack([rgb, rgb[..., 0]])),
+        ("bgra8", lambda rgb: np.dstack([rgb[..., ::-1], rgb[..., 0]])),
+        ("rgb16", lambda rgb: rgb.astype(np.uint16) * 257),
+        ("8UC3", lambda rgb: rgb[..., ::-1]),
+    ],
+)
+def test_colour_in_every_order_and_padded_rows(tmp_path: Path, encoding: str, to_stored) -> None:
+    with bag(tmp_path, "sqlite3") as out:
+        out.image("/camera/image_color", to_stored(COLOUR), encoding, 0, padding=5)
+        out.image("/camera/depth_registered/image", DEPTH.astype(">u2"), "16UC1", 0)
+    source = ilf.open_source(tmp_path / "recording")
+    frame = source.read(source.keys[0])
+    assert np.array_equal(frame.rgb, COLOUR)
+    assert np.array_equal(frame.depth, in_metres(DEPTH), equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    "encoding", ["uyvy", "yuv422_yuy2", "bayer_rggb8", "bayer_bggr8", "bayer_gbrg8", "bayer_grbg8"]
+)
+def test_colour_as_sensors_give_it(tmp_path: Path, encoding: str) -> None:
+    """A picture of one colour is the same in each, but for rounding."""
+    red, green, blue = 180, 90, 40
+    if encoding.startswith("bayer"):
+        stored = np.zeros((H, W), np.uint8)
+        for place, letter in enumerate(encoding.split("_")[1][:4]):
+            stored[place // 2 :: 2, place % 2 :: 2] = {"r": red, "g": green, "b": blue}[letter]
+    else:
+        luma, u, v = cv2.cvtColor(np.uint8([[[red, green, blue]]]), cv2.COLOR_RGB2YUV)[0, 0].tolist()
+        luma = round(16 + luma * 219 / 255)  # video has less than the whole range
+        u, v = (round(128 + (value - 128) * scale) for value, scale in ((u, 0.9), (v, 0.7)))
+        pair = (u, luma, v, luma) if encoding == "uyvy" else (luma, u, luma, v)
+        stored = np.tile(np.uint8(pair), (H, W // 2)).reshape(H, W, 2)
+    with bag(tmp_path, "ros1") as out:
+        out.image("/rgb", stored, encoding, 0)
+        out.image("/depth", DEPTH, "16UC1", 0)
+    source = ilf.open_source(tmp_path / "recording.bag")
+    middle = source.read(source.keys[0]).rgb[4:-4, 4:-4]
+    assert np.abs(middle.astype(int) - (red, green, blue)).max() <= 12
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_compressed_images_are_those_that_were_compressed(tmp_path: Path, kind: str) -> None:
+    metres = np.where(DEPTH > 0, DEPTH / 1000, np.nan)
+    scale, shift = 2000.0, 10.0  # inverse depth, as the plugin quantises it
+    inverse = np.where(DEPTH > 0, np.rint(scale / np.nan_to_num(metres, nan=1.0) + shift), 0).astype(np.uint16)
+    floats = struct.pack("<iff", 0, scale, shift) + cv2.imencode(".png", inverse)[1].tobytes()
+    with bag(tmp_path, kind) as out:
+        out.compressed("/a/rgb/compressed", cv2.imencode(".png", COLOUR[..., ::-1])[1].tobytes(), "rgb8; png", 0)
+        out.compressed("/a/depth/compressedDepth", compressed_depth(DEPTH), "16UC1; compressedDepth png", 0)
+        out.compressed("/b/depth/compressedDepth", floats, "32FC1; compressedDepth png", 0)
+        out.compressed("/c/depth/compressed", cv2.imencode(".png", DEPTH)[1].tobytes(), "16UC1; png compressed ", 0)
+    source = ilf.open_source(path_of(tmp_path, kind))
+    assert "there are also /b/depth, /c/depth" in source.notes[0]
+    frame = source.read(source.keys[0])
+    assert np.array_equal(frame.rgb, COLOUR)
+    assert np.array_equal(frame.depth, in_metres(DEPTH), equal_nan=True)
+    for topic, close in (("/b/depth/compressedDepth", 2e-3), ("/c/depth/compressed", 0)):
+        other = ilf.open_source(path_of(tmp_path, kind), topics=("/a/rgb/compressed", topic))
+        depth = other.read(other.keys[0]).depth
+        assert np.array_equal(np.isnan(depth), DEPTH == 0)
+        assert np.nanmax(np.abs(depth - in_metres(DEPTH))) <= close
+
+
+def test_one_of_several_cameras_is_chosen_and_named(tmp_path: Path) -> None:
+    with bag(tmp_path, "ros1") as out:
+        for camera, add in (("left", 0), ("right", 5)):
+            out.image(f"/{camera}/color/image_raw", COLOUR + np.uint8(add), "rgb8", 0, f"{camera}_colour")
+            out.image(f"/{camera}/infra/image_raw", COLOUR[..., 0], "mono8", 0, f"{camera}_infra")
+            out.image(f"/{camera}/depth/image_rect_raw", DEPTH, "16UC1", 0, f"{camera}_depth")
+        out.image("/right/aligned_depth_to_color/image_raw", DEPTH + np.uint16(7), "16UC1", 0, "right_colour")
+    path = tmp_path / "recording.bag"
+    source = ilf.open_source(path)
+    assert source.is_registered
+    assert source.notes[0].startswith(
+        "Colour of /right/color/image_raw and depth of /right/aligned_depth_to_color/image_raw are read; there are "
+        "also /left/depth/image_rect_raw, /right/depth/image_rect_raw, /left/color/image_raw (--topics"
+    )
+    assert np.array_equal(source.read(source.keys[0]).rgb, COLOUR + 5)
+    topics = ("/left/color/image_raw", "/left/depth/image_rect_raw")
+    left = ilf.open_source(path, topics=topics)
+    assert left.keys == tuple(f"/left/color/image_raw+/left/depth/image_rect_raw/{key}" for key in source.keys)
+    assert left.find(source.keys[0]) == left.keys[0]
+    assert not left.is_registered
+    with pytest.raises(InputError, match="has no images of the topic /middle/color"):
+        ilf.open_source(path, topics=("/middle/color", topics[1]))
+
+
+def test_depth_of_a_camera_of_its_own_is_registered(tmp_path: Path) -> None:
+    """The depth camera stands 500 mm to the right of the colour camera, by way of a common parent."""
+    half = math.sin(math.pi / 4)
+    with bag(tmp_path, "sqlite3") as out:
+        turned = (0.0, half, 0.0, half)
+        out.tf_static(
+            ("body", "colour", (1.0, 2.0, 3.0), turned),
+            ("body", "depth_link", (1.0, 2.0, 3.0 - 0.5), turned),
+            ("depth_link", "depth", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)),
+        )
+        out.info("/color/camera_info", distortion=(0.01, 0.0, 0.001, 0.0, 0.0))
+        out.info("/depth/camera_info", matrix=(25.0, 0.0, 15.5, 0.0, 25.0, 11.5, 0.0, 0.0, 1.0), distortion=(0.5,) * 5)
+        out.image("/color/image_raw", COLOUR, "rgb8", 0, "colour")
+        out.image("/depth/image_rect", np.full((H, W), 1.5, np.float32), "32FC1", 0, "depth")
+    source = ilf.open_source(tmp_path / "recording")
+    assert not source.is_registered
+    cameras = source.calibration(source.keys[0])
+    assert cameras.colour_distortion == (0.01, 0.0, 0.001, 0.0, 0.0)
+    assert (cameras.depth.fx, cameras.depth_distortion) == (25, ())  # of a rectified image
+    expected = np.eye(4)
+    expected[0, 3] = 0.5
+    assert cameras.depth_to_colour == pytest.approx(expected, abs=1e-9)
+    pair = source.read(source.keys[0], registered=False)
+    assert pair.depth[3, 3] == 1.5
+    frame = source.read(source.keys[0])
+    assert frame.shape == (H, W)
+    assert np.nanmax(np.abs(frame.depth - 1.5)) == 0
+    assert np.isnan(frame.depth[:, 0]).all()
+    assert frame.intrinsics.fx != 30  # without its distortion, colour is another image
+    assert ilf.load_frame(**frame.sources).intrinsics == frame.intrinsics
+
+
+def test_what_registration_lacks_is_said(tmp_path: Path) -> None:
+    with bag(tmp_path, "ros1") as out:
+        out.info("/color/camera_info")
+        out.image("/color/image_raw", COLOUR, "rgb8", 0, "colour")
+        out.image("/depth/image_raw", DEPTH, "16UC1", 0, "depth")
+    source = ilf.open_source(tmp_path / "recording.bag")
+    with pytest.raises(InputError, match="lacks that of the depth camera and how the two stand to each"):
+        source.read(source.keys[0])
+    with pytest.raises(InputError, match="fisheye"):
+        _with_lens(tmp_path, "fisheye")
+
+
+def _with_lens(folder: Path, model: str) -> None:
+    with bag(folder, "ros1", model) as out:
+        out.info("/color/camera_info", distortion=(0.1, 0.1, 0.1, 0.1), model=model)
+        out.image("/color/image_raw", COLOUR, "rgb8", 0, "colour")
+        out.image("/depth/image_raw", DEPTH, "16UC1", 0, "depth")
+    ilf.open_source(folder / f"{model}.bag")
+
+
+def test_other_units_and_a_value_for_missing_are_taken(tmp_path: Path) -> None:
+    path = write_aligned(tmp_path, "ros1", frames=1)
+    source = ilf.open_source(path, encoding="0.1mm", invalid=float(DEPTH[0, 0]), intrinsics="80,80,16,12")
+    frame = source.read(source.keys[0])
+    assert frame.depth[1, 1] == pytest.approx(DEPTH[1, 1] / 10_000)
+    assert np.isnan(frame.depth[0, 0])
+    assert (frame.inputs.depth_units, frame.inputs.invalid) == (10_000, DEPTH[0, 0])
+    assert source.calibration(source.keys[0]).colour == frame.intrinsics
+    again = ilf.load_frame(**frame.sources)
+    assert np.array_equal(again.depth, frame.depth, equal_nan=True)
+    assert again.intrinsics.fx == 80
+
+
+# what cannot be read
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("damage", ["empty", "cut in half", "cut at its head", "noise", "another format"])
+def test_a_damaged_recording_is_one_clear_message(tmp_path: Path, kind: str, damage: str) -> None:
+    write_aligned(tmp_path, kind, frames=2)
+    path = storage_of(tmp_path, kind)
+    content = path.read_bytes()
+    noise = np.random.default_rng(1).integers(0, 256, 5000, np.uint8).tobytes()
+    path.write_bytes(
+        {
+            "empty": b"",
+            "cut in half": content[: len(content) // 2],
+            "cut at its head": content[:40],
+            "noise": noise,
+            "another format": b"\x89PNG\r\n\x1a\n" + noise,
+        }[damage]
+    )
+    with pytest.raises(InputError, match=str(path)):
+        _read_first(path)
+
+
+def _read_first(path: Path) -> ilf.RGBDFrame:
+    source = ilf.open_source(path)
+    return source.read(source.keys[0])
+
+
+@given(places=st.lists(st.tuples(st.floats(0, 1), st.integers(0, 255)), min_size=1, max_size=6))
+@settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_changed_bytes_make_no_crash(tmp_path_factory: pytest.TempPathFactory, places: list[tuple[float, int]]) -> None:
+    """Bytes that are changed anywhere give the frames, or one of the library's errors."""
+    folder = tmp_path_factory.mktemp("changed")
+    content = bytearray(write_aligned(folder, "ros1", frames=1).read_bytes())
+    for place, value in places:
+        content[min(int(place * len(content)), len(content) - 1)] = value
+    path = folder / "changed.bag"
+    path.write_bytes(content)
+    with contextlib.suppress(IlfError):
+        _read_first(path)
+
+
+def test_a_recording_that_was_not_ended_is_told_how_to_mend_it(tmp_path: Path) -> None:
+    path = write_aligned(tmp_path, "sqlite3", frames=1)
+    (path / "metadata.yaml").unlink()
+    with pytest.raises(InputError, match="ros2 bag reindex"):
+        ilf.open_source(path)
+
+
+def test_images_that_say_what_is_not_so(tmp_path: Path) -> None:
+    with bag(tmp_path, "ros1") as out:
+        out.image("/rgb", COLOUR, "rgb8", 0)
+        out.image("/depth", DEPTH, "16UC1", 0)
+        out.image("/strange/depth", DEPTH, "32FC1", 0)
+        out.image("/strange/rgb", COLOUR, "nv21", 0)
+        out.compressed("/cut/depth/compressedDepth", b"1234567890123456", "16UC1; compressedDepth png", 0)
+    path = tmp_path / "recording.bag"
+    wrong = ilf.open_source(path, topics=("/rgb", "/strange/depth"))
+    with pytest.raises(FormatError, match="do not fit"):
+        wrong.read(wrong.keys[0])
+    wrong = ilf.open_source(path, topics=("/strange/rgb", "/depth"))
+    with pytest.raises(FormatError, match="'nv21' are not supported"):
+        wrong.read(wrong.keys[0])
+
+
+def test_recordings_without_a_camera_and_without_the_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with bag(tmp_path, "ros1") as out:
+        out.image("/rgb", COLOUR, "rgb8", 0)
+    path = tmp_path / "recording.bag"
+    with pytest.raises(InputError, match="has no colour with depth"):
+        ilf.open_source(path)
+    with pytest.raises(InputError, match="no such"):
+        ilf.open_source(tmp_path / "none.bag")
+    close_all()
+    monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
+    with pytest.raises(InputError, match=r"needs the package rosbags, .*ilf-studio\[sequences\]"):
+        ilf.open_source(path)
+
+
+def test_a_key_that_no_frame_has(tmp_path: Path) -> None:
+    path = write_aligned(tmp_path, "ros1", frames=2)
+    with pytest.raises(InputError, match=r"has no frame '7.0'. It has 2, from 1600000000.0"):
+        ilf.load_frame(path, frame="7.0")
+    with pytest.raises(ParameterError, match="leave the depth file out"):
+        ilf.load_frame(path, path, frame="7.0")
+
+
+def test_a_recording_that_has_changed_is_read_anew(tmp_path: Path) -> None:
+    path = write_aligned(tmp_path, "ros1", frames=1)
+    assert len(ilf.open_source(path)) == 1
+    path.unlink()
+    write_aligned(tmp_path, "ros1", frames=2)
+    assert len(ilf.open_source(path)) == 2

@@ -1,0 +1,113 @@
+"""Files that crash, exhaust or keep their reader: tried in a process of its own; the program says what is wrong."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ilf.assets import asset_path
+from ilf.cli import main
+from ilf.edges import onnx_network
+from ilf.edges.network import EdgeNetwork
+from ilf.errors import FormatError, InputError
+from ilf.io.nyu_labelled import read_split
+from ilf.models import models_folder
+from ilf.trial import in_child
+
+from .tiny_onnx import message, node, number
+
+HOSTILE = Path(os.environ.get("ILF_TEST_DATA", "../shared/data")) / "hostile"
+
+
+def refuse() -> None:
+    raise InputError("Not this one.")
+
+
+def exhaust() -> int:
+    return len(bytearray(2**32))
+
+
+def crash() -> None:
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+def test_a_child_gives_what_the_function_gives_and_raises_what_it_raises() -> None:
+    assert in_child(divmod, 7, 2, file="seven") == [3, 1]
+    with pytest.raises(InputError, match=r"^Not this one\.$"):
+        in_child(refuse, file="a.file")
+    with pytest.raises(FormatError, match=r"a\.file is damaged: reading it fails .ZeroDivisionError"):
+        in_child(divmod, 1, 0, file="a.file")
+
+
+def test_what_ends_a_child_is_told() -> None:
+    with pytest.raises(FormatError, match=r"a\.file is damaged: reading it takes more than 0\.1 s"):
+        in_child(time.sleep, 60, file="a.file", seconds=0.1)
+    if os.name == "posix":
+        with pytest.raises(FormatError, match=r"a\.file is damaged: reading it crashes .SIGSEGV"):
+            in_child(crash, file="a.file")
+    if os.path.exists("/proc/self/statm"):
+        with pytest.raises(FormatError, match=r"a\.file is damaged: reading it takes more than 1 GiB"):
+            in_child(exhaust, file="a.file", memory=2**30)
+
+
+def tensor(external: bytes) -> bytes:
+    """One of two numbers."""
+    return number(1, 2) + number(2, 1) + message(8, "w") + external
+
+
+NODE = node("Abs", ["image"], "strength")
+EXTERNAL = {
+    "entries": message(13, message(1, "location") + message(2, "../../../etc/passwd")),
+    "location only": number(14, 1),
+}
+
+
+@pytest.mark.parametrize("external", EXTERNAL.values(), ids=EXTERNAL)
+@pytest.mark.parametrize("place", ["initialiser", "attribute", "subgraph", "sparse", "function"])
+def test_weights_in_other_files_are_refused_wherever_they_are_named(external: bytes, place: str) -> None:
+    weights = tensor(external)
+    graph = {
+        "initialiser": message(1, NODE) + message(5, weights),
+        "attribute": message(1, NODE + message(5, message(1, "value") + message(5, weights))),
+        "subgraph": message(1, NODE + message(5, message(6, message(5, weights)))),
+        "sparse": message(15, message(2, weights)),
+        "function": message(1, NODE),
+    }[place]
+    function = message(25, message(7, node("Constant", [], "c") + message(5, message(5, weights))))
+    content = number(1, 8) + message(7, graph) + (function if place == "function" else b"")
+    with pytest.raises(FormatError, match=r"w\.onnx takes weights from other files"):
+        EdgeNetwork.read(np.frombuffer(content, np.uint8), Path("w.onnx"))
+
+
+def test_the_bundled_networks_are_known_and_others_tried_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tried = []
+    monkeypatch.setattr(onnx_network, "in_child", lambda function, *arguments, file: tried.append(file))
+    for line in asset_path("models/SHA256SUMS").read_text().splitlines():
+        sha256, name = line.split()
+        assert hashlib.sha256(asset_path(f"models/{name}").read_bytes()).hexdigest() == sha256, f"SHA256SUMS: {name}"
+    EdgeNetwork.load(asset_path("models/edges.onnx"))
+    assert not tried
+    # other bytes, same network: a field that nobody knows at the end
+    other = np.frombuffer(asset_path("models/edges.onnx").read_bytes() + number(2**20, 7), np.uint8)
+    for _ in range(2):
+        EdgeNetwork.read(other, Path("own.onnx"))
+    assert tried == ["own.onnx"]
+    monkeypatch.setattr("ilf.edges.proven._proven", set())
+    EdgeNetwork.read(other, Path("own.onnx"))
+    assert tried == ["own.onnx"], "later processes know it, too"
+
+
+@pytest.mark.skipif(not HOSTILE.is_dir(), reason=f"no files that crashed readers in {HOSTILE}")
+def test_files_that_crashed_readers_give_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    network = next(HOSTILE.glob("*.onnx"))
+    assert main(["models", "import", str(network)]) == 1
+    assert capsys.readouterr().err.count("\n") == 1
+    assert not models_folder().exists()
+    with pytest.raises(FormatError, match="is damaged: reading it"):
+        read_split(next(HOSTILE.glob("*.mat")))
