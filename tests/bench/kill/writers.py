@@ -15,6 +15,7 @@ import random
 import signal
 import tempfile
 import time
+import warnings
 from collections import Counter
 from pathlib import Path
 
@@ -62,7 +63,9 @@ def kills_of(writer: Writer, folder: Path, kills: int, chance: random.Random) ->
 def _killed(write: object, target: Path, first: int, after: float) -> None:
     """Write by turns in another process, and kill it after so many seconds."""
     reading, writing = os.pipe()
-    child = os.fork()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # other threads do nothing that the child needs
+        child = os.fork()
     if child == 0:
         try:
             os.write(writing, b".")
