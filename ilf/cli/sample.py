@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 
 from ..assets import asset_path
@@ -31,15 +32,16 @@ def add_command(commands: Commands) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
     folder = Path(arguments.folder)
-    contents = {path.name: path.read_bytes() for path in sorted(asset_path(SAMPLE).iterdir()) if path.is_file()}
+    contents = {
+        folder / path.name: path.read_bytes() for path in sorted(asset_path(SAMPLE).iterdir()) if path.is_file()
+    }
     if not arguments.force:
-        for name, content in contents.items():
-            path = folder / name
-            if path.exists() and (path.is_dir() or path.read_bytes() != content):
+        for path, content in contents.items():
+            if os.path.exists(path) and (path.is_dir() or path.read_bytes() != content):
                 raise ExportError(f"{path} is there already and is another file. Choose another folder, or --force.")
-    with staging(folder.absolute()) as staged:
-        for name, content in contents.items():
-            write_bytes(staged / name, content)
-        move_in(staged, folder.absolute(), list(contents))
-    print(f"Written to {folder}: {', '.join(contents)}")
+    with staging(folder) as staged:
+        for path, content in contents.items():
+            write_bytes(staged / path.name, content)
+        move_in(staged, folder, [path.name for path in contents])
+    print(f"Written to {folder}: {', '.join(path.name for path in contents)}")
     print(f"Complete it: ilf complete {folder}")
