@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import FormatError, InputError
+from ..memory import check_fits
 from .files import FileSource, read_file
 from .headers import check_checksums, image_header
 
-MAX_PIXELS = 100_000_000
-"""Larger images are refused before they are decoded."""
+_EIGHT_BITS = ((np.arange(65536) + 128) // 257).astype(np.uint8)
 
 # the decoder's log level belongs to the whole process
 _decoding = threading.Lock()
@@ -48,7 +48,7 @@ def read_image(path: FileSource) -> NDArray[Any]:
     InputError
         If there is no such file.
     FormatError
-        If it is truncated, damaged, of another format, or has more than `MAX_PIXELS` pixels.
+        If it is truncated, damaged, of another format, or too large to work with.
     """
     data = read_file(path).data
     content = data.tobytes()
@@ -79,7 +79,7 @@ def read_colour(path: FileSource) -> NDArray[np.uint8]:
     """
     image = read_image(path)
     if image.dtype == np.uint16:
-        image = ((image.astype(np.uint32) + 128) // 257).astype(np.uint8)
+        image = _EIGHT_BITS[image]
     if image.dtype != np.uint8:
         raise FormatError(
             f"{path}: colour must have 8 or 16 bits per channel, this has {image.dtype} values. "
@@ -114,12 +114,8 @@ def scaled_colour(rgb: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.
 
 
 def check_pixel_count(path: object, width: int, height: int) -> None:
-    """Raise FormatError for an image that is too large to work with."""
-    if width * height > MAX_PIXELS:
-        raise FormatError(
-            f"{path} says it has {width} x {height} pixels; at most {MAX_PIXELS // 10**6} megapixels are "
-            "supported. Resize or crop it first."
-        )
+    """Raise FormatError for an image that is too large to work with; see `ilf.memory`."""
+    check_fits(path, width, height)
 
 
 def encode_image(suffix: str, image: NDArray[Any]) -> bytes:

@@ -21,8 +21,9 @@ from ..io.unfinished import moving, remove_empty, unfinished
 
 _PREFIX = ".ilf-export-"
 _LEFT = re.compile(rf"{re.escape(_PREFIX)}(?P<host>.+)-(?P<process>\d+)-[0-9a-f]{{8}}")
-_BEFORE, _SEAL = "before", ".seal"
-"""In the temporary folder: a folder with the files that were replaced, and a file with the name of the set's seal."""
+_BEFORE, _NAMES = "before", ".names"
+"""In the temporary folder: a folder with the files that were replaced, and a file with the names of the set, the seal's
+last."""
 
 
 @contextmanager
@@ -45,9 +46,9 @@ def staging(target: Path) -> Iterator[Path]:
                 yield folder
         except BaseException:
             if not _old_files(folder):  # which could not be put back: they stay, for `clear_interrupted`
-                shutil.rmtree(folder, ignore_errors=True)
+                _discard(folder)
             raise
-        shutil.rmtree(folder, ignore_errors=True)
+        _discard(folder)
     except BaseException as error:
         remove_empty(missing)
         if isinstance(error, OSError):
@@ -68,7 +69,7 @@ def move_in(folder: Path, target: Path, names: Sequence[str]) -> None:
     before = folder / _BEFORE
     before.mkdir()
     *others, seal = names
-    (folder / _SEAL).write_text(seal, encoding="utf-8")
+    (folder / _NAMES).write_text("\n".join(names), encoding="utf-8")
     with moving():
         try:
             for name in (seal, *others):
@@ -77,10 +78,7 @@ def move_in(folder: Path, target: Path, names: Sequence[str]) -> None:
             for name in (*others, seal):
                 os.replace(folder / name, target / name)
         except BaseException:
-            for name in names:
-                if not (folder / name).exists():
-                    (target / name).unlink(missing_ok=True)
-            _put_back(folder, target)
+            _take_back(folder, target)
             raise
 
 
@@ -96,13 +94,33 @@ def clear_interrupted(target: Path) -> None:
     """
     for folder in interrupted(target):
         if not _is_sealed(folder, target):
-            _put_back(folder, target)
-        shutil.rmtree(folder, ignore_errors=True)
+            _take_back(folder, target)
+        _discard(folder)
 
 
-def _put_back(folder: Path, target: Path) -> None:
-    for path in _old_files(folder):
+def _take_back(folder: Path, target: Path) -> None:
+    """New files come out of their places again, then old ones go into them, the seal last. Whoever dies half way
+    leaves what the next one can go on with."""
+    names = _names(folder)
+    for name in names:
+        if (target / name).exists() and not (folder / name).exists():
+            os.replace(target / name, folder / name)
+    for path in sorted(_old_files(folder), key=lambda path: path.name in names[-1:]):
         os.replace(path, target / path.name)
+
+
+def _discard(folder: Path) -> None:
+    """Take a temporary folder away, the names last: without them, the old files would seem to be wanted."""
+    shutil.rmtree(folder / _BEFORE, ignore_errors=True)
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+def _names(folder: Path) -> list[str]:
+    """Of the set that is in a temporary folder; none before it is whole."""
+    try:
+        return (folder / _NAMES).read_text(encoding="utf-8").splitlines()
+    except FileNotFoundError:
+        return []
 
 
 def _old_files(folder: Path) -> list[Path]:
@@ -111,8 +129,8 @@ def _old_files(folder: Path) -> list[Path]:
 
 
 def _is_sealed(folder: Path, target: Path) -> bool:
-    named = folder / _SEAL
-    return named.is_file() and (target / named.read_text(encoding="utf-8")).exists()
+    names = _names(folder)
+    return bool(names) and (target / names[-1]).exists()
 
 
 def _is_left(folder: Path) -> bool:

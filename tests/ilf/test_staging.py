@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import socket
 import subprocess
 import sys
 
@@ -70,6 +71,54 @@ def test_a_set_that_was_moved_whole_before_its_process_died_stays(tmp_path):
     write_set(tmp_path, "old ")
     assert die_in_the_middle(tmp_path, 6, after_them=True) < 0
     assert len(interrupted(tmp_path)) == 1
+    clear_interrupted(tmp_path)
+    assert contents(tmp_path) == {name: f"new {name}".encode() for name in NAMES}
+
+
+@pytest.mark.parametrize("moves", range(4))
+def test_whoever_dies_while_undoing_leaves_what_can_be_undone(tmp_path, monkeypatch, moves):
+    """A set with a file that the one before did not have, left when all but the seal had been moved."""
+    (tmp_path / "a").write_text("old a")
+    (tmp_path / "seal").write_text("old seal")
+    left = tmp_path / f".ilf-export-{socket.gethostname()}-{2**22 + 1}-0123abcd"
+    real, done = os.replace, []
+
+    def dies(*paths):
+        if len(done) == limit:
+            raise KeyboardInterrupt
+        done.append(paths)
+        real(*paths)
+
+    limit = 4  # the old seal and the old a out, the new a and b in
+    monkeypatch.setattr(os, "replace", dies)
+    monkeypatch.setattr("ilf.run.staging._take_back", lambda *_: None)
+    left.mkdir()
+    for name in NAMES:
+        (left / name).write_text("new " + name)
+    with pytest.raises(KeyboardInterrupt):
+        move_in(left, tmp_path, NAMES)
+    monkeypatch.undo()
+    monkeypatch.setattr("ilf.run.staging._host", socket.gethostname)
+    assert contents(tmp_path / left.name / "before") == {"a": b"old a", "seal": b"old seal"}
+    done.clear()
+    limit = moves
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "replace", dies)
+        with pytest.raises(KeyboardInterrupt):
+            clear_interrupted(tmp_path)
+    clear_interrupted(tmp_path)
+    assert contents(tmp_path) == {"a": b"old a", "seal": b"old seal"}
+
+
+def test_old_files_of_a_whole_set_that_are_half_gone_do_not_come_back(tmp_path, monkeypatch):
+    """Its process died while it cleared up."""
+    write_set(tmp_path, "old ")
+    with monkeypatch.context() as patch:
+        patch.setattr("ilf.run.staging._discard", lambda folder: None)
+        write_set(tmp_path, "new ")
+    (left,) = tmp_path.glob(".ilf-export-*")
+    (left / "before" / "seal").unlink()
+    left.rename(tmp_path / left.name.replace(f"-{os.getpid()}-", "-999999999-"))
     clear_interrupted(tmp_path)
     assert contents(tmp_path) == {name: f"new {name}".encode() for name in NAMES}
 

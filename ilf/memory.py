@@ -1,0 +1,54 @@
+"""How much memory work on a frame takes, told before it begins."""
+
+from __future__ import annotations
+
+import math
+import os
+
+from .errors import FormatError, ParameterError
+
+BYTES_PER_PIXEL = 120
+"""What completing a frame takes for each of its pixels, all results and files included, by `python -m
+tests.bench.peaks`."""
+
+_USUAL_GB = 4.0
+
+
+def memory_limit() -> float:
+    """Bytes that work on one frame may take: 4 GB, or as many GB as the environment variable ILF_MEMORY says.
+
+    Raises
+    ------
+    ParameterError
+        If that is not a positive number.
+    """
+    said = os.environ.get("ILF_MEMORY")
+    try:
+        limit = _USUAL_GB if not said else float(said)
+    except ValueError:
+        limit = math.nan
+    if not limit > 0:
+        raise ParameterError(f"The environment variable ILF_MEMORY must be a number of GB, not {said!r:.40}.")
+    return 1e9 * limit
+
+
+def check_fits(what: object, width: int, height: int) -> None:
+    """Refuse a frame that would take too much memory, before anything of it is read.
+
+    Parameters
+    ----------
+    what : object
+        Named in the message.
+    width, height : int
+
+    Raises
+    ------
+    FormatError
+    """
+    needed, limit = width * height * BYTES_PER_PIXEL, memory_limit()
+    if needed > limit:
+        raise FormatError(
+            f"{what} says it has {width} x {height} pixels; completing such a frame takes about {needed / 1e9:.3g} GB "
+            f"of memory, and {limit / 1e9:g} GB are allowed. Resize or crop it first, or allow more: "
+            f"ILF_MEMORY={math.ceil(needed / 1e9)} (GB, an environment variable)."
+        )

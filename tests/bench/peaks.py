@@ -1,0 +1,86 @@
+"""How much memory commands take at their peak, by the size of the frame.
+
+    python -m tests.bench.peaks [--sizes 1920x1080 3840x2160 7680x4320] [--only info complete] [--threads 2]
+
+The bundled sample, scaled up, is read and completed by the command line, each time in a process of its own, with all
+files that `ilf complete` writes by itself. Told are the peak of the process's memory [GB], and bytes for each pixel
+beyond what the program takes for a tiny frame: `ilf/memory.py` estimates by these.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+import ilf
+from ilf.assets import asset_path
+
+_COMMANDS = {
+    "info": ("info",),
+    "complete": ("complete", "--quiet", "--out", "OUT"),
+    "complete, mesh": ("complete", "--quiet", "--mesh", "ply", "--normals", "--out", "OUT"),
+    "complete, paper": ("complete", "--quiet", "--preset", "paper", "--out", "OUT"),
+}
+_CHILD = """
+import resource, sys
+from ilf.cli import main
+status = main(sys.argv[1:])
+unit = 1 if sys.platform == "darwin" else 1024
+print("peak", status, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit)
+"""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--sizes", nargs="+", default=["1920x1080", "3840x2160", "7680x4320"])
+    parser.add_argument("--only", nargs="+", default=list(_COMMANDS)[:2], choices=list(_COMMANDS))
+    parser.add_argument("--threads", type=int, default=2)
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        usual = {name: peak(_COMMANDS[name], Path(folder), "160x120", given.threads) for name in given.only}
+        print(f"{'':12} {'':16} {'peak [GB]':>10} {'bytes a pixel':>14}")
+        for size in given.sizes:
+            for name in given.only:
+                taken = peak(_COMMANDS[name], Path(folder), size, given.threads)
+                pixels = np.prod([int(length) for length in size.split("x")])
+                print(f"{size:12} {name:16} {taken / 1e9:10.2f} {(taken - usual[name]) / pixels:14.0f}", flush=True)
+
+
+def peak(command: tuple[str, ...], folder: Path, size: str, threads: int) -> int:
+    """Bytes that a command takes at most."""
+    frame = folder / size
+    if not frame.exists():
+        _write(frame, size)
+    arguments = [str(folder / "out") if part == "OUT" else part for part in (command[0], str(frame), *command[1:])]
+    alone = {name: str(threads) for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")} | {"ILF_MEMORY": "100"}
+    run = subprocess.run(
+        [sys.executable, "-c", _CHILD, *arguments], env={**os.environ, **alone}, stdout=subprocess.PIPE, text=True
+    )
+    word, status, taken = run.stdout.splitlines()[-1].split()
+    if (word, status) != ("peak", "0"):
+        raise SystemExit(f"ilf {' '.join(arguments)} has ended with {run.stdout[-500:]}")
+    return int(taken)
+
+
+def _write(folder: Path, size: str) -> None:
+    """The sample, scaled, as a frame's folder."""
+    width, height = map(int, size.split("x"))
+    sample = ilf.load_frame(asset_path("samples/room"))
+    folder.mkdir()
+    cv2.imwrite(str(folder / "rgb.png"), cv2.resize(sample.rgb, (width, height))[..., ::-1])
+    depth = cv2.resize(np.nan_to_num(sample.depth), (width, height), interpolation=cv2.INTER_NEAREST)
+    cv2.imwrite(str(folder / "depth.png"), np.rint(1000 * depth).astype(np.uint16))
+    camera = f"[{0.8 * width}, {0.8 * width}, {width / 2}, {height / 2}]"
+    files = '"rgb": "rgb.png", "depth": "depth.png", "depth_units_per_m": 1000'
+    (folder / "meta.json").write_text(f'{{"name": "{size}", "size": [{width}, {height}], "K": {camera}, {files}}}')
+
+
+if __name__ == "__main__":
+    main()

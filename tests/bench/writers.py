@@ -1,0 +1,177 @@
+"""All that writes files, each over an older set and in two versions, for disks that fail and for sudden ends."""
+
+from __future__ import annotations
+
+import argparse
+import io
+import os
+from collections.abc import Callable, Collection
+from contextlib import redirect_stdout
+from dataclasses import dataclass
+from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
+
+import ilf
+from ilf.assets import asset_path
+from ilf.cli.sample import run as write_sample
+from ilf.frame import CameraIntrinsics
+from ilf.io.atomic import write_bytes
+from ilf.io.interchange.writing import write_blocks
+from ilf.models import new_model_path
+from ilf.preset_files import OwnPreset, write_preset
+from ilf.project import FrameState, Project, ProjectFrame
+from ilf.project.file import save_project
+from ilf.run import ExportOptions
+from ilf.run.staging import clear_interrupted
+
+Write = Callable[[Path, int], object]
+"""Writes into a folder; the number says which of two versions."""
+
+
+@dataclass(frozen=True)
+class Writer:
+    """One of the writers.
+
+    Attributes
+    ----------
+    name : str
+    prepare : callable
+        Takes a folder for what it needs, and gives what writes.
+    varying : collection of str
+        Names of files that are other ones each time that they are written.
+    """
+
+    name: str
+    prepare: Callable[[Path], Write]
+    varying: Collection[str] = ()
+
+    def steady(self, names: Collection[str]) -> list[str]:
+        """Those of the files that are the same each time."""
+        return [name for name in names if name not in self.varying]
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Every file below a folder, hidden ones too."""
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def as_found(folder: Path) -> dict[str, bytes]:
+    """The same after what a dead process has left has been undone, as the next who writes there does first."""
+    clear_interrupted(folder)
+    return {name: content for name, content in contents(folder).items() if not Path(name).name.startswith(".ilf-")}
+
+
+def _frame(shift: float = 0.0) -> ilf.RGBDFrame:
+    rows, columns = np.mgrid[:24, :32]
+    depth = np.where(columns < 15, 1.5 + 0.004 * rows, 2.4 + 0.005 * columns) + shift
+    depth[8:14, 4:10] = np.nan
+    rgb = np.where((columns < 15)[..., None], [200, 90, 40], [40, 110, 180]).astype(np.uint8)
+    return ilf.RGBDFrame(rgb, depth, CameraIntrinsics(30.0, 30.0, 15.5, 11.5), name="two-planes")
+
+
+def _labels() -> np.ndarray:
+    labels = np.ones((24, 32), np.int32)
+    labels[:, 15:] = 2
+    return labels
+
+
+def _runs() -> list[tuple[ilf.Run, ilf.Completion]]:
+    quick = ilf.preset(max_iterations=2, correction=False)
+    runs = [ilf.Run(_frame(shift), _labels(), quick) for shift in (0.0, 0.25)]
+    return [(run, run.complete()) for run in runs]
+
+
+def _run(folder: Path) -> Write:
+    versions = _runs()
+    options = ExportOptions(depth_formats=("png", "tiff", "npy"), mesh="ply")
+    return lambda target, version: ilf.write(target, *versions[version], options)
+
+
+def _export(folder: Path) -> Write:
+    """Other formats, as the window's dialog offers them."""
+    versions = _runs()
+    options = ExportOptions(depth_formats=("tiff",), cloud="pcd", mesh="glb", curves=False, normals=True)
+    return lambda target, version: ilf.write(target, *versions[version], options)
+
+
+def _cloud(folder: Path) -> Write:
+    """Clouds and meshes alone."""
+    versions = [
+        (ilf.Run(_frame(shift), _labels()), ilf.complete(_frame(shift), _labels() * 0)) for shift in (0.0, 0.25)
+    ]
+    options = ExportOptions(
+        (), expected_error=False, labels=False, curves=False, cloud="ply", mesh="obj", run_record=False
+    )
+    return lambda target, version: ilf.write(target, *versions[version], options)
+
+
+def _project(folder: Path) -> Write:
+    def write(target: Path, version: int) -> None:
+        target.mkdir(exist_ok=True)
+        frame = _frame(0.25 * version)
+        state = FrameState("a" * 32, frame, _labels())
+        save_project(
+            target / "work.ilf", Project(frames=(ProjectFrame(state.id, "room", None, has_state=True),)), [state]
+        )
+
+    return write
+
+
+def _blocks(folder: Path) -> Write:
+    def write(target: Path, version: int) -> None:
+        target.mkdir(exist_ok=True)
+        write_blocks(target / "blocks.json", _labels() + version)
+
+    return write
+
+
+def _preset(folder: Path) -> Write:
+    def write(target: Path, version: int) -> None:
+        target.mkdir(exist_ok=True)
+        write_preset(target / "own.json", OwnPreset("own", ilf.preset(max_iterations=5 + version), "best"))
+
+    return write
+
+
+def _model(folder: Path) -> Write:
+    bundled = asset_path("models/edges.onnx").read_bytes()
+
+    def write(target: Path, version: int) -> None:
+        target.mkdir(exist_ok=True)
+        with patch.dict(os.environ, ILF_MODELS=str(target)):
+            # one more field that readers skip, so that the two can be told apart
+            path = new_model_path("own", replace=True)
+            write_bytes(path, bundled if version else bundled + b"\x12\x01x")
+
+    return write
+
+
+def _sample(folder: Path) -> Write:
+    older = folder / "older"
+    older.mkdir()
+    for path in asset_path("samples/room").iterdir():
+        (older / path.name).write_bytes(b"older")
+
+    def write(target: Path, version: int) -> None:
+        source = asset_path("samples/room") if version else older
+        with patch("ilf.cli.sample.asset_path", lambda _: source), redirect_stdout(io.StringIO()):
+            write_sample(argparse.Namespace(folder=str(target), force=True))
+
+    return write
+
+
+WRITERS = {
+    writer.name: writer
+    for writer in (
+        Writer("run", _run, ("run.json",)),
+        Writer("export", _export, ("run.json",)),
+        Writer("cloud", _cloud),
+        Writer("project", _project, ("work.ilf",)),
+        Writer("blocks", _blocks),
+        Writer("preset", _preset),
+        Writer("model", _model),
+        Writer("sample", _sample),
+    )
+}

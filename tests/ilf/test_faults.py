@@ -1,0 +1,64 @@
+"""Disks that fail at any moment and writers that are killed; `python -m tests.bench.faults` and `python -m
+tests.bench.kill.writers` try all of them."""
+
+from __future__ import annotations
+
+import os
+import random
+from pathlib import Path
+
+import pytest
+
+from ilf.errors import ParameterError
+from ilf.memory import BYTES_PER_PIXEL, check_fits, memory_limit
+from tests.bench.faults import faults_of
+from tests.bench.kill.writers import kills_of
+from tests.bench.writers import WRITERS, Write, Writer
+
+
+@pytest.mark.parametrize(("name", "every"), [("run", 23), ("cloud", 9), ("project", 7), ("sample", 7), ("preset", 3)])
+def test_a_disk_that_fails_leaves_the_old_set_or_the_new(tmp_path: Path, name: str, every: int) -> None:
+    tried, wrong = faults_of(WRITERS[name], tmp_path, every, first=random.randrange(every))
+    assert tried
+    assert wrong == []
+
+
+def _in_place(folder: Path) -> Write:
+    def write(target: Path, version: int) -> None:
+        target.mkdir(exist_ok=True)
+        for name in "ab":
+            (target / name).write_bytes(bytes([version]) * 100_000)
+
+    return write
+
+
+def test_a_writer_that_writes_in_place_is_found_out(tmp_path: Path) -> None:
+    (tmp_path / "faults").mkdir()
+    (tmp_path / "kills").mkdir()
+    writer = Writer("in place", _in_place)
+    assert faults_of(writer, tmp_path / "faults")[1]
+    if os.name == "posix":
+        assert kills_of(writer, tmp_path / "kills", 20, random.Random(0))[1]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="forks")
+@pytest.mark.parametrize("name", ["run", "sample", "project"])
+def test_a_writer_that_is_killed_leaves_a_whole_set(tmp_path: Path, name: str) -> None:
+    found, wrong = kills_of(WRITERS[name], tmp_path, 4, random.Random())
+    assert wrong == []
+    assert found.total() == 4
+
+
+def test_memory_is_estimated_against_a_limit_that_can_be_raised(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("ILF_MEMORY", raising=False)
+    assert memory_limit() == 4e9
+    check_fits("a", 7680, 4320)
+    monkeypatch.setenv("ILF_MEMORY", str(1.5 * BYTES_PER_PIXEL / 1e9))
+    check_fits("a", 1, 1)
+    monkeypatch.setenv("ILF_MEMORY", "0.001")
+    with pytest.raises(Exception, match=r"1920 x 1080 .* 0\.249 GB of memory, and 0\.001 GB are allowed"):
+        check_fits("a", 1920, 1080)
+    for wrong in ("much", "-1", "nan"):
+        monkeypatch.setenv("ILF_MEMORY", wrong)
+        with pytest.raises(ParameterError, match="must be a number of GB"):
+            memory_limit()
