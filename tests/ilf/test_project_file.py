@@ -127,7 +127,7 @@ def test_it_moves_with_its_frames_and_can_be_saved_elsewhere(work, tmp_path):
 
 def test_missing_and_changed_files_are_told_apart_and_can_be_given(work, tmp_path):
     folder, project, filed, _ = work
-    source, elsewhere = folder / "frames" / "one" / "depth.png", tmp_path / "elsewhere.bin"
+    source, elsewhere = folder / "frames" / "one" / "depth.png", tmp_path / "elsewhere.png"
     shutil.copy(source, elsewhere)
     with open_project(folder / "room.ilf") as opened:
         source.write_bytes((folder / "frames" / "one" / "rgb.png").read_bytes())
