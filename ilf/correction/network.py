@@ -85,9 +85,10 @@ class CorrectionNetwork(OnnxNetwork):
         image, window = reflected(rgb, MULTIPLE)
         features, _ = correction_features(depth, completed, contours)
         size = image.shape[:2]
+        colour = np.asarray(cv2.dnn.blobFromImage(image, 1 / 255), np.float32)
         whole = np.stack([reflected(channel, MULTIPLE)[0] for channel in features])
         try:
-            outputs = self._forward({"image": cv2.dnn.blobFromImage(image, 1 / 255), "features": whole[None]})
+            outputs = self._forward({"image": colour, "features": whole[None]})
         except cv2.error as error:
             raise FormatError(
                 f"{self.path.name} is no correction network: it does not take an image of {size} and its depth."
