@@ -44,11 +44,11 @@ Watch = Callable[[Block, IterationRecord, Stepper], None]
 class CompletionRun(Iterator[Progress]):
     """All blocks of a frame, one iteration per `next()`, several blocks at a time.
 
-    Whoever drives it decides about pace, pause and cancelling: while nobody calls `next()`, no more is done than the
-    short slices of iterations that are under way. `results` holds the blocks whose end has been reported, which come
-    in any order; what they hold does not depend on the number of threads. Blocks that are corrected come last, when
-    all have been iterated on: there are steps then that tell of none. A run that is left before its end must be closed,
-    by `close` or as a context manager.
+    Whoever drives it decides about pace, pause and cancelling: while nobody calls `next()`, no more is done than a few
+    short slices of iterations. `results` holds the blocks whose end has been reported, which come in any order; what
+    they hold does not depend on the number of threads. Blocks that are corrected come last, when all have been iterated
+    on: there are steps then that tell of none. A run that is left before its end must be closed, by `close` or as a
+    context manager.
 
     Parameters
     ----------

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
+import sys
 import threading
 import time
 from collections.abc import Generator, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import nullcontext
 from queue import SimpleQueue
 from typing import Generic, TypeVar
 
@@ -19,8 +19,9 @@ Steps = Generator[T, None, None]
 SLICE_S = 0.005
 """Seconds of work that are handed to a thread at a time: steps of microseconds drown in the handing over."""
 
-TINY_STEP_S = 0.00015
-"""Computing time of a step below which two threads together were found to be slower than one."""
+_SWITCH_S = 0.0002
+"""How long a thread waits for the interpreter's lock before it is handed over. Python's own 5 ms are longer than most
+of what threads do without it: one would be at rest while the other takes it up again and again."""
 
 
 def available_cores() -> int:
@@ -53,6 +54,7 @@ def side_by_side(tasks: Sequence[Steps[T]], width: int) -> Steps[T]:
     team = _Team(tasks, width)
     wishes = *present_wishes(), team.stopped
     pool = ThreadPoolExecutor(width, thread_name_prefix="ilf-block", initializer=heed, initargs=wishes)
+    _switching.begin()
     try:
         for _ in range(width):
             pool.submit(team.work)
@@ -60,19 +62,41 @@ def side_by_side(tasks: Sequence[Steps[T]], width: int) -> Steps[T]:
     finally:
         team.stop()
         pool.shutdown()
+        _switching.end()
+
+
+class _Switching:
+    """The interpreter hands its lock over sooner while any threads share tasks."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._teams = 0
+        self._usual = 0.0
+
+    def begin(self) -> None:
+        with self._lock:
+            if self._teams == 0:
+                self._usual = sys.getswitchinterval()
+                sys.setswitchinterval(min(_SWITCH_S, self._usual))
+            self._teams += 1
+
+    def end(self) -> None:
+        with self._lock:
+            self._teams -= 1
+            if self._teams == 0:
+                sys.setswitchinterval(self._usual)
+
+
+_switching = _Switching()
 
 
 class _Team(Generic[T]):
-    """Threads that share tasks, and what they hand over.
-
-    Tasks of tiny steps take turns: two of them would spend more on passing the interpreter's lock to and fro than
-    they gain, while set-ups and large steps, which do without it, run beside them.
-    """
+    """Threads that share tasks, and what they hand over."""
 
     def __init__(self, tasks: Sequence[Steps[T]], width: int) -> None:
         self._width = width
         self._tasks = iter(tasks)
-        self._taking, self._turn = threading.Lock(), threading.Lock()
+        self._taking = threading.Lock()
         self.stopped = threading.Event()
         self._ahead = threading.Semaphore(2 * width)
         # slices of items; what a thread ends with, None or what went wrong
@@ -111,27 +135,20 @@ class _Team(Generic[T]):
             return None if self.stopped.is_set() else next(self._tasks, None)
 
     def _finish(self, task: Steps[T]) -> None:
-        tiny, ended = False, False
+        ended = False
         while not ended:
             self._ahead.acquire()
             if self.stopped.is_set():
                 return
-            with self._turn if tiny else nullcontext():
-                items, ended, tiny = self._slice(task)
+            items, ended = self._slice(task)
             self._done.put(items)
 
-    def _slice(self, task: Steps[T]) -> tuple[list[T], bool, bool]:
-        """What a task yields in a slice, whether that was its end, and whether its steps are tiny."""
+    def _slice(self, task: Steps[T]) -> tuple[list[T], bool]:
+        """What a task yields in a slice, and whether that was its end."""
         items: list[T] = []
-        begun = 0.0
         end = time.perf_counter() + SLICE_S
         for item in task:
             items.append(item)
-            if len(items) == 1:  # it may hold a set-up
-                begun = time.thread_time()
             if self.stopped.is_set() or time.perf_counter() >= end:
-                break
-        else:
-            return items, True, False
-        steps = len(items) - 1
-        return items, False, steps > 0 and time.thread_time() - begun < TINY_STEP_S * steps
+                return items, False
+        return items, True

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import sys
 import threading
+import time
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -15,6 +18,7 @@ from ilf.errors import Cancelled, InputError
 from ilf.filter.pass_band.iteration import PassBandIteration
 from ilf.frame import RGBDFrame
 from ilf.outcomes import Progress, Status, compose
+from ilf.threads import side_by_side
 
 
 def test_fill_mode_leaves_every_known_pixel_untouched(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
@@ -200,12 +204,10 @@ def patchwork(small_frame: RGBDFrame) -> tuple[RGBDFrame, np.ndarray]:
 
 
 @pytest.mark.parametrize("threads", [2, 3, 20])
-@pytest.mark.parametrize("tiny", [0.0, 1.0], ids=["free", "in turn"])
 def test_results_do_not_depend_on_the_number_of_threads(
-    patchwork: tuple[RGBDFrame, np.ndarray], monkeypatch: pytest.MonkeyPatch, threads: int, tiny: float
+    patchwork: tuple[RGBDFrame, np.ndarray], monkeypatch: pytest.MonkeyPatch, threads: int
 ) -> None:
     monkeypatch.setattr("ilf.threads.SLICE_S", 0.0005)
-    monkeypatch.setattr("ilf.threads.TINY_STEP_S", tiny)
     frame, labels = patchwork
     parameters = ilf.preset(max_iterations=60, mode="fill+denoise")
     alone = complete(frame, labels, parameters, threads=1)
@@ -260,18 +262,44 @@ def test_a_run_that_is_closed_or_left_has_no_threads(small_frame: RGBDFrame, sma
         return [thread.name for thread in threading.enumerate() if thread.name.startswith("ilf")]
 
     endless = ilf.preset("released-code", max_iterations=100_000)
-    run = CompletionRun(small_frame, small_labels, endless, threads=2)
+    usual = sys.getswitchinterval()
+    run, other = (CompletionRun(small_frame, small_labels, endless, threads=2) for _ in range(2))
     assert not own(), "nothing begins before the first next()"
     next(run)
+    next(other)
     assert own()
     run.close()
+    assert own()
+    assert sys.getswitchinterval() < usual
+    other.close()
     assert not own()
+    assert sys.getswitchinterval() == usual
     with pytest.raises(StopIteration):
         next(run)
     run = CompletionRun(small_frame, small_labels, endless, threads=2)
     next(run)
     del run
     assert not own()
+
+
+def test_threads_are_no_more_than_a_slice_ahead(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("ilf.threads.SLICE_S", 0.0)  # a slice is one item
+    made: list[int] = []
+
+    def task() -> Iterator[int]:
+        for number in range(1000):
+            made.append(number)
+            yield number
+
+    steps = side_by_side([task(), task()], 2)
+    for taken in (1, 2, 3):
+        next(steps)
+        before = -1
+        while before != len(made):  # until they wait
+            before = len(made)
+            time.sleep(0.02)
+        assert len(made) <= taken + 4
+    steps.close()
 
 
 def test_an_error_in_a_thread_comes_out_at_next(

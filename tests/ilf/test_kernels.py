@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 from ilf import compiling
 from ilf.compiling import compiled, is_compiled
 from ilf.filter import banded
-from ilf.filter.edge_aware import kernels
+from ilf.filter.edge_aware import kernels, trend
 from ilf.filter.edge_aware.smoothness import Weights
 
 SHAPES = [(1, 1), (1, 4), (5, 1), (2, 2), (3, 2), (7, 9)]
@@ -114,6 +114,18 @@ def test_letting_go(shape: tuple[int, int]) -> None:
     expected, *others = (way(_weights(shape), u, scale, np.float32(0.3)) for way in _ways("let_go"))
     for found in others:
         assert_allclose(found, expected, rtol=1e-5, atol=1e-7)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_second_differences_of_known_depth(shape: tuple[int, int]) -> None:
+    (depth,) = _arrays(shape, 1)
+    rng = np.random.default_rng(shape)
+    depth[rng.random(shape) < 0.1] = np.nan
+    mask = rng.random(shape) < 0.9
+    ways = trend._bends.__wrapped__, trend._bends_one_by_one, trend._bends
+    expected, *others = (np.sort(way(depth, mask)) for way in ways)
+    for found in others:
+        assert_allclose(found, expected, rtol=1e-5, atol=1e-6)
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 6), (6, 1), (2, 3), (5, 4), (4, 7)])

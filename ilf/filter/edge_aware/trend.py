@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array, eye_array, kron
 from scipy.sparse.linalg import splu
 
+from ...compiling import compiled
+
 _ROUNDS = 4
 """Rounds of reweighting, in which what does not lie on the quadric loses its pull."""
 
@@ -68,13 +70,37 @@ def noise_of(depth: NDArray[np.float32], mask: NDArray[np.bool_]) -> float:
     mask : ndarray of bool, shape (h, w)
         The pixels that count. 0.0 is returned if hardly any three in a row do.
     """
-    inside = np.where(mask, depth, np.float32(np.nan))
-    seconds = [a[:, :-2] - 2 * a[:, 1:-1] + a[:, 2:] for a in (inside, inside.T)]
-    found = np.concatenate([values[np.isfinite(values)] for values in seconds])
+    found = _bends(np.ascontiguousarray(depth), np.ascontiguousarray(mask))
     if found.size < 20:
         return 0.0
     # of independent noise, a second difference has 1 + 4 + 1 times the variance
-    return float(np.median(np.abs(found))) / 0.6745 / math.sqrt(6.0)
+    return float(np.median(found)) / 0.6745 / math.sqrt(6.0)
+
+
+def _bends_one_by_one(depth: NDArray[np.float32], mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+    height, width = depth.shape
+    inside = np.empty_like(depth)
+    for y in range(height):
+        for x in range(width):
+            inside[y, x] = depth[y, x] if mask[y, x] else np.float32(np.nan)
+    found, count, two = np.empty(2 * depth.size + 1, depth.dtype), 0, np.float32(2)
+    for y in range(height):
+        for x in range(width):
+            if x + 2 < width:
+                found[count] = abs(inside[y, x] - two * inside[y, x + 1] + inside[y, x + 2])
+                count += np.isfinite(found[count])
+            if y + 2 < height:
+                found[count] = abs(inside[y, x] - two * inside[y + 1, x] + inside[y + 2, x])
+                count += np.isfinite(found[count])
+    return found[:count]
+
+
+@compiled(_bends_one_by_one)
+def _bends(depth: NDArray[np.float32], mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Sizes of the second differences along rows and columns, of depth under a mask, in any order."""
+    inside = np.where(mask, depth, np.float32(np.nan))
+    seconds = [a[:, :-2] - 2 * a[:, 1:-1] + a[:, 2:] for a in (inside, inside.T)]
+    return np.abs(np.concatenate([values[np.isfinite(values)] for values in seconds]))
 
 
 def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) -> Trend | None:
