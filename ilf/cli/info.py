@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..camera import CameraIntrinsics, camera_text
 from ..errors import InputError
-from ..frame import check_depth_scale
+from ..frame import RGBDFrame, check_depth_scale
 from ..io import (
     META_NAME,
     FrameFiles,
@@ -111,9 +111,14 @@ def _print_frame_of(source: FrameSource, arguments: argparse.Namespace) -> None:
             ("name", frame.name),
             ("colour", f"{source.rgb}, {width} x {height}"),
             *_depth_facts(Path(source.rgb), depth, frame.intrinsics),
-            ("registered", f"{frame.missing_share:.1%} missing"),
+            ("registered", _registered_text(frame)),
         ]
     )
+
+
+def _registered_text(frame: RGBDFrame) -> str:
+    outside = f", {frame.outside_share:.1%} outside the depth camera's view" if frame.outside_share else ""
+    return f"{frame.missing_share:.1%} missing{outside}"
 
 
 def _print_folder(folder: Path, arguments: argparse.Namespace) -> None:

@@ -27,8 +27,13 @@ _MOST_SAMPLES = 16
 _AT_ONCE = 1 << 18
 """Samples that are moved at a time, so that they stay in the processor's cache."""
 
-_LENS_STEPS = 400
-"""Rays along a row and along a column by which the extent of a depth camera's view is found."""
+_LENS_STEPS, _LENS_REACH = 200, 4.0
+"""Rays along a row and along a column by which the extent of a depth camera's view is found, and how much farther out
+than without distortion they are looked for."""
+
+_MOST_IN_ALL, _LONGEST = 1 << 26, (1 << 15) - 2
+"""Samples of a depth image, and pixels or samples along one side of an image, above which its camera's numbers are none
+of a camera's."""
 
 _OUTLIERS = 0.01
 """Share of the known depth that is left out at both ends when it is asked what depths a frame has."""
@@ -75,6 +80,7 @@ def register(pair: RawPair) -> RGBDFrame:
     >>> int(frame.known[0].sum()), int(frame.outside_view[0].sum())
     (29, 3)
     """
+    _check_size("colour", pair.colour_camera.size)
     rgb, intrinsics = undistorted_colour(pair.rgb, pair.colour_camera)
     colour = Camera(intrinsics, pair.colour_camera.size)
     if not np.isfinite(pair.depth).any():
@@ -111,6 +117,7 @@ class _FineView:
         fx, fy = samples * camera.intrinsics.fx, samples * camera.intrinsics.fy
         # the outermost samples lie half a sample inside the outer pixels' outer sides
         size = max(round((right - left) * fx), 1), max(round((bottom - top) * fy), 1)
+        _check_size("depth", size)
         self.matrix = np.array([[fx, 0.0, -left * fx - 0.5], [0.0, fy, -top * fy - 0.5], [0.0, 0.0, 1.0]])
         columns, rows = cv2.initUndistortRectifyMap(
             camera.matrix, camera.coefficients, None, self.matrix, size, cv2.CV_32FC1
@@ -128,6 +135,14 @@ def _fine_view(camera: Camera, samples: int) -> _FineView:
     return _FineView(camera, samples)
 
 
+def _check_size(what: str, size: tuple[int, int]) -> None:
+    if max(size) > _LONGEST or size[0] * size[1] > _MOST_IN_ALL:
+        raise InputError(
+            f"The {what} image would have {size[0]} x {size[1]} samples without its lens's distortion. Check the "
+            "intrinsics and the distortion of both cameras, which are in pixels."
+        )
+
+
 def _samples(depth: Camera, colour: Camera) -> int:
     """Into how many samples a depth pixel is split, along a row and along a column."""
     scale = max(colour.intrinsics.fx / depth.intrinsics.fx, colour.intrinsics.fy / depth.intrinsics.fy)
@@ -141,7 +156,8 @@ def _extent(camera: Camera) -> tuple[float, float, float, float]:
     ends = (-0.5 - own.cy) / own.fy, (height - 0.5 - own.cy) / own.fy
     if camera.coefficients is None:
         return *sides, *ends
-    reach = widest(camera.distortion)
+    widest_ray = math.hypot(max(map(abs, sides)), max(map(abs, ends)))
+    reach = min(widest(camera.distortion), _LENS_REACH * widest_ray)
     line = np.linspace(-reach, reach, _LENS_STEPS)
     x, y = (plane.ravel() for plane in np.meshgrid(line, line))
     points = np.stack([x, y, np.ones_like(x)], axis=1)

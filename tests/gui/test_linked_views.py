@@ -472,6 +472,24 @@ def test_missing_and_distrusted_depth_are_striped(views):
         views.set_distrusted(mask[1:])
 
 
+def test_what_lies_outside_the_view_has_stripes_and_a_name_of_its_own(views):
+    outside = np.zeros((HEIGHT, WIDTH), bool)
+    outside[:, :12] = True
+    rgb, depth = views.material.rgb, np.where(outside, np.float32(np.nan), np.float32(2.0))
+    views.set_frame(rgb, depth, outside)
+
+    def is_blue(name):
+        view = view_of(views, name)
+        return (60, 140, 220) in {colour_at(view, place(view, 6, 20) + QPoint(shift, 0)) for shift in range(8)}
+
+    assert is_blue("depth-in")
+    assert not is_blue("colour"), "colour shows it with what is missing"
+    views.set_missing_shown(True)
+    assert is_blue("colour")
+    views.set_frame(rgb, depth)
+    assert not is_blue("depth-in")
+
+
 def test_stale_depth_is_greyed_and_only_what_changed_is_drawn_again(views):
     result = np.full((HEIGHT, WIDTH), 1.2, np.float32)
     views.set_result(result)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import ilf
+from ilf.cli import main
 from ilf.errors import InputError
 from ilf.io.recordings.nyu_raw import nyu_cameras
 from ilf.registration import Camera
@@ -110,3 +111,17 @@ def test_a_completed_frame_lies_with_its_straight_colour(source, tmp_path):
     again = ilf.load_frame(tmp_path / "out")
     np.testing.assert_array_equal(again.rgb, frame.rgb)
     assert np.isnan(again.depth[frame.outside_view]).all()
+
+
+def test_the_command_line_tells_of_it_and_makes_a_run_again(folder, source, tmp_path, capsys):
+    assert main(["info", str(folder)]) == 0
+    assert "no: done as it is read" in capsys.readouterr().out
+    assert main(["info", str(folder), "--frame", source.keys[0]]) == 0
+    assert "% missing, 1" in (said := capsys.readouterr().out)
+    assert "% outside the depth camera's view" in said
+    frame = source.read(source.keys[0])
+    run = ilf.Run(frame, np.ones(frame.shape, np.int32), ilf.preset("paper", max_iterations=2))
+    ilf.write(tmp_path / "out", run, run.complete(), ilf.run.ExportOptions(cloud=None, expected_error=False))
+    again = ilf.replay(tmp_path / "out" / "run.json")
+    np.testing.assert_array_equal(again.run.frame.outside_view, frame.outside_view)
+    assert again.verdict(again.run.complete()) == ()

@@ -140,7 +140,7 @@ def test_one_camera_for_both_changes_nothing():
     assert frame.outside_view is None
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(
     scale=st.floats(0.4, 3.0),
     x=st.floats(-0.1, 0.1),
@@ -199,3 +199,35 @@ def test_pairs_that_cannot_be_registered_are_told_why():
 def test_distortions_that_are_none_are_refused(distortion):
     with pytest.raises(InputError, match="distortion"):
         Camera(COLOUR.intrinsics, COLOUR.size, distortion)
+
+
+def test_cameras_that_are_none_take_neither_memory_nor_the_process():
+    pair = made_pair()
+    huge = Camera(CameraIntrinsics(1e6, 1e6, 48.0, 36.0), COLOUR.size)
+    narrow = Camera(CameraIntrinsics(1e5, 1e5, 32.0, 28.0), DEPTH.size, DEPTH.distortion)
+    tiny = Camera(CameraIntrinsics(1e-3, 1e-3, 32.0, 28.0), DEPTH.size, DEPTH.distortion)
+    for colour, depth in ((huge, DEPTH), (COLOUR, narrow), (COLOUR, tiny), (huge, tiny)):
+        try:
+            frame = register(RawPair(pair.rgb, pair.depth, colour, depth, pair.depth_to_colour))
+        except InputError:
+            continue
+        assert frame.known.any()
+
+
+@settings(max_examples=8, deadline=None)
+@given(
+    k=st.lists(st.floats(-100, 100), min_size=8, max_size=8),
+    focal=st.floats(1.0, 1000.0),
+    is_colour=st.booleans(),
+)
+def test_whatever_the_distortion_there_is_a_frame_or_a_word(k, focal, is_colour):
+    bent = Camera(CameraIntrinsics(focal, focal, 16.0, 12.0), (32, 24), tuple(k))
+    plain = Camera(CameraIntrinsics(30.0, 30.0, 15.5, 11.5), (32, 24))
+    colour, depth = (bent, plain) if is_colour else (plain, bent)
+    pair = RawPair(np.zeros((24, 32, 3), np.uint8), np.full((24, 32), 2.0), colour, depth, motion())
+    try:
+        frame = register(pair)
+    except InputError:
+        return
+    assert frame.known.any()
+    assert frame.depth[frame.known].min() > 0
