@@ -18,7 +18,13 @@ def source_facts(source: Source) -> list[tuple[str, str]]:
         facts.append(("time", f"{min(times):.6f} to {max(times):.6f} s, {max(times) - min(times):.3f} s in all"))
     first = source.calibration(source.keys[0])
     facts += [("colour camera", camera_text(first.colour)), ("depth camera", camera_text(first.depth))]
-    facts.append(("registered", "yes" if source.is_registered else "no: read as it is"))
+    is_recorded = source.frame_source(source.keys[0]).frame is not None
+    facts.append(
+        (
+            "registered",
+            "yes" if source.is_registered else f"no: {'done as it is read' if is_recorded else 'read as it is'}",
+        )
+    )
     return facts
 
 
