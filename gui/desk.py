@@ -18,6 +18,7 @@ from gui.filtering.presenter import FilterPresenter
 from gui.frames.loader import FrameLoader
 from gui.project.recorder import Recorder
 from gui.project.store import WorkStore
+from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.tools.editor import Editor
@@ -68,6 +69,8 @@ class Desk:
     recorder: Recorder
     under_way: Callable[[], Sequence[UnderWay]]
     """What all parts have under way, runs of frames aside."""
+    chosen_frames: Callable[[], Sequence[Entry]]
+    """The frames whose rows are chosen in the list."""
 
 
 class Part(QObject):

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QMainWindow, QTabWidget
 from gui.accuracy.part import AccuracyPart
 from gui.actions import Actions
 from gui.autosave.part import AutosavePart
+from gui.batch.part import BatchPart
 from gui.blocks.block_table import BlockTable
 from gui.blocks.presenter import BlocksPresenter
 from gui.carrying.part import CarryingPart
@@ -95,6 +96,7 @@ _PARTS: tuple[type[Part], ...] = (
     RangePart,
     RecentPart,
     ReportPart,
+    BatchPart,
     LayoutsPart,
     ShortcutsPart,
     PalettePart,
@@ -234,6 +236,7 @@ class MainWindow(QMainWindow):
             self.store,
             self.recorder,
             self._under_way,
+            self.frames.view.chosen,
         )
         self.frame_part, self.project = FramesPart(desk, self.frames), ProjectPart(desk)
         autosave = AutosavePart(desk, self.project.opening)

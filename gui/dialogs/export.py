@@ -41,8 +41,24 @@ _CLOUD_FORMATS = {
     "XYZRGB": "xyzrgb",
 }
 _MESH_FORMATS = {"GLB, for viewers and browsers": "glb", "PLY, with all that is known": "ply", "OBJ, text": "obj"}
-_AXES = {"Camera: x right, y down, z forward": "camera", "Y up: x right, y up, z backward": "y-up"}
+_AXES = {
+    "Camera: x right, y down, z forward": "camera",
+    "Y up: x right, y up, z backward": "y-up",
+    "World: where the frame's pose puts it": "world",
+}
 _CLOUD_UNITS = {"Metres": "m", "Millimetres": "mm"}
+
+
+def stored_options() -> ExportOptions:
+    """What was chosen the last time."""
+    stored = QSettings().value(_OPTIONS_KEY)
+    if stored:
+        try:
+            return ExportOptions(**json.loads(str(stored)))
+        except (ValueError, TypeError):
+            # written by another version or by hand: the defaults are as good a start
+            QSettings().remove(_OPTIONS_KEY)
+    return ExportOptions()
 
 
 class ExportDialog(QDialog):
@@ -106,7 +122,7 @@ class ExportDialog(QDialog):
         self.normals.setToolTip("Which way the surface faces at every point; XYZ has no place for it")
         self.drop_flying = QCheckBox("Without points in mid-air")
         self.drop_flying.setToolTip("Leave out points between two surfaces, on none of them; the depth files keep them")
-        self.axes.addItems(list(_AXES))
+        self.axes.addItems([text for text, axes in _AXES.items() if axes != "world" or run.frame.pose is not None])
         self.cloud_unit.addItems(list(_CLOUD_UNITS))
         self.labels = QCheckBox("Blocks as label map (blocks.png)")
         self.curves = QCheckBox("Convergence curves (curves.csv)")
@@ -245,14 +261,7 @@ class ExportDialog(QDialog):
             self.folder_path.setText(path)
 
     def _restore(self) -> None:
-        stored = QSettings().value(_OPTIONS_KEY)
-        options = ExportOptions()
-        if stored:
-            try:
-                options = ExportOptions(**json.loads(str(stored)))
-            except (ValueError, TypeError):
-                # written by another version or by hand: the defaults are as good a start
-                QSettings().remove(_OPTIONS_KEY)
+        options = stored_options()
         self.depth_png.setChecked("png" in options.depth_formats)
         self.depth_tiff.setChecked("tiff" in options.depth_formats)
         self.depth_npy.setChecked("npy" in options.depth_formats)

@@ -2,7 +2,7 @@
 
 from .batch import Batch, open_batch
 from .frame_record import FrameOutcome, FrameStatus
-from .frames import BatchFrame, frames_of_sources, named_frames, selected, shard_of
+from .frames import BatchFrame, frames_of_files, frames_of_sources, named_frames, selected, shard_of
 from .manifest import MANIFEST_FILE, read_outcomes
 from .settings import BatchSettings
 
@@ -13,6 +13,7 @@ __all__ = [
     "BatchSettings",
     "FrameOutcome",
     "FrameStatus",
+    "frames_of_files",
     "frames_of_sources",
     "named_frames",
     "open_batch",

@@ -9,6 +9,10 @@ from concurrent.futures.process import BrokenProcessPool
 from typing import TypeVar
 
 from ..processes import process_pool
+from ..stopping import check_stopped
+
+_POLL_S = 0.05
+"""How often is asked whether to go on."""
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -35,6 +39,11 @@ def done_apart(
         Processes at a time.
     tidy : callable
         Called here for everything that was under way when its process ended.
+
+    Raises
+    ------
+    Cancelled
+        If the work of this thread is to stop.
     """
     again: list[Item] = []
     waiting = deque(items)
@@ -56,7 +65,8 @@ def _until_one_dies(
                 while waiting and len(under_way) < jobs:
                     under_way[pool.submit(work, waiting[0])] = waiting[0]
                     waiting.popleft()
-                for future in wait(under_way, return_when=FIRST_COMPLETED).done:
+                check_stopped()
+                for future in wait(under_way, timeout=_POLL_S, return_when=FIRST_COMPLETED).done:
                     result = future.result()
                     yield under_way.pop(future), result
     except BrokenProcessPool:

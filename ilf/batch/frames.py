@@ -75,6 +75,19 @@ def frames_of_sources(sources: Sequence[Source], apart_from: str | os.PathLike[s
     return named_frames(found)
 
 
+def frames_of_files(sources: Sequence[FrameSource]) -> list[BatchFrame]:
+    """Frames from anywhere; their keys are the paths of their colour files below the folder that all files share."""
+    found = [source.absolute() for source in sources]
+    files = [path for source in found for path in (source.rgb, source.depth) if path is not None]
+    root = os.path.commonpath([os.path.dirname(path) for path in files]) if files else ""
+    keys = [_key_below(root, source, source.rgb) for source in found]
+    counts = Counter(keys)
+    return named_frames(
+        (key if counts[key] == 1 else _key_below(root, source, source.depth or source.rgb, whole=True), source, None)
+        for key, source in zip(keys, found, strict=True)
+    )
+
+
 def named_frames(found: Iterable[tuple[str, FrameSource, float | None]]) -> list[BatchFrame]:
     """Frames with their keys, sources and times, each with a folder of its own."""
     frames = [BatchFrame(key, source.absolute(), time, folder_name(key)) for key, source, time in found]
@@ -161,6 +174,12 @@ def selected(
 def shard_of(frames: Sequence[BatchFrame], number: int, count: int) -> list[BatchFrame]:
     """One of `count` parts, counted from 1: every frame is in exactly one, and neighbours are in different ones."""
     return list(frames[number - 1 :: count])
+
+
+def _key_below(root: str, source: FrameSource, path: str, whole: bool = False) -> str:
+    below = Path(os.path.relpath(path, root))
+    key = (below if whole or source.depth is None else below.with_suffix("")).as_posix()
+    return key if source.frame is None else f"{key}/{source.frame}"
 
 
 def _is_in(source: FrameSource, folder: Path) -> bool:

@@ -22,6 +22,7 @@ from . import (
     info,
     judge,
     models,
+    nerfstudio,
     presets,
     project,
     report_page,
@@ -86,7 +87,7 @@ def build_parser() -> Parser:
     parser.add_argument("--version", action="version", version=f"ilf {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     often = complete, batch, blocks, info, judge, report_page
-    for module in (*often, capture, rosbag, bench, experiments, sample, models, presets, project):
+    for module in (*often, capture, rosbag, bench, experiments, sample, models, presets, project, nerfstudio):
         module.add_command(commands)
     return parser
 

@@ -28,14 +28,14 @@ from .parsing import (
     add_block_parameters,
     add_distrusted,
     add_drawn,
-    add_pairing,
+    add_max_gap,
     add_parameters,
     add_preset,
     add_progress,
     add_reading,
     add_seeds,
     count,
-    pairing_of,
+    max_gap_of,
     preset_from,
     reading_of,
     seeds_of,
@@ -75,7 +75,7 @@ def add_command(commands: Commands) -> None:
         metavar="A:B",
         help="frames A to before B, counted from 0; either may be left out, negative ones count from the end",
     )
-    add_pairing(frames)
+    add_max_gap(frames)
     _add_sharing(parser.add_argument_group("sharing the work"))
     again = parser.add_argument_group("running again")
     again.add_argument("--retry-failed", action="store_true", help="also try frames again that failed")
@@ -178,7 +178,8 @@ def _settings(arguments: argparse.Namespace) -> BatchSettings:
 
 
 def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
-    sources = [open_source(path, **reading_of(arguments), **pairing_of(arguments)) for path in arguments.sources]
+    how = {**reading_of(arguments), "max_gap": max_gap_of(arguments), "topics": arguments.topics}
+    sources = [open_source(path, **how) for path in arguments.sources]
     warn(note for source in sources for note in source.notes)
     first, end = arguments.frames
     frames = selected(frames_of_sources(sources, arguments.out), first=first, end=end, every=arguments.every)

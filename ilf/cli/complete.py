@@ -90,7 +90,8 @@ def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
     job = _new_job(arguments) if arguments.replay is None else _recorded_job(arguments)
     folder = Path(arguments.out or output_folder_name(job.run.frame.name))
-    check_write(folder, job.run, job.options)
+    given = (arguments.blocks, arguments.drawn, arguments.distrust, arguments.intrinsics, arguments.preset)
+    check_write(folder, job.run, job.options, given=[path for path in given if path is not None])
     started = time.perf_counter()
     completion = _completed(job.run, arguments)
     seconds = time.perf_counter() - started

@@ -58,12 +58,13 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
         metavar="KEY",
         help="frame of a folder of frames, a data set or a recording, one of those that `ilf info` tells of",
     )
-    add_pairing(parser)
+    add_max_gap(parser)
     add_reading(parser.add_argument_group("reading the frame"))
 
 
-def add_pairing(parser: argparse._ActionsContainer) -> None:
-    """Add the arguments that say which colour and depth belong together; see `pairing_of`."""
+def add_max_gap(parser: argparse._ActionsContainer) -> None:
+    """Add the arguments that say which colour and depth belong together: how far apart in time they may be (see
+    `max_gap_of`), and of which topics they are."""
     parser.add_argument(
         "--max-gap",
         type=float,
@@ -80,9 +81,9 @@ def add_pairing(parser: argparse._ActionsContainer) -> None:
     )
 
 
-def pairing_of(arguments: argparse.Namespace) -> dict[str, Any]:
-    """What the arguments of `add_pairing` say, by the names that `open_source` has for it."""
-    return {"max_gap": MOST_APART_S if arguments.max_gap is None else arguments.max_gap, "topics": arguments.topics}
+def max_gap_of(arguments: argparse.Namespace) -> float:
+    """The largest gap that `add_max_gap` asked for [s]."""
+    return MOST_APART_S if arguments.max_gap is None else float(arguments.max_gap)
 
 
 def _topics(text: str) -> tuple[str, str]:
@@ -241,7 +242,8 @@ def source_from(arguments: argparse.Namespace) -> Source:
     """The folder of frames, data set or recording that the arguments name; what there is to say of it is told."""
     if len(arguments.inputs) != 1:
         raise UsageError(f"Name one folder of frames, data set or recording; these are {len(arguments.inputs)} paths.")
-    source = open_source(arguments.inputs[0], **reading_of(arguments), **pairing_of(arguments))
+    max_gap = max_gap_of(arguments)
+    source = open_source(arguments.inputs[0], **reading_of(arguments), max_gap=max_gap, topics=arguments.topics)
     warn(source.notes)
     return source
 

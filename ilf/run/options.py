@@ -38,7 +38,8 @@ CLOUD_FILES = {
 MESH_FILES = {"ply": "mesh.ply", "obj": "mesh.obj", "glb": "mesh.glb"}
 """Mesh format -> file name."""
 
-CLOUD_AXES = AXES
+WORLD = "world"
+CLOUD_AXES = (*AXES, WORLD)
 CLOUD_UNITS = tuple(UNITS_PER_METRE)
 
 _LONGEST_NAME = 60
@@ -63,7 +64,8 @@ class ExportOptions:
     cloud : str or None
         Format of the point cloud: "ply" (binary), "ply-ascii", "pcd", "xyz", "xyzrgb"; None for no cloud.
     axes : str
-        Of cloud and mesh: "camera" (x right, y down, z forward) or "y-up" (x right, y up, z backward).
+        Of cloud and mesh: "camera" (x right, y down, z forward), "y-up" (x right, y up, z backward), or "world", where
+        the frame's pose puts them.
     cloud_unit : str
         Of cloud and mesh: "m" or "mm".
     run_record : bool

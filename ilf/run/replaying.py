@@ -206,7 +206,8 @@ def _recorded_frame(
                 "one that was used."
             )
         raise InputError("The colour or the depth file of the recorded run changed while it was read. Try again.")
-    frame = dataclasses.replace(frame, inputs=dataclasses.replace(inputs, truth=None))
+    pose = frame.pose if record.pose is None else np.array(record.pose)
+    frame = dataclasses.replace(frame, inputs=dataclasses.replace(inputs, truth=None), pose=pose)
     distrusted = _recorded_mask(record.distrusted, "distrusted depth", folder, frame.shape)
     return frame.distrusting(distrusted).with_guide(_recorded_guide(record.guide, folder))
 

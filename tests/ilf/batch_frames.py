@@ -6,12 +6,20 @@ import csv
 import json
 import os
 import signal
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
+import pytest
 
+import ilf.batch.local
+import ilf.batch.pictures
+import ilf.batch.states
+from ilf.batch import BatchFrame, FrameOutcome
+from ilf.batch.task import Task, complete_frame
 from ilf.frame import RGBDFrame
 from ilf.io.frame_source import FrameSource
 
@@ -62,3 +70,21 @@ def contents(folder: Path) -> dict[str, bytes]:
                 )
             found[path.relative_to(folder).as_posix()] = content
     return found
+
+
+def work_in_this_process(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Have frames completed without processes of their own; returns the keys of those that are begun."""
+    begun: list[str] = []
+
+    def apart(work: Callable[[Any], Any], items: list[Any], **_: object) -> Iterator[tuple[Any, Any]]:
+        for item in items:
+            yield item, work(item)
+
+    def completed(task: Task, frame: BatchFrame, threads: int) -> FrameOutcome:
+        begun.append(frame.key)
+        return complete_frame(task, frame, threads)
+
+    for module in (ilf.batch.local, ilf.batch.pictures, ilf.batch.states):
+        monkeypatch.setattr(module, "done_apart", apart)
+    monkeypatch.setattr(ilf.batch.local, "complete_frame", completed)
+    return begun

@@ -5,9 +5,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import json
-from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -23,7 +21,6 @@ import ilf.batch.states
 from ilf.batch import (
     BatchFrame,
     BatchSettings,
-    FrameOutcome,
     FrameStatus,
     frames_of_sources,
     named_frames,
@@ -36,14 +33,14 @@ from ilf.batch.local import outcomes_here
 from ilf.batch.manifest import write_manifest
 from ilf.batch.pictures import depth_levels, read_preview
 from ilf.batch.settings import write_settings
-from ilf.batch.task import Task, complete_frame
+from ilf.batch.task import complete_frame
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.io.frame_source import FrameSource
 from ilf.judgement import HiddenTest
 from ilf.run import ExportOptions, Recipe
 
-from .batch_frames import Deadly, contents, write_frames
+from .batch_frames import Deadly, contents, work_in_this_process, write_frames
 
 QUICK = Recipe(ilf.preset(max_iterations=5, correction=False), ilf.BlockParameters(detector="canny", min_size=20))
 SETTINGS = BatchSettings(QUICK, ExportOptions(cloud=None))
@@ -67,20 +64,7 @@ def source(tmp_path: Path) -> Path:
 @pytest.fixture
 def in_this_process(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """There are no other processes; returns the keys of the frames whose completion was begun."""
-    begun: list[str] = []
-
-    def apart(work: Callable[[Any], Any], items: list[Any], **_: object) -> Iterator[tuple[Any, Any]]:
-        for item in items:
-            yield item, work(item)
-
-    def completed(task: Task, frame: BatchFrame, threads: int) -> FrameOutcome:
-        begun.append(frame.key)
-        return complete_frame(task, frame, threads)
-
-    for module in (ilf.batch.local, ilf.batch.pictures, ilf.batch.states):
-        monkeypatch.setattr(module, "done_apart", apart)
-    monkeypatch.setattr(ilf.batch.local, "complete_frame", completed)
-    return begun
+    return work_in_this_process(monkeypatch)
 
 
 def frames_in(folder: Path) -> list[BatchFrame]:

@@ -1,0 +1,1 @@
+"""Many frames of the list, completed in the background into a folder each."""

@@ -1,0 +1,95 @@
+"""A batch out of the real window: its frames, what comes of them, an end before all are done, and results that open."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QPushButton
+from pytestqt.qtbot import QtBot
+
+from gui.batch.part import BatchPart
+from gui.main_window import MainWindow
+from ilf.io.frame_source import FrameSource
+from tests.gui.naming import unnamed
+from tests.ilf.batch_frames import work_in_this_process, write_frames
+
+from .conftest import WAIT_MS
+
+
+@pytest.fixture
+def part(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> BatchPart:
+    """The window with three frames in its list, of which the second is damaged."""
+    source = write_frames(tmp_path / "in", 3)
+    (source / "depth" / "0001.png").write_bytes(b"no image")
+    with qtbot.waitSignal(window.loader.listed, timeout=WAIT_MS):
+        window.documents.open_source(FrameSource(str(source)))
+    qtbot.waitUntil(lambda: not window.loader.busy, timeout=WAIT_MS)
+    window.workspace.set_parameters("Values", window.workspace.parameters.replace(correction=False, max_iterations=5))
+    return next(part for part in window.parts if isinstance(part, BatchPart))
+
+
+def _done(part: BatchPart, qtbot: QtBot) -> str:
+    qtbot.waitUntil(lambda: not part.worker.busy, timeout=WAIT_MS)
+    return part.dialog.state.text().replace("\u200b", "")
+
+
+def _rows(part: BatchPart) -> dict[str, str]:
+    return {row.frame: row.status.value for row in part.dialog.table.outcomes.rows}
+
+
+def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path, monkeypatch):
+    begun = work_in_this_process(monkeypatch)
+    window.actions_["batch"].trigger()
+    dialog, out = part.dialog, tmp_path / "done"
+    assert not list(unnamed(dialog))
+    assert dialog.scope.itemText(0).endswith(": 3")
+    assert not dialog.start_button.isEnabled()
+    dialog.folder.setText(str(out))
+    dialog.sheet.setChecked(True)
+    assert not dialog.show_button.isEnabled()
+    dialog.start_button.click()
+    assert [way.what for way in part.under_way()] == ["a batch of frames"]
+    assert _done(part, qtbot) == f"3 of 3 frames, 1 failed. Written to {out}"
+    assert _rows(part) == {"rgb/0000": "completed", "rgb/0001": "failed", "rgb/0002": "completed"}
+    assert {path.name for path in out.iterdir()} >= {"manifest.csv", "contact-sheet.png", "rgb__0002"}
+
+    dialog.start_button.click()  # again: there is nothing left to do
+    assert _done(part, qtbot).startswith("3 of 3 frames, 1 failed.")
+    assert begun == ["rgb/0000", "rgb/0001", "rgb/0002"]
+
+    failed = next(row for row in dialog.table.outcomes.rows if row.frame == "rgb/0001")
+    dialog.table.opened.emit(failed)
+    assert dialog.state.text().startswith("rgb/\u200b0001: ")
+    completed = next(row for row in dialog.table.outcomes.rows if row.frame == "rgb/0002")
+    dialog.table.opened.emit(completed)
+    qtbot.waitUntil(lambda: str(out) in str(window.workspace.session.origin), timeout=WAIT_MS)
+    assert window.workspace.session.frame.shape == (24, 32)
+    with qtbot.waitSignal(window.loader.listed, timeout=WAIT_MS) as listed:
+        dialog.show_button.click()
+    assert [Path(source.rgb).name for source in listed.args[1].sources] == ["rgb__0000", "rgb__0002"]
+    qtbot.waitUntil(lambda: not window.loader.busy, timeout=WAIT_MS)
+
+
+def test_a_batch_is_cancelled_and_goes_on_other_values_are_refused(part, window, qtbot, tmp_path, monkeypatch):
+    begun = work_in_this_process(monkeypatch)
+    window.actions_["batch"].trigger()
+    dialog = part.dialog
+    dialog.folder.setText(str(tmp_path / "done"))
+    dialog.start_button.click()
+    cancel = next(button for button in dialog.findChildren(QPushButton) if button.text() == "Cancel")
+    qtbot.waitUntil(lambda: bool(_rows(part)), timeout=WAIT_MS)
+    cancel.click()
+    assert "does what is not done yet" in _done(part, qtbot) or len(_rows(part)) == 3
+    qtbot.waitUntil(lambda: (tmp_path / "done" / "manifest.csv").exists(), timeout=WAIT_MS)
+    dialog.start_button.click()
+    assert _done(part, qtbot).startswith("3 of 3 frames, 1 failed.")
+    assert sorted(set(begun)) == ["rgb/0000", "rgb/0001", "rgb/0002"]
+
+    window.workspace.set_parameters("Values", window.workspace.parameters.replace(max_iterations=4))
+    dialog.start_button.click()
+    assert "max_iterations: 5, now 4" in _done(part, qtbot)
+    assert dialog.state.tone() == "error"
+    dialog.anew.setChecked(True)
+    dialog.start_button.click()
+    assert _done(part, qtbot).startswith("3 of 3 frames, 1 failed.")
