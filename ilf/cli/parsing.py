@@ -63,7 +63,8 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
 
 
 def add_pairing(parser: argparse._ActionsContainer) -> None:
-    """Add the arguments that say which colour and depth belong together; see `pairing_of`."""
+    """Add the arguments that say which colour and depth belong together: how far apart in time they may be (see
+    `pairing_of`), and of which topics they are."""
     parser.add_argument(
         "--max-gap",
         type=float,
@@ -81,8 +82,9 @@ def add_pairing(parser: argparse._ActionsContainer) -> None:
 
 
 def pairing_of(arguments: argparse.Namespace) -> dict[str, Any]:
-    """What the arguments of `add_pairing` say, by the names that `open_source` has for it."""
-    return {"max_gap": MOST_APART_S if arguments.max_gap is None else arguments.max_gap, "topics": arguments.topics}
+    """What `add_pairing` asked for, as `open_source` takes it."""
+    max_gap = MOST_APART_S if arguments.max_gap is None else float(arguments.max_gap)
+    return {"max_gap": max_gap, "topics": arguments.topics}
 
 
 def _topics(text: str) -> tuple[str, str]:

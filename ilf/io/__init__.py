@@ -19,6 +19,7 @@ from .depth_files import (
     write_expected_error,
 )
 from .encodings import ENCODINGS
+from .frame_folders import write_frame
 from .frames import META_NAME, FrameFiles, frame_beside, frame_folder, load_frame
 from .guide_files import GUIDE_SUFFIXES, load_guide
 from .images import read_colour
@@ -26,6 +27,7 @@ from .interchange import BLOCK_FORMATS, LoadedBlocks, read_blocks, write_blocks
 from .label_files import read_labels, write_labels, write_mask
 from .listing import Listing, list_frames
 from .mesh_files import MESH_SUFFIXES, write_mesh
+from .ros_output import StampedDepth, write_rosbag
 from .truth_files import load_truth, with_truth_file
 
 __all__ = [
@@ -40,6 +42,7 @@ __all__ = [
     "FrameFiles",
     "Listing",
     "LoadedBlocks",
+    "StampedDepth",
     "atomic_path",
     "check_cloud_format",
     "coarser_units",
@@ -63,7 +66,9 @@ __all__ = [
     "write_cloud",
     "write_depth",
     "write_expected_error",
+    "write_frame",
     "write_labels",
     "write_mask",
     "write_mesh",
+    "write_rosbag",
 ]

@@ -298,6 +298,15 @@ def test_a_recording_that_was_not_ended_is_told_how_to_mend_it(tmp_path: Path) -
         ilf.open_source(path)
 
 
+def test_a_folder_of_frames_with_a_recording_in_it_is_one_of_frames(tmp_path: Path) -> None:
+    write_aligned(tmp_path, "mcap", frames=1)
+    storage_of(tmp_path, "mcap").rename(tmp_path / "stray.mcap")
+    for name, image in (("rgb", COLOUR), ("depth", DEPTH)):
+        (tmp_path / name).mkdir()
+        cv2.imwrite(str(tmp_path / name / "1.png"), image)
+    assert ilf.open_source(tmp_path).keys == ("rgb/1",)
+
+
 def test_images_that_say_what_is_not_so(tmp_path: Path) -> None:
     with bag(tmp_path, "ros1") as out:
         out.image("/rgb", COLOUR, "rgb8", 0)
@@ -308,6 +317,12 @@ def test_images_that_say_what_is_not_so(tmp_path: Path) -> None:
     path = tmp_path / "recording.bag"
     wrong = ilf.open_source(path, topics=("/rgb", "/strange/depth"))
     with pytest.raises(FormatError, match="do not fit"):
+        wrong.read(wrong.keys[0])
+    wrong = ilf.open_source(path, topics=("/depth", "/depth"))
+    with pytest.raises(FormatError, match="are depth, and no colour"):
+        wrong.read(wrong.keys[0])
+    wrong = ilf.open_source(path, topics=("/rgb", "/rgb"))
+    with pytest.raises(FormatError, match="'rgb8' are no depth"):
         wrong.read(wrong.keys[0])
     wrong = ilf.open_source(path, topics=("/strange/rgb", "/depth"))
     with pytest.raises(FormatError, match="'nv21' are not supported"):

@@ -53,12 +53,16 @@ class RosBag(Recording):
         self._firsts: dict[str, Any] = {}
         self._stamps: dict[str, _Stamped] = {}
         self._paired: dict[Topics, StampedPairs] = {}
+        self._cameras: dict[Topics, Cameras] = {}
 
     @classmethod
     def fits(cls, path: Path) -> bool:
         if not path.is_dir():
             return super().fits(path)
-        return any(entry.suffix.lower() in _STORAGE for entry in path.iterdir())
+        inside = list(path.iterdir())
+        is_ended = any(entry.name == _METADATA for entry in inside)
+        has_storage = any(entry.suffix.lower() in _STORAGE for entry in inside)
+        return has_storage and (is_ended or not any(entry.is_dir() for entry in inside))
 
     def close(self) -> None:
         self._reader.close()
@@ -86,16 +90,21 @@ class RosBag(Recording):
 
     def cameras(self, key: str) -> Cameras:
         topics, _ = self._found(key)
+        if topics.names not in self._cameras:
+            try:
+                self._cameras[topics.names] = self._cameras_of(topics)
+            except FormatError as error:
+                raise FormatError(f"{self.path}: {error}") from error
+        return self._cameras[topics.names]
+
+    def _cameras_of(self, topics: CameraTopics) -> Cameras:
         colour, depth = topics.colour, topics.depth
-        try:
-            if topics.is_registered:
-                found = self._info(colour) or self._info(depth)
-                return registered_cameras(None if found is None else camera_of(found, colour.name, colour.size))
-            infos = [(self._info(topic), topic) for topic in (colour, depth)]
-            cameras = [None if info is None else camera_of(info, topic.name, topic.size) for info, topic in infos]
-            return Cameras(cameras[0], cameras[1], self._depth_to_colour(topics), is_registered=False)
-        except FormatError as error:
-            raise FormatError(f"{self.path}: {error}") from error
+        if topics.is_registered:
+            found = self._info(colour) or self._info(depth)
+            return registered_cameras(None if found is None else camera_of(found, colour.name, colour.size))
+        infos = [(self._info(topic), topic) for topic in (colour, depth)]
+        cameras = [None if info is None else camera_of(info, topic.name, topic.size) for info, topic in infos]
+        return Cameras(cameras[0], cameras[1], self._depth_to_colour(topics), is_registered=False)
 
     def _depth_to_colour(self, camera: CameraTopics) -> NDArray[np.float64] | None:
         stamped = (one for message in self._messages("/tf_static") for one in message.transforms)

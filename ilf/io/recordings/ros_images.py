@@ -69,6 +69,10 @@ def colour_of(message: Any, path: Path) -> NDArray[np.uint8]:
     """Colour of an image message, uint8 (h, w, 3), red first; raises FormatError."""
     if hasattr(message, "format"):
         return read_colour(FileContent(path, message.data))
+    if message.encoding in _UNITS:
+        raise FormatError(
+            f"{path}: images in {message.encoding} are depth, and no colour. Name the topics the other way."
+        )
     image = _pixels(message, path)
     if image.dtype == np.uint16:
         image = ((image.astype(np.uint32) + 128) // 257).astype(np.uint8)
@@ -79,6 +83,8 @@ def colour_of(message: Any, path: Path) -> NDArray[np.uint8]:
 def depth_of(message: Any, path: Path) -> tuple[NDArray[Any], float]:
     """Depth of an image message, as it is stored, and its units per metre; raises FormatError."""
     if not hasattr(message, "format"):
+        if message.encoding not in _UNITS:
+            raise FormatError(f"{path}: images in {message.encoding!r:.40} are no depth; {', '.join(_UNITS)} are.")
         return _pixels(message, path), _UNITS[message.encoding]
     encoding, data = message.format.split(";")[0].strip(), message.data
     if encoding not in _UNITS:
