@@ -20,6 +20,7 @@ from ..io.depth_reading import decoded
 from ..io.encodings import encoding_of_inputs
 from ..io.files import FileContent, read_file
 from ..io.images import read_colour
+from ..io.poses import camera_pose
 from ..io.recorded import read_recorded
 from ..io.truth_files import read_truth
 from .parts import Parts
@@ -202,7 +203,7 @@ def load_inputs(
         truth=None,
     )
     metres = decoded(read_depth_values(depth), encoding_of_inputs(inputs))[0]
-    return RGBDFrame(read_colour(colour), metres, intrinsics, name, found)
+    return RGBDFrame(read_colour(colour), metres, intrinsics, name, found, pose=camera_pose(depth.path))
 
 
 def _of_recording(

@@ -17,6 +17,7 @@ from ilf.errors import ExportError, FormatError, InputError
 from ilf.io import load_frame
 from ilf.io.poses import motion_between
 from ilf.io.recordings import close_all
+from ilf.project.sources import load_inputs
 from ilf.run import ExportOptions, Run, depth_weight, read_record, write, write_nerfstudio
 from tests.ilf.phone_files import COLOUR_SIZE, FLIP, MM, SIZE, K, pose, write_record3d
 from tests.ilf.small_frames import write_small_frame
@@ -67,6 +68,10 @@ def test_records_replays_and_folders_keep_it(framed, tmp_path):
     (folder / "run.json").write_text(json.dumps(record | {"pose": [[1]]}))
     with pytest.raises(FormatError, match="'pose' in the run record must be"):
         read_record(folder / "run.json")
+
+
+def test_frames_of_projects_have_it_from_files_beside_them(framed):
+    assert np.array_equal(load_inputs(framed.inputs, framed.name, framed.intrinsics).pose, framed.pose)
 
 
 def test_records_of_frames_without_a_pose_say_nothing_of_it(tmp_path):
