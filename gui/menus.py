@@ -35,9 +35,9 @@ _INSPECT = (
 )
 _GOING = "next_frame previous_frame next_untouched note_frame"
 _MENUS = {
-    "&File": "open open_folder open_sample open_run | new_project open_project save_project save_project_as | "
-    "load_truth remove_truth | load_guide remove_guide | load_blocks save_blocks | export batch report save_picture | "
-    "close_frame quit",
+    "&File": "open open_folder open_recording open_sample open_run | new_project open_project save_project "
+    "save_project_as | load_truth remove_truth | load_guide remove_guide | load_blocks save_blocks | export batch "
+    "report save_picture | close_frame quit",
     "&Edit": f"undo redo | {_TOOLS} | brush_smaller brush_larger similar_only to_no_block | give_up",
     "&Blocks": "extract | carry_next carry_previous carry_through | "
     "new_block delete_blocks merge_blocks lock_blocks hide_blocks | "

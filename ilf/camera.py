@@ -116,6 +116,22 @@ IMAGE_SIZES: dict[str, tuple[int, int]] = {name: numbers[4] for name, numbers in
 """Preset name -> (width, height) in pixels that the numbers are for."""
 
 
+def checked_motion(matrix: ArrayLike, what: str) -> NDArray[np.float64]:
+    """A motion of points as a matrix (4, 4) that nobody can write to; InputError, which begins with what it is called,
+    if it is none that turns and shifts."""
+    try:
+        motion = np.array(matrix, np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{what} must be a 4 x 4 matrix of numbers.") from error
+    if motion.shape != (4, 4) or not np.isfinite(motion).all() or not np.array_equal(motion[3], [0, 0, 0, 1]):
+        raise InputError(f"{what} must be a 4 x 4 matrix of finite numbers that ends in 0 0 0 1.")
+    turn = motion[:3, :3]
+    if not np.allclose(turn @ turn.T, np.eye(3), atol=0.01) or np.linalg.det(turn) < 0:
+        raise InputError(f"{what} must turn and shift, and neither scale nor flip.")
+    motion.setflags(write=False)
+    return motion
+
+
 def camera_text(camera: CameraIntrinsics | None) -> str:
     """Intrinsics in words."""
     if camera is None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache, wraps
 from importlib.util import find_spec
+from threading import Lock
 from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
@@ -13,8 +14,13 @@ T = TypeVar("T")
 _FLAGS = {"reassoc", "contract"}
 """What rounding may be done otherwise than written: sums in several parts, products and sums in one."""
 
+_loops_of: dict[Callable[..., Any], Callable[..., Any]] = {}
+"""The loops of functions of this kind that numba has not been told of."""
 
-def compiled(loops: Callable[..., Any]) -> Callable[[Callable[P, T]], Callable[P, T]]:
+_making = Lock()
+
+
+def compiled(loops: Callable[..., Any] | None = None) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Let numba run a function in place of a plain one: decorates the plain one.
 
     The machine code is made when it is first called for, takes seconds, and is kept on disk. It runs without the
@@ -22,8 +28,9 @@ def compiled(loops: Callable[..., Any]) -> Callable[[Callable[P, T]], Callable[P
 
     Parameters
     ----------
-    loops : callable
-        The same function, with the same parameters, in terms that numba compiles. It calls no other of this kind.
+    loops : callable, optional
+        The same function, with the same parameters, in terms that numba compiles. It may call other functions of this
+        kind. The plain function itself if left out: one that does nothing but that.
 
     Examples
     --------
@@ -41,14 +48,17 @@ def compiled(loops: Callable[..., Any]) -> Callable[[Callable[P, T]], Callable[P
     """
 
     def decorate(plain: Callable[P, T]) -> Callable[P, T]:
+        written = loops or plain
+
         @cache
         def made() -> Callable[P, T]:
-            return _machine_code(loops)
+            return _machine_code(written)
 
         @wraps(plain)
         def run(*args: P.args, **kwargs: P.kwargs) -> T:
             return (made() if is_compiled() else plain)(*args, **kwargs)
 
+        _loops_of[run] = written
         return run
 
     return decorate
@@ -67,6 +77,7 @@ def is_compiled() -> bool:
 def _machine_code(loops: Callable[..., Any]) -> Callable[..., Any]:
     import numba
 
+    _tell_numba()
     make = numba.njit(nogil=True, error_model="numpy", fastmath=_FLAGS)
     made = make(loops)
     try:
@@ -74,3 +85,14 @@ def _machine_code(loops: Callable[..., Any]) -> Callable[..., Any]:
     except RuntimeError:  # nowhere to keep it: it is made anew in every process
         return make(loops)
     return made
+
+
+def _tell_numba() -> None:
+    """What stands for functions of this kind where machine code calls them: their loops."""
+    from numba.extending import overload
+
+    options: Any = {"error_model": "numpy", "fastmath": _FLAGS}
+    with _making:
+        while _loops_of:
+            run, loops = _loops_of.popitem()
+            overload(run, jit_options=options, strict=False)(lambda *_, loops=loops: loops)

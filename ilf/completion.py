@@ -435,18 +435,18 @@ def _refusal(frame: RGBDFrame, block: Block, parameters: Parameters) -> BlockOut
     """Why a block is not iterated on, or None if it is."""
     pixels = int(np.count_nonzero(block.mask))
     known = int(np.count_nonzero(np.isfinite(frame.depth[block.box][block.mask])))
-    outside = _outside(frame, block)
-    left = 0 if parameters.outside_view else int(np.count_nonzero(outside))
-    if known + left == pixels and parameters.mode == "fill":
+    outside = int(np.count_nonzero(_outside(frame, block)))
+    missing = pixels - known - outside * (not parameters.outside_view)
+    if missing == 0 and parameters.mode == "fill":
         message = _told_outside(outside, parameters) or "All depth is known."
-        return BlockOutcome(block.label, Status.NOTHING_MISSING, message, pixels, known)
+        return BlockOutcome(block.label, Status.NOTHING_MISSING, message, pixels, known, outside=outside)
     needed = int(known_needed(pixels, parameters))
     if known < needed and not guide_carries(frame, block, parameters):
         message = (
             f"{known} of {pixels} pixels have depth ({known / pixels:.1%}); at least {needed} are needed. "
             "Merge it with a neighbour on the same surface, or lower the limits under Data."
         )
-        return BlockOutcome(block.label, Status.NOT_RECOVERABLE, message, pixels, known)
+        return BlockOutcome(block.label, Status.NOT_RECOVERABLE, message, pixels, known, outside=outside)
     return None
 
 
@@ -493,13 +493,12 @@ def _outside(frame: RGBDFrame, block: Block) -> NDArray[np.bool_]:
     return frame.outside_view[block.box][block.mask]
 
 
-def _told_outside(outside: NDArray[np.bool_], parameters: Parameters) -> str:
+def _told_outside(pixels: int, parameters: Parameters) -> str:
     """What becomes of the pixels outside the depth camera's view, as a sentence; "" if there are none."""
-    if not outside.any():
+    if not pixels:
         return ""
-    pixels = counted(int(np.count_nonzero(outside)), "pixel")
     how = "filled, though nothing could be measured there" if parameters.outside_view else "left missing"
-    return f"{pixels} outside the depth camera's view {how}."
+    return f"{counted(pixels, 'pixel')} outside the depth camera's view {how}."
 
 
 def _outcome(
@@ -512,12 +511,13 @@ def _outcome(
 ) -> BlockOutcome:
     raw = frame.depth[block.box][block.mask]
     outside = _outside(frame, block)
+    beyond = int(np.count_nonzero(outside))
     missing = np.isnan(raw) & ~outside
     left = int(np.count_nonzero(missing & np.isnan(completed)))
     message = stepper.remark if stepper.settled else f"Not steady after {len(history)} iterations."
     if left:
         message = f"{message} {left} pixels stay missing: the filter gave no positive depth there.".strip()
-    message = f"{message} {_told_outside(outside, parameters)}".strip()
+    message = f"{message} {_told_outside(beyond, parameters)}".strip()
     return BlockOutcome(
         label=block.label,
         status=Status.COMPLETED if stepper.settled else Status.ITERATION_LIMIT,
@@ -528,4 +528,5 @@ def _outcome(
         iterations=len(history),
         stages=history[-1].stage,
         sigma_i=history[-1].sigma_i,
+        outside=beyond,
     )

@@ -1,8 +1,37 @@
 """Errors that a user can act on. Every message says what is wrong and what to do about it."""
 
+from __future__ import annotations
+
+import unicodedata
+
+_LONGEST = 1500
+
 
 class IlfError(Exception):
-    """Base of all errors that this library raises on purpose."""
+    """Base of all errors that this library raises on purpose. Its text is one line, whatever a file has put into it."""
+
+    def __str__(self) -> str:
+        return one_line(super().__str__())
+
+
+def one_line(text: str) -> str:
+    """Text of anyone's as one line of moderate length that a terminal shows and does not obey.
+
+    Examples
+    --------
+    >>> one_line("two\\nlines, \\x1b[31mred")
+    'two lines, \\\\x1b[31mred'
+    """
+    line = " ".join(text.splitlines())
+    if not line.isprintable():
+        line = "".join(map(_shown, line))
+    return line if len(line) <= _LONGEST else f"{line[: _LONGEST // 2]} ... {line[-_LONGEST // 2 :]}"
+
+
+def _shown(character: str) -> str:
+    """A character, or how Python writes it if it is for controlling a terminal or the half of one."""
+    is_shown = unicodedata.category(character) not in {"Cc", "Cs"}
+    return character if is_shown else character.encode("unicode_escape").decode("ascii")
 
 
 class InputError(IlfError):

@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .camera import CameraIntrinsics
+from .camera import CameraIntrinsics, checked_motion
 from .errors import InputError
 from .guide import Guide, as_guide
 from .masks import checked_mask, fixed
@@ -93,6 +93,8 @@ class RGBDFrame:
         Pixels, shape (H, W), that the depth camera could not see, whatever stands there: those of registered depth that
         lie outside its picture (`ilf.registration`). Where depth was measured it means nothing. They stay missing
         unless they are asked for (`Parameters.outside_view`), and are counted apart.
+    pose : array_like, optional
+        Where its camera was, shape (4, 4): takes its points [m], x to the right, y down, z forward, to the world's.
 
     Attributes
     ----------
@@ -125,6 +127,7 @@ class RGBDFrame:
     guide: Guide | None = field(default=None, repr=False)
     notes: tuple[str, ...] = field(default=(), repr=False)
     outside_view: NDArray[np.bool_] | None = field(default=None, repr=False)
+    pose: NDArray[np.float64] | None = field(default=None, repr=False)
     measured: NDArray[np.float32] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -144,8 +147,12 @@ class RGBDFrame:
         if self.distrusted is not None and not self.known.any() and np.isfinite(self.measured).any():
             raise InputError("All depth of the frame is distrusted: nothing is left to go by. Trust some of it.")
         if self.outside_view is not None:
-            outside = checked_mask(self.outside_view, depth.shape, "what lies outside the view") & np.isnan(measured)
-            object.__setattr__(self, "outside_view", _frozen(outside) if outside.any() else None)
+            outside = checked_mask(self.outside_view, depth.shape, "what lies outside the view")
+            if np.isfinite(measured[outside]).any():
+                outside = _frozen(outside & np.isnan(measured))
+            object.__setattr__(self, "outside_view", outside if outside.any() else None)
+        if self.pose is not None:
+            object.__setattr__(self, "pose", checked_motion(self.pose, "The pose of a frame"))
         if self.truth is not None:
             object.__setattr__(self, "truth", _checked_truth(self.truth, self.shape))
         if self.guide is not None:
@@ -266,8 +273,8 @@ class RGBDFrame:
 
     @property
     def missing_share(self) -> float:
-        """Share of pixels without depth, 0-1."""
-        return 1.0 - float(np.count_nonzero(self.known)) / self.depth.size
+        """Share of pixels without depth that the depth camera could see, 0-1."""
+        return float(np.count_nonzero(self.missing)) / self.depth.size
 
 
 def check_depth_scale(depth: NDArray[np.floating]) -> float:

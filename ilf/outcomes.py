@@ -44,6 +44,8 @@ class BlockOutcome(NanEqual):
     iterations, stages : int
     sigma_i : float
         Deviation of the last iteration [m], NaN where there was none.
+    outside : int
+        Pixels of the block outside the depth camera's view. They count as neither missing nor recovered.
     """
 
     label: int
@@ -55,11 +57,12 @@ class BlockOutcome(NanEqual):
     iterations: int = 0
     stages: int = 0
     sigma_i: float = math.nan
+    outside: int = 0
 
     @property
     def defect_rate(self) -> float:
-        """Share of the block's pixels without raw depth, 0-1."""
-        return 1.0 - self.known / self.pixels
+        """Share of the block's pixels without raw depth in the depth camera's view, 0-1."""
+        return 1.0 - (self.known + self.outside) / self.pixels
 
 
 @dataclass(frozen=True, eq=False)

@@ -53,34 +53,40 @@ def in_child(
     >>> in_child(divmod, 7, 2, file="seven")
     [3, 1]
     """
-    work = pickle.dumps((function, arguments, seconds, memory))
-    # the same modules as here, and none of the folder that happens to be the current one
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path)), "OMP_NUM_THREADS": "1"}
     try:
-        done = subprocess.run(
-            [sys.executable, "-P", "-c", f"from {__name__} import answer; answer()"],
-            input=work,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            env=environment,
-            timeout=seconds,
-            check=False,
-        )
+        status, out = run_apart(pickle.dumps((function, arguments, seconds, memory)), seconds)
+        kind, *found = json.loads(out) if status == 0 else ("",)
     except subprocess.TimeoutExpired:
         raise FormatError(f"{file} is damaged: reading it takes more than {seconds:g} s. {_WAY_OUT}") from None
     except OSError as error:
         raise InputError(f"{file} cannot be tried: no process can be started for that ({error}).") from error
-    if done.returncode:
-        raise FormatError(f"{file} is damaged: reading it crashes ({_cause(done.returncode)}). {_WAY_OUT}")
-    kind, *found = json.loads(done.stdout)
+    except ValueError:  # a library has ended the process as if all were well
+        status, kind = 0, ""
     if kind == _VALUE:
         return found[0]
     if kind == _MEMORY:
         raise FormatError(f"{file} is damaged: reading it takes more than {memory / 2**30:g} GiB. {_WAY_OUT}")
     if kind == _BROKEN:
-        raise FormatError(f"{file} is damaged: reading it fails ({found[0]:.200}). {_WAY_OUT}")
-    name, text = found
-    raise _own_errors().get(name, FormatError)(text)
+        raise FormatError(f"{file} is damaged: reading it fails ({found[0]!s:.200}). {_WAY_OUT}")
+    if kind == _ERROR:
+        raise _own_errors().get(found[0], FormatError)(found[1])
+    raise FormatError(f"{file} is damaged: reading it crashes ({_cause(status)}). {_WAY_OUT}")
+
+
+def run_apart(work: bytes, seconds: float) -> tuple[int, bytes]:
+    """Exit status and answer of a process that does the work (`answered`); raises as `subprocess.run` does."""
+    # the same modules as here, and none of the folder that happens to be the current one
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path)), "OMP_NUM_THREADS": "1"}
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", f"from {__name__} import main; main()"],
+        input=work,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env=environment,
+        timeout=seconds,
+        check=False,
+    )
+    return done.returncode, done.stdout
 
 
 def _own_errors() -> dict[str, type[IlfError]]:
@@ -100,7 +106,7 @@ def _cause(status: int) -> str:
         return f"exit status {status}"
 
 
-def _limit(seconds: float, memory: int) -> None:
+def limit_process(seconds: float, memory: int) -> None:
     """Set the limits of this process, as far as the platform has them; a crash leaves no core file."""
     if find_spec("resource") is None:
         return
@@ -125,12 +131,10 @@ def _in_use() -> int:
         return 0
 
 
-def answer() -> None:
-    """What the child does: the work that comes in. It answers in JSON; what libraries print goes where nobody reads."""
-    out = os.dup(1)
-    os.dup2(2, 1)
-    function, arguments, seconds, memory = pickle.load(sys.stdin.buffer)
-    _limit(seconds, memory)
+def answered(work: bytes) -> bytes:
+    """What comes of work, within its limits, as JSON."""
+    function, arguments, seconds, memory = pickle.loads(work)
+    limit_process(seconds, memory)
     found: list[Any]
     try:
         found = [_VALUE, function(*arguments)]
@@ -140,5 +144,13 @@ def answer() -> None:
         found = [_ERROR, type(error).__name__, str(error)]
     except Exception as error:
         found = [_BROKEN, f"{type(error).__name__}: {error}"]
-    with open(out, "w", encoding="utf-8") as stream:
-        json.dump(found, stream)
+    return json.dumps(found).encode()
+
+
+def main() -> None:
+    """What the child does; what libraries print goes where nobody reads."""
+    out = os.dup(1)
+    os.dup2(2, 1)
+    answer = answered(sys.stdin.buffer.read())
+    with open(out, "wb") as stream:
+        stream.write(answer)

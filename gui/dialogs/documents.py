@@ -27,6 +27,7 @@ from ilf.assets import asset_path
 from ilf.errors import IlfError
 from ilf.io import BLOCK_FORMATS, META_NAME, LoadedBlocks
 from ilf.io.frame_source import FrameSource
+from ilf.io.recordings import is_recording
 from ilf.outcomes import compose
 from ilf.run import ExportOptions, Written, output_folder_name, write
 
@@ -46,7 +47,7 @@ class Documents(QObject):
     Signals
     -------
     folder_wished(object)
-        The FrameSource of a folder of frames, which has been dropped or named: how they are to be read.
+        The FrameSource of a folder of frames or a recording, which has been dropped or named: how they are to be read.
     project_wished(object)
         A project file, by its Path, has been dropped or named.
     exported(object)
@@ -105,8 +106,8 @@ class Documents(QObject):
             self._notes.report("Open sample", error)
 
     def open_paths(self, paths: list[Path]) -> None:
-        """Open what was dropped or named: frames and folders of them at once, single files by the dialog, run.json as a
-        run; a project in the place of the present one."""
+        """Open what was dropped or named: frames, folders and recordings of them at once, single files by the dialog,
+        run.json as a run; a project in the place of the present one."""
         projects, folders, records, files = sorted_out(paths)
         if projects:
             self.project_wished.emit(projects[-1])
@@ -118,10 +119,10 @@ class Documents(QObject):
             self._open_dialog(str(files[0]), str(files[1]) if len(files) > 1 else None)
 
     def open_source(self, source: FrameSource) -> None:
-        """Open a frame, or the frames of a folder; ask first if it would replace the same frame, read in another way,
-        and the work done there, saved or not."""
+        """Open a frame, or the frames of a folder or a recording; ask first if it would replace the same frame, read in
+        another way, and the work done there, saved or not."""
         source = source.absolute()
-        if source.depth is None and Path(source.rgb).is_dir() and not (Path(source.rgb) / META_NAME).is_file():
+        if _has_frames(source):
             self.folder_wished.emit(source)
             return
         entry = self._workspace.entries.of_key(source.key)
@@ -276,6 +277,14 @@ class Documents(QObject):
         """Wait for an export that is under way, before the window closes."""
         self._block_questions.shutdown()
         self._exporter.shutdown()
+
+
+def _has_frames(source: FrameSource) -> bool:
+    """Whether it is a folder of frames or a recording, and no frame itself."""
+    if source.depth is not None or source.frame is not None:
+        return False
+    path = Path(source.rgb)
+    return is_recording(path) or (path.is_dir() and not (path / META_NAME).is_file())
 
 
 def _export_folder(session: Session) -> Path:

@@ -41,7 +41,11 @@ _CLOUD_FORMATS = {
     "XYZRGB": "xyzrgb",
 }
 _MESH_FORMATS = {"GLB, for viewers and browsers": "glb", "PLY, with all that is known": "ply", "OBJ, text": "obj"}
-_AXES = {"Camera: x right, y down, z forward": "camera", "Y up: x right, y up, z backward": "y-up"}
+_AXES = {
+    "Camera: x right, y down, z forward": "camera",
+    "Y up: x right, y up, z backward": "y-up",
+    "World: where the frame's pose puts it": "world",
+}
 _CLOUD_UNITS = {"Metres": "m", "Millimetres": "mm"}
 
 
@@ -118,7 +122,7 @@ class ExportDialog(QDialog):
         self.normals.setToolTip("Which way the surface faces at every point; XYZ has no place for it")
         self.drop_flying = QCheckBox("Without points in mid-air")
         self.drop_flying.setToolTip("Leave out points between two surfaces, on none of them; the depth files keep them")
-        self.axes.addItems(list(_AXES))
+        self.axes.addItems([text for text, axes in _AXES.items() if axes != "world" or run.frame.pose is not None])
         self.cloud_unit.addItems(list(_CLOUD_UNITS))
         self.labels = QCheckBox("Blocks as label map (blocks.png)")
         self.curves = QCheckBox("Convergence curves (curves.csv)")
@@ -322,10 +326,21 @@ class ExportDialog(QDialog):
     def _guess_text(self, depth: NDArray[np.floating]) -> str:
         if self._run.dense:
             return "What no block could complete is guessed; guessed.png shows where."
-        missing = np.count_nonzero(~np.isfinite(depth)) / depth.size
-        if not missing or not self._has_result:
+        frame = self._run.frame
+        missing = np.count_nonzero(frame.missing & np.isnan(depth)) / depth.size
+        outside = (
+            0 if frame.outside_view is None else np.count_nonzero(frame.outside_view & np.isnan(depth)) / depth.size
+        )
+        if not self._has_result:
             return ""
-        return f"{missing:.1%} of the pixels stay missing. For programs that need them all: Run > Guess the rest."
+        lines = (
+            [f"{outside:.1%} of the pixels lie outside the depth camera's view and stay missing."] if outside else []
+        )
+        if missing:
+            lines.append(
+                f"{missing:.1%} of the pixels stay missing. For programs that need them all: Run > Guess the rest."
+            )
+        return "\n".join(lines)
 
     def _png_note(self, units: float) -> tuple[str, str]:
         fit = png_fit(self._depth, units)

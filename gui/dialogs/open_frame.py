@@ -33,6 +33,7 @@ from ilf.io.doubts import Doubt
 from ilf.io.encodings import MEANINGS, encoding_of_inputs, is_name
 from ilf.io.frame_source import FrameSource
 from ilf.io.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
+from ilf.io.recordings import is_recording
 
 _Result = TypeVar("_Result")
 
@@ -136,10 +137,11 @@ class OpenFrameDialog(QDialog):
             numbers.
         """
         colour, depth = self._paths()
-        if not colour or not (depth or _is_folder(colour)):
+        is_whole = _is_folder(colour) or is_recording(colour)
+        if not colour or not (depth or is_whole):
             raise InputError(_NOTHING_CHOSEN)
         guide = self.guide_path.text().strip() or None
-        pair = (colour, None if _is_folder(colour) else depth)
+        pair = (colour, None if is_whole else depth)
         units, name = self._encoding()
         return FrameSource(*pair, units, self._intrinsics(), guide=guide, encoding=name, invalid=self._invalid())
 
@@ -147,9 +149,12 @@ class OpenFrameDialog(QDialog):
         """Read what is chosen now, and say what it is."""
         self._reading_delay.stop()
         colour, depth = self._paths()
-        self.depth_path.setEnabled(not _is_folder(colour))
+        self.depth_path.setEnabled(not (_is_folder(colour) or is_recording(colour)))
         if not colour and not depth:
             self._refuse(_NOTHING_CHOSEN, "muted")
+            return
+        if is_recording(colour):
+            self._take_recording()
             return
         try:
             source = self.request()
@@ -163,6 +168,14 @@ class OpenFrameDialog(QDialog):
             self.message.say("\n".join((text, *frame.notes)), "warning" if frame.notes else "good")
             self._propose(source.read_depth().doubts if frame.notes else ())
             self.open_button.setEnabled(True)
+
+    def _take_recording(self) -> None:
+        """It can be opened: it will be found out then what frames it has."""
+        self.colour_preview.show_rgb(None)
+        self.depth_preview.show_depth(None)
+        self._propose(())
+        self.message.say("This is a recording: its frames come into the list.", "text")
+        self.open_button.setEnabled(True)
 
     def accept(self) -> None:
         # a change may still be waiting to be read
@@ -345,7 +358,7 @@ def _reading(frame: RGBDFrame) -> str:
     encoding = "" if frame.inputs is None else encoding_of_inputs(frame.inputs).text
     first = (
         f"Median {np.median(known):.2f} m, range {known.min():.2f}–{known.max():.2f} m, {width} x {height}, "
-        f"{100 * frame.missing_share:.0f} % missing, at {encoding}."
+        f"{100 * frame.missing_share:.0f} % missing{_outside(frame)}, at {encoding}."
     )
     if frame.guide is not None:
         said = np.isfinite(frame.guide.values[~frame.known])
@@ -354,6 +367,10 @@ def _reading(frame: RGBDFrame) -> str:
         return f"{first}\nWithout intrinsics there will be no point cloud."
     camera = frame.intrinsics
     return f"{first}\nIntrinsics: fx {camera.fx:g}, fy {camera.fy:g}, cx {camera.cx:g}, cy {camera.cy:g} px."
+
+
+def _outside(frame: RGBDFrame) -> str:
+    return f", {100 * frame.outside_share:.0f} % outside the depth camera's view" if frame.outside_share else ""
 
 
 def _attempt(read: Callable[[], _Result]) -> _Result | None:

@@ -10,6 +10,13 @@ COMMANDS = (
         "Ctrl+Shift+F",
         "List the frames of a folder or sequence, and open the first; the others are read when you come to them",
     ),
+    Command(
+        "open_recording",
+        "Open reco&rding…",
+        "ph.film-strip",
+        "",
+        "List the frames of a recording: a bag of ROS, a recording of a camera; a bag of ROS 2 is a folder of frames",
+    ),
     Command("next_frame", "&Next frame", "ph.caret-down", "Ctrl+PgDown", "Show the next frame of the list, as shown"),
     Command(
         "previous_frame", "&Previous frame", "ph.caret-up", "Ctrl+PgUp", "Show the frame before in the list, as shown"

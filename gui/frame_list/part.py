@@ -22,6 +22,7 @@ from gui.state.session import Session
 from gui.widgets.messages import last_folder
 from ilf.io import Listing
 from ilf.io.frame_source import FrameSource
+from ilf.io.recordings import recording_suffixes
 from ilf.project import Stage
 from ilf.project.thumbnail import thumbnail_part
 
@@ -62,6 +63,7 @@ class FramesPart(Part):
         actions = self.desk.actions
         handlers: dict[str, Callable[[], object]] = {
             "open_folder": self.ask_folder,
+            "open_recording": self.ask_recording,
             "next_frame": lambda: self.turn(1),
             "previous_frame": lambda: self.turn(-1),
             "next_untouched": self.next_untouched,
@@ -201,6 +203,16 @@ class FramesPart(Part):
             QSettings().setValue(_FOLDER_KEY, str(Path(chosen).parent))
             self.desk.documents.open_source(FrameSource(chosen))
 
+    def ask_recording(self) -> None:
+        """Open a recording that the user chooses."""
+        patterns = " ".join(f"*{suffix}" for suffix in recording_suffixes())
+        chosen, _ = QFileDialog.getOpenFileName(
+            self.desk.window, "Open recording", last_folder(_FOLDER_KEY), f"Recordings ({patterns})"
+        )
+        if chosen:
+            QSettings().setValue(_FOLDER_KEY, str(Path(chosen).parent))
+            self.desk.documents.open_source(FrameSource(chosen))
+
     def write_note(self) -> None:
         """Let the user write the note on the chosen frame."""
         index = self.panel.view.currentIndex()
@@ -272,5 +284,6 @@ def _is_untouched(entry: Entry) -> bool:
 
 
 def _show_files(entry: Entry) -> None:
-    place = Path(entry.key)
+    source = entry.source
+    place = Path(entry.key if source is None or source.frame is None else source.rgb)
     QDesktopServices.openUrl(QUrl.fromLocalFile(str(place if place.is_dir() else place.parent)))

@@ -62,7 +62,7 @@ class SaveAsDialog(QDialog):
         self.embed = QCheckBox(f"&Include the frames' own files{size}")
         self.embed.setToolTip(
             "Put the colour, depth and truth files of all frames into the project, so that it can be opened anywhere "
-            "by itself; without, it notes where they are and what they hold"
+            "by itself; without, it notes where they are and what they hold. Recordings stay where they are"
         )
         self.embed.setChecked(embedded)
         self.message = Message(lines=3)
@@ -140,8 +140,10 @@ def proposed_path(name: str) -> Path:
 
 
 def _size_of(source: FrameSource) -> int:
-    """Bytes of a frame's files, as far as they are there."""
+    """Bytes of a frame's files, as far as they are there; recordings stay where they are."""
     size = 0
+    if source.frame is not None:
+        return size
     for path in (source.rgb, source.depth, source.truth):
         if path is None:
             continue

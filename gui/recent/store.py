@@ -68,6 +68,8 @@ def name_of(origin: Origin) -> str:
     """What to call it: its folder, or its file where that says more."""
     if isinstance(origin, Path):
         return f"{origin.parent.name}/{origin.name}"
+    if origin.frame is not None:
+        return origin.name
     if origin.depth is None:
         return Path(origin.rgb).name
     return f"{Path(origin.rgb).absolute().parent.name}/{Path(origin.rgb).name}"
@@ -92,6 +94,7 @@ def _entry(origin: Origin) -> dict[str, Any] | None:
         "guide": _absolute(origin.guide),
         "encoding": origin.encoding,
         "invalid": origin.invalid,
+        "frame": origin.frame,
         "confidence": _absolute(origin.confidence),
         "min_confidence": origin.min_confidence,
     }
@@ -124,6 +127,7 @@ def _origin(entry: dict[str, Any]) -> Origin:
         entry.get("guide"),
         entry.get("encoding"),
         entry.get("invalid"),
+        entry.get("frame"),
         confidence=entry.get("confidence"),
         min_confidence=entry.get("min_confidence"),
     )

@@ -336,7 +336,7 @@ class Session:
     def counts(self) -> dict[int, BlockCounts]:
         """Block label -> counts, in rising order of labels."""
         if self._tally is None:
-            self._tally = BlockTally(self.labels, self.frame.known)
+            self._tally = BlockTally(self.labels, ~self.frame.missing)
         return self._tally.counts()
 
     def parameters_of(self, label: int, common: Parameters) -> Parameters:

@@ -1,4 +1,4 @@
-"""How many pixels blocks have, and how many of them with depth; kept up to date box by box."""
+"""How many pixels blocks have, and of how many of them depth is missing; kept up to date box by box."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from ilf.blocks import Box
 
 @dataclass(frozen=True)
 class BlockCounts:
-    """Pixels of a block, and those of them with raw depth."""
+    """Pixels of a block, and those of them that lack no depth: it is known, or they are out of the camera's view."""
 
     pixels: int
     known: int
 
     @property
     def defect_rate(self) -> float:
-        """Share of pixels without raw depth, 0-1."""
+        """Share of pixels without raw depth in the depth camera's view, 0-1."""
         return 1.0 - self.known / self.pixels if self.pixels else 0.0
 
 
 class BlockTally:
-    """Counts of all blocks of a label map, int32 (H, W), over a mask of known depth, bool (H, W)."""
+    """Counts of all blocks of a label map, int32 (H, W), over a mask of pixels that lack no depth, bool (H, W)."""
 
     def __init__(self, labels: NDArray[np.int32], known: NDArray[np.bool_]) -> None:
         self._labels = labels

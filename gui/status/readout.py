@@ -43,6 +43,9 @@ class ReadoutPresenter(QObject):
         depth_in, measured = float(session.frame.depth[y, x]), float(session.frame.measured[y, x])
         distrusted = np.isfinite(measured) and not np.isfinite(depth_in)
         given = f"distrusted {_metres(measured)}" if distrusted else f"in {_metres(depth_in)}"
+        outside = session.frame.outside_view
+        if outside is not None and outside[y, x]:
+            given = "outside the depth camera's view"
         locked = " (locked)" if label in session.locked else ""
         parts = [f"x {x}, y {y}", f"{html.escape(block)}{locked}", given]
         past, error = self._workspace.past, session.expected_error()

@@ -124,7 +124,9 @@ class LinkedViews(QWidget):
 
     # the frame and its result
 
-    def set_frame(self, rgb: NDArray[np.uint8], measured: NDArray[np.float32]) -> None:
+    def set_frame(
+        self, rgb: NDArray[np.uint8], measured: NDArray[np.float32], outside_view: NDArray[np.bool_] | None = None
+    ) -> None:
         """Show a new frame, fitted, with depth levels of its own; blocks, result, distrust and preview go.
 
         Parameters
@@ -133,6 +135,8 @@ class LinkedViews(QWidget):
             Colour, uint8 (H, W, 3).
         measured : ndarray
             Depth [m], float32 (H, W), NaN = missing; what of it is distrusted, `set_distrusted` says.
+        outside_view : ndarray, optional
+            Pixels that the depth camera could not see, bool (H, W).
 
         Raises
         ------
@@ -154,6 +158,8 @@ class LinkedViews(QWidget):
         self._pages.setCurrentWidget(self._sheet)
         self._sheet.set_aspect(self._transform.aspect)
         self._changed(*_ALL)
+        self.material.outside_view = outside_view
+        self._layers.set_outside(outside_view)
         self._show_marks()
 
     def clear(self) -> None:
@@ -169,6 +175,7 @@ class LinkedViews(QWidget):
         self._layers.set_blocks(None)
         self.set_selected(())
         self.set_doubtful(())
+        self._layers.set_outside(None)
         self._layers.set_distrusted(None)
         self._layers.set_unvouched(None)
         self._write_names()
@@ -231,13 +238,14 @@ class LinkedViews(QWidget):
         self._show_marks()
 
     def _show_marks(self) -> None:
-        measured = self.material.measured
+        measured, outside = self.material.measured, self.material.outside_view
         missing = ~np.isfinite(measured) if self._shows_missing and measured is not None else None
         self._layers.set_missing(missing)
         for cell in self.cells.values():
             stripes = cell.view.shows_missing and missing is not None
             cell.set_marks(
                 missing=stripes,
+                outside=outside is not None and (stripes or not cell.view.shows_missing),
                 distrusted=self.material.distrusted is not None,
                 unvouched=cell.view.shows_unvouched and self.material.unvouched is not None,
             )

@@ -53,7 +53,8 @@ class ViewsPresenter(QObject):
             if session is None:
                 self._views.clear()
             else:
-                self._views.set_frame(session.frame.rgb, session.frame.measured)
+                frame = session.frame
+                self._views.set_frame(frame.rgb, frame.measured, frame.outside_view)
         if session is not None and session.frame.distrusted is not self._distrusted:
             self._distrusted = session.frame.distrusted
             self._views.set_distrusted(self._distrusted)

@@ -14,7 +14,7 @@ from .block_lines import BlockLines
 from .changes import box_of, whole
 from .image_view import ImageView
 from .sampling import Argb, Sampling
-from .stripes import DISTRUSTED, MISSING, UNVOUCHED, stripes
+from .stripes import DISTRUSTED, MISSING, OUTSIDE, UNVOUCHED, stripes
 
 Mask = NDArray[np.bool_]
 
@@ -35,6 +35,7 @@ class ScreenLayers:
         self._blocks = BlockLines()
         self._labels: NDArray[np.int32] | None = None
         self._missing: Mask | None = None
+        self._outside: Mask | None = None
         self._distrusted: Mask | None = None
         self._unvouched: Mask | None = None
         self._lines: dict[Sampling, _Lines] = {}
@@ -102,6 +103,12 @@ class ScreenLayers:
         self._missing = mask
         self._draw_stripes()
 
+    def set_outside(self, mask: Mask | None) -> None:
+        """Pixels, bool (H, W), to be striped as outside the depth camera's view: in all views but those that show what
+        is missing, and there with it; None for none."""
+        self._outside = mask
+        self._draw_stripes()
+
     def set_distrusted(self, mask: Mask | None) -> None:
         """Pixels, bool (H, W), to be striped as distrusted in all views; None for none."""
         self._distrusted = mask
@@ -152,6 +159,7 @@ class ScreenLayers:
         drawn = None
         masks = (
             (self._missing if view.shows_missing else None, MISSING),
+            (self._outside if self._missing is not None or not view.shows_missing else None, OUTSIDE),
             (self._unvouched if view.shows_unvouched else None, UNVOUCHED),
             (self._distrusted, DISTRUSTED),
         )

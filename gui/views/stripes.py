@@ -15,6 +15,7 @@ _WIDTH = 2
 MISSING = np.uint32(0xE6E6E6E6), np.uint32(0x96000000), 1
 DISTRUSTED = np.uint32(0xFFFF9020), np.uint32(0xB4000000), -1
 UNVOUCHED = np.uint32(0xFFFFFFFF), np.uint32(0xDC000000), -1
+OUTSIDE = np.uint32(0xC83C8CDC), np.uint32(0x96000000), -1
 """Colours of a stripe and of the dark one beside it, and which way they lean."""
 Style = tuple[np.uint32, np.uint32, int]
 

@@ -19,6 +19,7 @@ EventHandler = Callable[[ImageView, QEvent], bool]
 _PAD = 6
 _MISSING = QColor(230, 230, 230), Qt.BrushStyle.FDiagPattern
 _DISTRUSTED = QColor(255, 144, 32), Qt.BrushStyle.BDiagPattern
+_OUTSIDE = QColor(60, 140, 220), Qt.BrushStyle.BDiagPattern
 _UNVOUCHED = QColor(128, 128, 128), Qt.BrushStyle.BDiagPattern
 _BAR_MARGIN = 6
 _BAR_SHARE = 0.62
@@ -62,10 +63,11 @@ class ViewCell(QWidget):
         self._legend = legend
         self.strip.set_legend([*self._overlaid, *legend])
 
-    def set_marks(self, missing: bool, distrusted: bool, unvouched: bool) -> None:
+    def set_marks(self, missing: bool, outside: bool, distrusted: bool, unvouched: bool) -> None:
         """Which stripes lie over the picture, for the legend."""
         marks = (
             (missing, _MISSING, "missing"),
+            (outside, _OUTSIDE, "outside view"),
             (distrusted, _DISTRUSTED, "distrusted"),
             (unvouched, _UNVOUCHED, "nothing vouches"),
         )

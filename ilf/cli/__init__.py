@@ -12,7 +12,21 @@ from typing import TextIO
 from .. import __version__
 from ..errors import IlfError
 from ..fault_log import note_fault
-from . import batch, bench, blocks, complete, experiments, info, judge, models, presets, project, report_page, sample
+from . import (
+    batch,
+    bench,
+    blocks,
+    complete,
+    experiments,
+    info,
+    judge,
+    models,
+    nerfstudio,
+    presets,
+    project,
+    report_page,
+    sample,
+)
 from .ending import Interrupted, ending_when_asked
 from .parsing import Parser, UsageError
 
@@ -71,7 +85,7 @@ def build_parser() -> Parser:
     parser.add_argument("--version", action="version", version=f"ilf {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     often = complete, batch, blocks, info, judge, report_page
-    for module in (*often, bench, experiments, sample, models, presets, project):
+    for module in (*often, bench, experiments, sample, models, presets, project, nerfstudio):
         module.add_command(commands)
     return parser
 

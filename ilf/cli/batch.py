@@ -193,7 +193,8 @@ def _settings(arguments: argparse.Namespace) -> BatchSettings:
 
 
 def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
-    sources = [open_source(path, **reading_of(arguments), max_gap=max_gap_of(arguments)) for path in arguments.sources]
+    how = {**reading_of(arguments), "max_gap": max_gap_of(arguments), "topics": arguments.topics}
+    sources = [open_source(path, **how) for path in arguments.sources]
     warn(note for source in sources for note in source.notes)
     first, end = arguments.frames
     frames = selected(

@@ -87,7 +87,7 @@ def run(arguments: argparse.Namespace) -> None:
         write_bytes(path, encode_image(".png", picture[..., ::-1] if picture.ndim == 3 else picture))
     warn(found.notes)
     if not arguments.quiet:
-        print("\n".join(_report(found, frame.known)))
+        print("\n".join(_report(found, ~frame.missing)))
         print("Written:", ", ".join([arguments.out, *map(str, pictures)]))
 
 
@@ -98,10 +98,10 @@ class _Around(argparse.Action):
         namespace.blocks, namespace.fill_gaps = values, True
 
 
-def _report(found: LoadedBlocks, known: NDArray[np.bool_]) -> list[str]:
+def _report(found: LoadedBlocks, lacks_nothing: NDArray[np.bool_]) -> list[str]:
     """A table of the blocks, and how much they cover."""
     pixels = np.bincount(found.labels.ravel())
-    with_depth = np.bincount(found.labels[known], minlength=pixels.size)
+    with_depth = np.bincount(found.labels[lacks_nothing], minlength=pixels.size)
     rows = [
         (str(label), str(pixels[label]), f"{1 - with_depth[label] / pixels[label]:.1%}", found.names.get(label, ""))
         for label in np.flatnonzero(pixels).tolist()

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..io import frame_folder
+from ..io.recordings import is_recording
 from ..outcomes import Completion
 from ..parameters import DEFAULT_PRESET, PRESETS, Parameters
 from ..run import ExportOptions, Recipe, Replay, Run, check_write, output_folder_name, replay, write
@@ -89,7 +90,8 @@ def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
     job = _new_job(arguments) if arguments.replay is None else _recorded_job(arguments)
     folder = Path(arguments.out or output_folder_name(job.run.frame.name))
-    check_write(folder, job.run, job.options)
+    given = (arguments.blocks, arguments.drawn, arguments.distrust, arguments.intrinsics, arguments.preset)
+    check_write(folder, job.run, job.options, given=[path for path in given if path is not None])
     started = time.perf_counter()
     completion = _completed(job.run, arguments)
     seconds = time.perf_counter() - started
@@ -131,7 +133,7 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
     also = [
         f"--{name.replace('_', '-')}"
         for name in (
-            *("frame", "max_gap", "preset", "blocks", "drawn", "distrust", "guide", "truth", "truth_units"),
+            *("frame", "max_gap", "topics", "preset", "blocks", "drawn", "distrust", "guide", "truth", "truth_units"),
             *("depth_encoding", "depth_units", "invalid", "intrinsics", "min_confidence"),
             *("depth_formats", "png_units"),
         )
@@ -149,7 +151,9 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
 
 
 def _present_files(inputs: list[str]) -> tuple[str | Path, ...]:
-    """Where a recorded run's colour and depth are now, if that is said."""
+    """Where a recorded run's colour and depth, or its recording, are now, if that is said."""
+    if len(inputs) == 1 and is_recording(inputs[0]):
+        return tuple(inputs)
     if len(inputs) == 1:
         files = frame_folder(inputs[0])
         return files.rgb, files.depth

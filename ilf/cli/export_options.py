@@ -48,7 +48,10 @@ def add_export_options(group: Any) -> None:
         help="leave points that hang in mid-air between surfaces out of cloud and mesh",
     )
     group.add_argument(
-        "--axes", choices=CLOUD_AXES, help="axes of cloud and mesh (default: camera: x right, y down, z forward)"
+        "--axes",
+        choices=CLOUD_AXES,
+        help="axes of cloud and mesh: camera (x right, y down, z forward; default), y-up, or world, where the frame's "
+        "pose puts them",
     )
     group.add_argument("--cloud-unit", choices=CLOUD_UNITS, help="unit of cloud and mesh (default: m)")
 

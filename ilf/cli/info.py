@@ -24,6 +24,8 @@ from ..io.camera_files import intrinsics_from
 from ..io.depth_reading import DepthReading, read_depth
 from ..io.encodings import one_encoding
 from ..io.files import read_file
+from ..io.frame_source import FrameSource
+from ..io.recordings import is_recording
 from ..io.truth_files import read_truth, scale_misfit
 from ..project.file import SUFFIX
 from ..run import missing_or_changed, read_record
@@ -60,8 +62,8 @@ def run(arguments: argparse.Namespace) -> None:
     if len(inputs) == 1 and inputs[0].suffix.lower() == ".json":
         _print_record(inputs[0])
     elif arguments.frame is not None:
-        _print_frame(frame_of_source(arguments).files(), arguments)
-    elif len(inputs) == 1 and inputs[0].is_dir() and _is_source(inputs[0]):
+        _print_frame_of(frame_of_source(arguments), arguments)
+    elif len(inputs) == 1 and (is_recording(inputs[0]) or (inputs[0].is_dir() and _is_source(inputs[0]))):
         _print_source(source_from(arguments), arguments)
     elif len(inputs) == 1 and inputs[0].is_dir():
         _print_folder(inputs[0], arguments)
@@ -92,7 +94,24 @@ def _print_source(source: Source, arguments: argparse.Namespace) -> None:
     _print_facts(source_facts(source))
     if len(source) == 1:
         print()
-        _print_frame(source.frame_source(source.keys[0]).files(), arguments)
+        _print_frame_of(source.frame_source(source.keys[0]), arguments)
+
+
+def _print_frame_of(source: FrameSource, arguments: argparse.Namespace) -> None:
+    """A frame of a source."""
+    if source.frame is None:
+        _print_frame(source.files(), arguments)
+        return
+    frame, depth = source.load(), source.read_depth()
+    height, width = frame.shape
+    _print_facts(
+        [
+            ("name", frame.name),
+            ("colour", f"{source.rgb}, {width} x {height}"),
+            *_depth_facts(Path(source.rgb), depth, frame.intrinsics),
+            ("registered", f"{frame.missing_share:.1%} missing"),
+        ]
+    )
 
 
 def _print_folder(folder: Path, arguments: argparse.Namespace) -> None:

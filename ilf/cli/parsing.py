@@ -51,12 +51,12 @@ def add_frame(parser: argparse.ArgumentParser) -> None:
         nargs="*",
         metavar="INPUT",
         help="colour file and depth file, or one folder with rgb.*, depth.* and meta.json; with --frame, a folder of "
-        "frames or a data set",
+        "frames, a data set or a recording",
     )
     parser.add_argument(
         "--frame",
         metavar="KEY",
-        help="frame of a folder of frames or a data set, one of those that `ilf info` tells of",
+        help="frame of a folder of frames, a data set or a recording, one of those that `ilf info` tells of",
     )
     add_max_gap(parser)
     add_reading(parser.add_argument_group("reading the frame"))
@@ -68,14 +68,30 @@ def add_max_gap(parser: argparse._ActionsContainer) -> None:
         "--max-gap",
         type=float,
         metavar="S",
-        help="how many seconds apart colour and depth of a frame may be, where a folder or a data set matches them by "
-        f"time (default: {MOST_APART_S:g})",
+        help="how many seconds apart colour and depth of a frame may be, where they are matched by time (default: "
+        f"{MOST_APART_S:g})",
+    )
+    parser.add_argument(
+        "--topics",
+        type=_topics,
+        metavar="COLOUR,DEPTH",
+        help="topics of the images, in a recording of ROS that has several cameras (default: aligned depth with its "
+        "colour; `ilf info` tells which)",
     )
 
 
 def max_gap_of(arguments: argparse.Namespace) -> float:
     """The largest gap that `add_max_gap` asked for [s]."""
     return MOST_APART_S if arguments.max_gap is None else float(arguments.max_gap)
+
+
+def _topics(text: str) -> tuple[str, str]:
+    colour, comma, depth = text.partition(",")
+    if not (colour and comma and depth) or "," in depth:
+        raise argparse.ArgumentTypeError(
+            f"{text!r:.80} is not COLOUR,DEPTH, as in /camera/color/image_raw,/camera/depth"
+        )
+    return colour.strip(), depth.strip()
 
 
 def add_reading(reading: argparse._ArgumentGroup) -> None:
@@ -222,10 +238,11 @@ def reading_of(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def source_from(arguments: argparse.Namespace) -> Source:
-    """The folder of frames or data set that the arguments name; what there is to say of it is told."""
+    """The folder of frames, data set or recording that the arguments name; what there is to say of it is told."""
     if len(arguments.inputs) != 1:
-        raise UsageError(f"Name one folder of frames or data set; these are {len(arguments.inputs)} paths.")
-    source = open_source(arguments.inputs[0], **reading_of(arguments), max_gap=max_gap_of(arguments))
+        raise UsageError(f"Name one folder of frames, data set or recording; these are {len(arguments.inputs)} paths.")
+    max_gap = max_gap_of(arguments)
+    source = open_source(arguments.inputs[0], **reading_of(arguments), max_gap=max_gap, topics=arguments.topics)
     warn(source.notes)
     return source
 
@@ -239,8 +256,8 @@ def _frame_of_files(arguments: argparse.Namespace) -> FrameSource:
     inputs = arguments.inputs
     if len(inputs) not in {1, 2}:
         raise UsageError(f"Give a colour and a depth file, or one folder; these are {len(inputs)} paths.")
-    if arguments.max_gap is not None:
-        raise UsageError("--max-gap is for frames of a folder or a data set: name one by --frame.")
+    if arguments.max_gap is not None or arguments.topics is not None:
+        raise UsageError("--max-gap and --topics are for frames of a folder or a recording: name one by --frame.")
     rgb, depth = inputs if len(inputs) == 2 else (inputs[0], None)
     return FrameSource(rgb, depth, **reading_of(arguments), **_beside(arguments))
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from ..errors import InputError
 from ..io.frame_source import FrameSource
 from ..io.listing import list_frames
-from ..io.naming import name_by
+from ..io.recordings import is_recording
 from ..outcomes import Completion
 from ..project import FrameState, Project, ProjectFrame
 from ..project.facts import frame_facts
@@ -98,7 +98,7 @@ def run_new(arguments: argparse.Namespace) -> None:
     if path.exists():
         raise InputError(f"{path} is there already. Choose another name, or delete it first.")
     sources = list(_sources(arguments))
-    frames = tuple(ProjectFrame(secrets.token_hex(8), _name(source), source) for source in sources)
+    frames = tuple(ProjectFrame(secrets.token_hex(8), source.name, source) for source in sources)
     warn(save_project(path, Project(frames), embed=True if arguments.embed else None))
     print(f"Written to {path}: {counted(len(frames), 'frame')}.")
 
@@ -151,23 +151,18 @@ def _completed(run: Run, shown: bool) -> Completion:
 def _sources(arguments: argparse.Namespace) -> Iterator[FrameSource]:
     """The frames that the arguments name."""
     inputs, how = arguments.inputs, reading_of(arguments)
-    if all(Path(path).is_dir() for path in inputs):
+    if all(Path(path).is_dir() or is_recording(path) for path in inputs):
         for path in inputs:
             listing = list_frames(path, **how)
             warn(listing.notes)
             yield from listing.sources
         return
     if len(inputs) != 2 or any(Path(path).is_dir() for path in inputs):
-        raise UsageError("Give folders, or the colour and the depth file of one frame.")
+        raise UsageError("Give folders and recordings, or the colour and the depth file of one frame.")
     rgb, depth = (str(Path(path).absolute()) for path in inputs)
     source = FrameSource(rgb, depth, **how)
     warn(source.load().notes)  # a wrong file is told of now
     yield source
-
-
-def _name(source: FrameSource) -> str:
-    path = Path(source.rgb)
-    return path.name if source.depth is None else name_by(path)
 
 
 def _opened(arguments: argparse.Namespace) -> OpenedProject:

@@ -27,6 +27,8 @@ def record_facts(record: RunRecord) -> list[tuple[str, str]]:
             ("encoding", encoding_of_inputs(record.inputs).text),
             ("intrinsics", camera_text(intrinsics_from(record.inputs.intrinsics))),
         ]
+        if record.inputs.frame is not None:
+            facts.append(("frame", record.inputs.frame))
         if record.inputs.truth is not None:
             facts.append(("truth", f"{record.inputs.truth.path}, {record.inputs.truth.units:g} units per metre"))
     origin = "given as a label map" if record.extraction is None else "edited" if record.edited else "extracted"

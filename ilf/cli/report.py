@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..confidence import expected_error
+from ..errors import one_line
 from ..filter.edge_aware.guiding import fit_guide
 from ..frame import RGBDFrame
 from ..judgement import Judgement, judge_blocks, judge_completion
@@ -78,7 +79,7 @@ def outcome_lines(outcomes: Iterable[BlockOutcome], errors: Mapping[int, Judgeme
 def warn(notes: Iterable[str]) -> None:
     """Print what there is to tell the user on stderr, a line each and each once."""
     for note in dict.fromkeys(notes):
-        print("ilf: warning:", " ".join(note.split()), file=sys.stderr)
+        print("ilf: warning:", one_line(note), file=sys.stderr)
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:

@@ -125,7 +125,7 @@ def _of_project(project: OpenedProject, folders: Sequence[str]) -> list[ReportSo
 def _refuse_flags(arguments: argparse.Namespace, file: Path) -> None:
     """Raise UsageError for flags that say what the file says already."""
     reading = "depth_encoding", "depth_units", "invalid", "intrinsics", "min_confidence"
-    names = "frame", "max_gap", "preset", "distrust", "guide", "truth", "truth_units", *reading
+    names = "frame", "max_gap", "topics", "preset", "distrust", "guide", "truth", "truth_units", *reading
     also = [f"--{name.replace('_', '-')}" for name in names if getattr(arguments, name) is not None]
     if also := [*also, *parameter_flags(arguments)]:
         raise UsageError(f"{file} says how its runs are made: leave out {', '.join(also)}.")

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 
 from ..assets import asset_path
 from ..errors import ExportError
 from ..io.atomic import write_bytes
-from ..io.folders import made_folder
+from ..run.staging import move_in, staging
 from .parsing import Commands
 
 SAMPLE = "samples/room"
@@ -36,10 +37,11 @@ def run(arguments: argparse.Namespace) -> None:
     }
     if not arguments.force:
         for path, content in contents.items():
-            if path.exists() and (path.is_dir() or path.read_bytes() != content):
+            if os.path.exists(path) and (path.is_dir() or path.read_bytes() != content):
                 raise ExportError(f"{path} is there already and is another file. Choose another folder, or --force.")
-    made_folder(folder)
-    for path, content in contents.items():
-        write_bytes(path, content)
+    with staging(folder) as staged:
+        for path, content in contents.items():
+            write_bytes(staged / path.name, content)
+        move_in(staged, folder, [path.name for path in contents])
     print(f"Written to {folder}: {', '.join(path.name for path in contents)}")
     print(f"Complete it: ilf complete {folder}")

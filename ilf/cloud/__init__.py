@@ -4,7 +4,7 @@ from .flying import flying_points
 from .links import Links, surface_links
 from .mesh import Mesh, surface_mesh
 from .normals import surface_normals
-from .points import AXES, PointCloud, back_project, in_axes, point_cloud
+from .points import AXES, PointCloud, back_project, in_axes, in_world, point_cloud
 
 __all__ = [
     "AXES",
@@ -14,6 +14,7 @@ __all__ = [
     "back_project",
     "flying_points",
     "in_axes",
+    "in_world",
     "point_cloud",
     "surface_links",
     "surface_mesh",

@@ -210,6 +210,28 @@ def required(intrinsics: CameraIntrinsics | None) -> CameraIntrinsics:
     return intrinsics
 
 
+def in_world(cloud: PointCloud, pose: NDArray[np.float64]) -> PointCloud:
+    """A cloud in camera axes, moved to where its camera was.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+    pose : ndarray of float64, shape (4, 4)
+        See `RGBDFrame.pose`.
+
+    Examples
+    --------
+    >>> cloud = PointCloud(np.array([[1, 2, 3]], np.float32), np.zeros((1, 3), np.uint8))
+    >>> pose = np.eye(4)
+    >>> pose[0, 3] = 10
+    >>> in_world(cloud, pose).points.tolist()
+    [[11.0, 2.0, 3.0]]
+    """
+    turn, shift = pose[:3, :3].astype(np.float32), pose[:3, 3].astype(np.float32)
+    normals = None if cloud.normals is None else cloud.normals @ turn.T
+    return replace(cloud, points=cloud.points @ turn.T + shift, normals=normals)
+
+
 def in_axes(cloud: PointCloud, axes: str) -> PointCloud:
     """A cloud in camera axes, turned into one of `AXES`.
 

@@ -6,6 +6,7 @@ import csv
 import io
 import math
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,9 @@ from ..io.files import read_json
 from .experiment import Drawing, Experiment, Result, Row
 
 PNG_DPI = 110
+
+_STEM = re.compile(r"[\w-]{1,100}", re.ASCII)
+"""What a figure may be called: it lies beside its result, and nowhere else."""
 
 
 @dataclass(frozen=True)
@@ -126,11 +130,29 @@ def read_result(path: str | os.PathLike[str]) -> StoredResult:
         fields = {name: content[name] for name in StoredResult.__dataclass_fields__}
         fields["figures"] = [StoredFigure(**figure) for figure in fields["figures"]]
         stored = StoredResult(**fields)
-        if not (stored.rows and all(isinstance(row, dict) for row in stored.rows)):
-            raise TypeError("rows")
+        _check(stored)
     except (KeyError, TypeError) as error:
         raise FormatError(f"{path} is not the result of an experiment ({error}). Run the experiment again.") from error
+    if stored.experiment != Path(path).stem:
+        raise FormatError(f"{path} is the result of {stored.experiment!r:.60}. Give it its name again.")
     return stored
+
+
+def _check(stored: StoredResult) -> None:
+    """Raise TypeError for what `write_result` does not write."""
+    texts = (stored.experiment, stored.title, stored.source, stored.about, *stored.notes)
+    if not all(isinstance(text, str) for text in texts):
+        raise TypeError("texts")
+    if not (isinstance(stored.notes, list) and isinstance(stored.parameters, dict)):
+        raise TypeError("notes or parameters")
+    # the size of a number counts, too: it is written out
+    if not all(isinstance(number, int | float) and abs(number) < 1e15 for number in (stored.seed, stored.seconds)):
+        raise TypeError("seed or seconds")
+    if not (stored.rows and all(isinstance(row, dict) for row in stored.rows)):
+        raise TypeError("rows")
+    for figure in stored.figures:
+        if not (isinstance(figure.stem, str) and _STEM.fullmatch(figure.stem) and isinstance(figure.caption, str)):
+            raise TypeError(f"the figure {figure.stem!r:.60}")
 
 
 def stored_results(folder: str | os.PathLike[str], names: Sequence[str]) -> list[StoredResult]:

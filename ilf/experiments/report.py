@@ -6,13 +6,17 @@ import base64
 import html
 import io
 import os
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
 from .. import __version__
 from ..errors import FormatError, InputError
 from ..io.atomic import write_bytes
+from ..io.files import read_file
 from ..io.folders import made_folder
+from ..io.headers import image_header
+from ..io.images import read_colour
 from .experiment import Comparison
 from .files import StoredFigure, StoredResult, stored_results
 from .registry import EXPERIMENTS
@@ -23,6 +27,9 @@ IMAGE_FOLDER = Path("images") / "experiments"
 
 SMALL_BYTES, _COLOURS, _SHRUNK = 90_000, 64, 0.9
 """Largest figure beside the Markdown file, and how it comes to be no larger."""
+
+_MARKS = re.compile(r"[\\<>\[\]*]|(?<!\w)_|_(?!\w)")
+"""What Markdown would read something into."""
 
 _TITLE = "The paper's experiments, rerun"
 
@@ -90,7 +97,7 @@ def write_report(
     results = stored_results(root, tuple(EXPERIMENTS))
     try:
         page, text = html_report(results, root), markdown_report(results)
-    except (KeyError, TypeError) as error:
+    except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError, StopIteration) as error:
         raise FormatError(f"{root} has results of another version ({error}). Run the experiments again.") from error
     written = [root / REPORT_FILE if html_file is None else Path(html_file)]
     write_bytes(written[0], page.encode())
@@ -120,18 +127,20 @@ def markdown_report(results: Sequence[StoredResult]) -> str:
     """The same as Markdown, without the rows; figures by their place beside it."""
     lines = [f"# {_TITLE}", "", _INTRODUCTION, "", _COMMANDS, "", _facts(results)]
     for result in results:
-        lines += ["", f"## {result.title} (`{result.experiment}`, {result.source})", ""]
-        lines += [" ".join(paragraphs(result)[:1]), ""]
-        lines += [f"- {note}" for note in paragraphs(result)[1:]]
+        lines += ["", f"## {marked_down(result.title)} (`{result.experiment}`, {marked_down(result.source)})", ""]
+        lines += [marked_down(paragraphs(result)[0]), ""]
+        lines += [f"- {marked_down(note)}" for note in paragraphs(result)[1:]]
         lines += ["", "| | paper | here | |", "|---|---|---|---|"]
         lines += [
-            "| " + " | ".join(cell.replace("|", "\\|") for cell in _cells(item)) + " |" for item in _compared(result)
+            "| " + " | ".join(marked_down(cell).replace("|", "\\|") for cell in _cells(item)) + " |"
+            for item in _compared(result)
         ]
         for figure in result.figures:
+            caption = marked_down(figure.caption)
             if figure.shows_data:
-                lines += ["", f"{figure.caption} (Not shown here: the frames may not be passed on. See {REPORT_FILE}.)"]
+                lines += ["", f"{caption} (Not shown here: the frames may not be passed on. See {REPORT_FILE}.)"]
                 continue
-            lines += ["", f"![{figure.caption}]({(IMAGE_FOLDER / figure.stem).as_posix()}.png)", "", figure.caption]
+            lines += ["", f"![{caption}]({(IMAGE_FOLDER / figure.stem).as_posix()}.png)", "", caption]
     return "\n".join(lines) + "\n"
 
 
@@ -192,7 +201,11 @@ def _html_section(result: StoredResult, folder: Path) -> str:
 
 
 def _html_figure(figure: StoredFigure, folder: Path) -> str:
-    data = base64.b64encode(_figure_file(folder, figure).read_bytes()).decode()
+    path = _figure_file(folder, figure)
+    content = read_file(path).data.tobytes()
+    if image_header(path, content).kind != "PNG":
+        raise FormatError(f"{path} is no PNG. Run the experiment again.")
+    data = base64.b64encode(content).decode()
     caption = html.escape(figure.caption)
     return (
         f'<figure><img alt="{caption}" src="data:image/png;base64,{data}"><figcaption>{caption}</figcaption></figure>'
@@ -222,6 +235,22 @@ def inline(text: str) -> str:
     return "".join(f"<code>{piece}</code>" if place % 2 else piece for place, piece in enumerate(pieces))
 
 
+def marked_down(text: str) -> str:
+    """Text as Markdown that shows just that, on one line, with what stands in backquotes as code.
+
+    Examples
+    --------
+    >>> marked_down("`a<b` of [1, 2] <b> 3*4")
+    '`a<b` of \\\\[1, 2\\\\] \\\\<b\\\\> 3\\\\*4'
+    """
+    pieces = " ".join(text.split()).split("`")
+    pieces[::2] = [_MARKS.sub(r"\\\g<0>", piece) for piece in pieces[::2]]
+    if len(pieces) % 2 == 0:  # the last backquote opens nothing that ends
+        last = _MARKS.sub(r"\\\g<0>", pieces.pop())
+        pieces[-1] += rf"\`{last}"
+    return "`".join(pieces)
+
+
 def _figure_file(folder: Path, figure: StoredFigure) -> Path:
     path = folder / f"{figure.stem}.png"
     if not path.is_file():
@@ -240,8 +269,7 @@ def _small_png(path: Path) -> bytes:
     """A picture in few colours and, if that is not enough, of fewer pixels: it is kept under version control."""
     from PIL import Image
 
-    with Image.open(path) as opened:
-        picture = opened.convert("RGB")
+    picture = Image.fromarray(read_colour(path))
     size = picture.size
     while True:
         buffer = io.BytesIO()

@@ -10,8 +10,11 @@ from ..compiling import compiled
 
 Values = NDArray[np.float64]
 
-_AHEAD = 3
-"""Columns of zeros beyond the band, so that four rows can be taken off another at a time."""
+_LANES = 32
+"""Rows are taken off another in multiples of so many columns: whole vectors, with nothing left over."""
+
+_BEYOND = 3 + _LANES
+"""Columns of zeros beyond the band, so that four rows can be taken off another at a time, in whole vectors."""
 
 
 def solve_grid(diagonal: Values, along_x: tuple[Values, ...], along_y: tuple[Values, ...], wanted: Values) -> Values:
@@ -39,7 +42,7 @@ def solve_grid(diagonal: Values, along_x: tuple[Values, ...], along_y: tuple[Val
         return np.ascontiguousarray(turned.transpose(0, 2, 1))
     cells = diagonal.size
     reach = max(len(along_x), len(along_y) * width)
-    band = np.zeros((cells, reach + 1 + _AHEAD))
+    band = np.zeros((cells, reach + 1 + _BEYOND))
     band[:, 0] = diagonal.ravel()
     for step, entries in enumerate(along_x, 1):
         band[:, step] += entries.ravel()
@@ -54,25 +57,28 @@ def _transposed(entries: tuple[Values, ...]) -> tuple[Values, ...]:
 
 
 def _cholesky(band: Values, found: Values) -> Values:
-    cells, reach = band.shape[0], band.shape[1] - 3
+    cells, width = band.shape
+    reach = width - _BEYOND
+    entries, lanes = band.reshape(-1), np.uint64(_LANES)  # with indices that have a sign, it is not vectorised
     for i in range(cells):
-        row = band[i]
+        row, begun = band[i], np.uint64(i * width)
         k = max(i - reach + 1, 0)
         while k + 3 < i:
             off = i - k
-            length = min(reach - off + 3, reach)
             a, b, c, d = -band[k, off], -band[k + 1, off - 1], -band[k + 2, off - 2], -band[k + 3, off - 3]
-            if a != 0 or b != 0 or c != 0 or d != 0:
-                first, second = band[k, off : off + length], band[k + 1, off - 1 : off - 1 + length]
-                third, fourth = band[k + 2, off - 2 : off - 2 + length], band[k + 3, off - 3 : off - 3 + length]
-                for j in range(length):
-                    row[j] += a * first[j] + b * second[j] + c * third[j] + d * fourth[j]
+            first, step = np.uint64(k * width + off), np.uint64(width - 1)
+            second, third, fourth = first + step, first + step + step, first + step + step + step
+            length = min(reach - off + 3, reach)
+            for j in range(np.uint64((length + _LANES - 1) // _LANES) * lanes):
+                entries[begun + j] += (
+                    a * entries[first + j] + b * entries[second + j] + c * entries[third + j] + d * entries[fourth + j]
+                )
             k += 4
         while k < i:
             off = i - k
-            a, first = -band[k, off], band[k, off:reach]
+            a, above = -band[k, off], band[k, off:reach]
             for j in range(reach - off):
-                row[j] += a * first[j]
+                row[j] += a * above[j]
             k += 1
         scale = 1 / np.sqrt(row[0])
         for j in range(reach):
@@ -100,4 +106,4 @@ def _cholesky(band: Values, found: Values) -> Values:
 @compiled(_cholesky)
 def _solve_band(band: Values, found: Values) -> Values:
     """By Cholesky's factors of the upper band, row by row; both arrays are written over."""
-    return solveh_banded(band[:, :-_AHEAD].T, found.T, lower=True, check_finite=False).T
+    return solveh_banded(band[:, :-_BEYOND].T, found.T, lower=True, check_finite=False).T

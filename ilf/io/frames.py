@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..camera import checked_motion
 from ..errors import DepthWarning, FormatError, InputError, ParameterError
 from ..frame import CameraIntrinsics, FrameInputs, InputFile, RGBDFrame
 from .camera_files import IntrinsicsSpec, intrinsics_from
@@ -24,12 +25,15 @@ from .files import FileContent, read_file, read_json
 from .guide_files import GUIDE_SUFFIXES, load_guide
 from .images import read_colour
 from .naming import name_by
+from .poses import camera_pose
 from .recorded import read_recorded
+from .recordings import is_recording
 from .truth_files import is_truth, with_truth_file
 
 META_NAME = "meta.json"
 COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
-DEPTH_FILE_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy", ".npz", ".exr", ".pfm", COLMAP_SUFFIX)
+USUAL_DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy")
+DEPTH_FILE_SUFFIXES = (*USUAL_DEPTH_SUFFIXES, ".npz", ".exr", ".pfm", COLMAP_SUFFIX)
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,8 @@ class FrameFiles:
         Of a confidence map, if there is any.
     min_confidence : float or None
         The confidence below which depth counts as missing, if stated.
+    pose : tuple of tuple of float, or None
+        Where the camera was, as rows of a matrix, if stated.
     """
 
     rgb: Path
@@ -75,6 +81,12 @@ class FrameFiles:
     invalid: float | None = None
     confidence: Path | None = None
     min_confidence: float | None = None
+    pose: tuple[tuple[float, ...], ...] | None = None
+
+    @property
+    def camera_pose(self) -> NDArray[np.float64] | None:
+        """Where the camera was, (4, 4): as stated, or else as files beside the depth tell; None if it is not known."""
+        return camera_pose(self.depth) if self.pose is None else np.array(self.pose)
 
     @property
     def stated_encoding(self) -> EncodingSpec | None:
@@ -241,6 +253,7 @@ def _from_files(
                 invalid=read.encoding.invalid,
             ),
             notes=read.notes,
+            pose=files.camera_pose,
         )
     except InputError as error:
         others = "".join(f" {doubt.text}" for doubt in read.doubts if doubt.encoding is not None)
@@ -277,6 +290,8 @@ def files_of(rgb: str | os.PathLike[str], depth: str | os.PathLike[str] | None, 
     """The files that two paths or a folder name, and what is stated beside them."""
     if depth is not None:
         return (frame_beside(rgb, depth) if beside else None) or _two_files(Path(rgb), Path(depth))
+    if is_recording(rgb):
+        raise InputError(f"{rgb} is a recording: name one of its frames by its key (--frame; `ilf info` lists them).")
     if Path(rgb).is_dir():
         return frame_folder(rgb)
     if not Path(rgb).exists():
@@ -299,7 +314,8 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         (where the truth is, `gt.*` in the folder if left out; or, in words, what that is worth: nothing if they say
         that it was filled in, or are empty), `gt_units_per_m`, `guide` (where a guide is, `guide.*` in the folder if
         left out), `confidence` (where a confidence map is, `confidence.*` in the folder if left out), `min_confidence`
-        (below which depth counts as missing), and `run` (the record without which the folder is a half-written one).
+        (below which depth counts as missing), `pose` (where the camera was, see `RGBDFrame`), and `run` (the record
+        without which the folder is a half-written one).
 
     Raises
     ------
@@ -326,6 +342,7 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         invalid = None if meta.get("depth_invalid") is None else checked_invalid(meta["depth_invalid"])
         camera = None if meta.get("K") is None else intrinsics_from({"K": meta["K"]})
         least = None if meta.get("min_confidence") is None else checked_least(meta["min_confidence"])
+        pose = None if meta.get("pose") is None else checked_motion(meta["pose"], "pose")
         size, name = _meta_size(meta.get("size")), meta.get("name") or root.name
         named = {key: meta.get(key) for key in ("rgb", "depth", "gt", "guide", "confidence", "run")}
         for key, value in {"name": name, **named}.items():
@@ -350,7 +367,8 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     truth = _truth_in(root, named["gt"])
     confidence = _named_image(root, named["confidence"]) or _found(root, "confidence", CONFIDENCE_SUFFIXES)
     return FrameFiles(
-        *(rgb, depth, units, camera, size, name, truth, truth_units, guide, encoding, invalid, confidence, least)
+        *(rgb, depth, units, camera, size, name, truth, truth_units, guide, encoding, invalid, confidence, least),
+        pose=None if pose is None else tuple(map(tuple, pose.tolist())),
     )
 
 

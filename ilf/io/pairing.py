@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
-from .frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
+from .frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, USUAL_DEPTH_SUFFIXES
 
 _COLOUR_WORD = re.compile(r"(?<![a-z])(?:rgb|colou?rs?|images?|img)(?![a-z])|^r(?=[-_.])")
 _DEPTH_WORD = re.compile(r"(?<![a-z])depths?(?![a-z])|^d(?=[-_.])")
@@ -53,6 +53,13 @@ def told_apart(names: Iterable[str]) -> tuple[list[str], list[str]]:
     return colours, depths
 
 
+def depth_files(names: Iterable[str]) -> list[str]:
+    """Names of files that may hold depth; those of rarer kinds only where there are none of the usual ones, beside
+    which they are likely to hold something else."""
+    known = [name for name in names if _parts(name)[1] in DEPTH_FILE_SUFFIXES]
+    return [name for name in known if _parts(name)[1] in USUAL_DEPTH_SUFFIXES] or known
+
+
 def paired(colours: Iterable[str], depths: Iterable[str]) -> Pairs:
     """Match names of colour files with those of depth files.
 
@@ -62,7 +69,7 @@ def paired(colours: Iterable[str], depths: Iterable[str]) -> Pairs:
     kinds are left out.
     """
     colour_names = [name for name in colours if _parts(name)[1] in COLOUR_SUFFIXES]
-    depth_names = [name for name in depths if _parts(name)[1] in DEPTH_FILE_SUFFIXES]
+    depth_names = depth_files(depths)
     pairs = max((_matched(colour_names, depth_names, tell) for tell in (_rest, _rest_without_zeros)), key=len)
     if not pairs:
         pairs = _matched(colour_names, depth_names, _last_number)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -26,12 +27,16 @@ _DEPTH_WORD = re.compile(r"[-_.]?depth$", re.IGNORECASE)
 def motion_between(before: RGBDFrame, after: RGBDFrame) -> Matrix | None:
     """What takes points [m] of the camera before to the camera after, (4, 4); None where it is not known.
 
-    Both frames must come from files beside which their poses are told, see `camera_pose`.
+    Both frames must have poses, or come from files beside which their poses are told, see `camera_pose`.
     """
-    if before.inputs is None or after.inputs is None:
-        return None
-    start, end = (camera_pose(frame.inputs.depth.path) for frame in (before, after) if frame.inputs is not None)
+    start, end = (_pose_of(frame) for frame in (before, after))
     return None if start is None or end is None else np.linalg.inv(end) @ start
+
+
+def _pose_of(frame: RGBDFrame) -> Matrix | None:
+    if frame.pose is not None or frame.inputs is None or frame.inputs.frame is not None:
+        return frame.pose
+    return camera_pose(frame.inputs.depth.path)
 
 
 def camera_pose(depth: str | Path) -> Matrix | None:
@@ -59,7 +64,15 @@ def camera_pose(depth: str | Path) -> Matrix | None:
         if os.path.isfile(place):
             return checked_pose(_numbers(place))
     trajectory = path.parent.parent / _TRAJECTORY
-    return _at_time(_numbers(trajectory), path.stem) if os.path.isfile(trajectory) else None
+    if not os.path.isfile(trajectory):
+        return None
+    return _at_time(_trajectory(trajectory, os.stat(trajectory).st_mtime_ns), path.stem)
+
+
+@lru_cache(maxsize=2)
+def _trajectory(path: Path, changed: int) -> Matrix:
+    """The numbers of a file as it was changed last: it has a line for each frame that is read."""
+    return _numbers(path)
 
 
 def _numbers(path: Path) -> Matrix:

@@ -6,6 +6,9 @@ import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..camera import CameraIntrinsics
 from ..errors import InputError
 from ..frame import FrameInputs, InputFile, RGBDFrame
@@ -30,6 +33,8 @@ class ReadFrame:
     stored : RecordedFrame
     cameras : Cameras
     reading : DepthReading
+    pose : ndarray or None
+        Where its camera was, as `RGBDFrame` has it.
     """
 
     path: Path
@@ -37,6 +42,7 @@ class ReadFrame:
     stored: RecordedFrame
     cameras: Cameras
     reading: DepthReading
+    pose: NDArray[np.float64] | None = None
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -65,7 +71,8 @@ class ReadFrame:
             raise InputError(f"{self.path}: {error}{others}") from error
         camera = intrinsics or frame.intrinsics
         numbers = None if camera is None else (camera.fx, camera.fy, camera.cx, camera.cy)
-        return replace(frame, intrinsics=camera, inputs=replace(self._inputs(), intrinsics=numbers))
+        inputs = replace(self._inputs(), intrinsics=numbers)
+        return replace(frame, intrinsics=camera, inputs=inputs, pose=self.pose)
 
     def pair(self, name: str | None = None) -> RawPair:
         """Colour and depth as the two cameras have seen them; those of a registered frame are one.
@@ -149,9 +156,9 @@ def read_recorded(
         If there is no such encoding.
     """
     with opened(path) as recording:
-        stored, cameras, found = recording.frame(key), recording.cameras(key), recording.path
+        stored, cameras, pose, found = recording.frame(key), recording.cameras(key), recording.pose(key), recording.path
     known = stored.invalid if invalid is None else invalid
-    return ReadFrame(found, key, stored, cameras, reading_of(stored.depth, found, given, stored.encoding, known))
+    return ReadFrame(found, key, stored, cameras, reading_of(stored.depth, found, given, stored.encoding, known), pose)
 
 
 def _distortion_note(camera: Camera | None) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from ..errors import FormatError
 from .files import read_file
 from .frame_source import FrameSource
 from .frames import frame_folder
-from .headers import image_header
+from .headers import check_checksums, image_header
 from .images import check_pixel_count, quietly
 from .recordings import opened
 
@@ -41,8 +41,11 @@ def read_thumbnail(source: FrameSource, width: int = THUMBNAIL_WIDTH) -> NDArray
             return thumbnail_of(recording.colour(source.frame), width)
     path = frame_folder(source.rgb).rgb if source.depth is None else Path(source.rgb)
     data = read_file(path).data
-    header = image_header(path, data.tobytes())
+    content = data.tobytes()
+    header = image_header(path, content)
     check_pixel_count(path, header.width, header.height)
+    if header.kind == "PNG":  # whose decoder takes as much memory as a damaged length asks for
+        check_checksums(path, content)
     flag = next((flag for factor, flag in _REDUCED if header.width >= factor * width), cv2.IMREAD_COLOR)
     image = quietly(lambda: cv2.imdecode(data, flag | cv2.IMREAD_IGNORE_ORIENTATION))
     if image is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import bisect
+import heapq
 import math
 import os
 from collections.abc import Iterable
@@ -109,15 +109,54 @@ def associated(
     [('a.png', 'a-d.png')]
     """
     colours, depths = sorted(colours), sorted(depths)
-    times = [time for time, _ in depths]
-    near = []
-    for row, (time, _) in enumerate(colours):
-        first, last = bisect.bisect_left(times, time - most_apart), bisect.bisect_right(times, time + most_apart)
-        near += [(abs(times[column] - time), row, column) for column in range(first, last)]
-    taken: dict[int, int] = {}
-    used: set[int] = set()
-    for _, row, column in sorted(near):
-        if row not in taken and column not in used:
-            taken[row] = column
-            used.add(column)
-    return [(colours[row][1], depths[column][1]) for row, column in sorted(taken.items())]
+    pairs = _nearest([time for time, _ in colours], [time for time, _ in depths], most_apart)
+    return [(colours[row][1], depths[column][1]) for row, column in sorted(pairs)]
+
+
+def _nearest(rows: list[float], columns: list[float], most_apart: float) -> list[tuple[int, int]]:
+    """Pairs of the nearest of two sorted lists of times, then of the nearest of those that are left, and so on.
+
+    The nearest pair are neighbours among all times that are left: only neighbours are ever compared, however far apart
+    a pair may be.
+    """
+    order = sorted([(time, 0, row) for row, time in enumerate(rows)] + [(time, 1, i) for i, time in enumerate(columns)])
+    before, after = list(range(-1, len(order) - 1)), [*range(1, len(order)), -1]
+    waiting: list[tuple[float, int, int, int, int]] = []
+
+    def meet(left: int, right: int) -> None:
+        """Two neighbours wait to become a pair, if they are of different lists and near enough."""
+        if left < 0 or right < 0:
+            return
+        (time, kind, one), (later, other_kind, other) = order[left], order[right]
+        if kind != other_kind and later - time <= most_apart:
+            row, column = (one, other) if kind == 0 else (other, one)
+            heapq.heappush(waiting, (later - time, row, column, left, right))
+
+    def first_alike(place: int) -> int:
+        """The first of those that are left with the same time in the same list."""
+        while before[place] >= 0 and order[before[place]][:2] == order[place][:2]:
+            place = before[place]
+        return place
+
+    def take(place: int) -> None:
+        left, right = before[place], after[place]
+        if left >= 0:
+            after[left] = right
+        if right >= 0:
+            before[right] = left
+        taken.add(place)
+        meet(left, right)
+
+    taken: set[int] = set()
+    found = []
+    for place in range(len(order) - 1):
+        meet(place, place + 1)
+    while waiting:
+        *_, left, right = heapq.heappop(waiting)
+        if left in taken or right in taken:
+            continue
+        pair = sorted((first_alike(left), first_alike(right)), key=lambda place: order[place][1])
+        found.append((order[pair[0]][2], order[pair[1]][2]))
+        for place in pair:
+            take(place)
+    return found

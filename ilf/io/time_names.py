@@ -6,8 +6,8 @@ import os
 import re
 from collections.abc import Iterable
 
-from .frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
-from .pairing import Pairs
+from .frames import COLOUR_SUFFIXES
+from .pairing import Pairs, depth_files
 from .time_lists import associated
 
 _TIME = re.compile(r"\d{9,10}\.\d+|\d{13}|\d{16}|\d{19}")
@@ -39,9 +39,10 @@ def paired_by_time(colours: Iterable[str], depths: Iterable[str], max_gap: float
     max_gap : float
         Pairs lie at most this many seconds apart.
     """
+    images = [name for name in colours if name.lower().endswith(COLOUR_SUFFIXES)]
     timed = [
-        [(time, name) for name in names if name.lower().endswith(suffixes) and (time := time_of(name)) is not None]
-        for names, suffixes in ((colours, COLOUR_SUFFIXES), (depths, DEPTH_FILE_SUFFIXES))
+        [(time, name) for name in names if (time := time_of(name)) is not None]
+        for names in (images, depth_files(depths))
     ]
     pairs = associated(timed[0], timed[1], max_gap)
     return Pairs(pairs, len(timed[0]) - len(pairs), len(timed[1]) - len(pairs))

@@ -84,6 +84,9 @@ def frame_facts(opened: OpenedProject, frame: ProjectFrame) -> FrameFacts:
 
 def _found(opened: OpenedProject, files: tuple[InputFile, ...]) -> Iterator[tuple[str, str]]:
     for file in files:
+        if not file.sha256:  # a recording
+            yield file.path, "missing" if opened.places.present(file) is None else "present"
+            continue
         try:
             find_source(file, opened.parts, opened.places)
         except ChangedSource:

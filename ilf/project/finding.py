@@ -140,8 +140,10 @@ def find_in(
         if not left:
             break
         yield number / len(files)
-        digest = _digest(path)
-        fitting = [file for file in left if (file.sha256 == digest if file.sha256 else _name(file.path) == path.name)]
+        fitting = [file for file in left if not file.sha256 and _name(file.path) == path.name]
+        if any(file.sha256 for file in left):
+            digest = _digest(path)
+            fitting += [file for file in left if file.sha256 == digest]
         found |= dict.fromkeys(fitting, path)
         left = [file for file in left if file not in found]
     return found

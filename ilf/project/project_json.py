@@ -257,6 +257,7 @@ def _source(source: FrameSource) -> dict[str, Any]:
         "guide": source.guide,
         **({} if source.encoding is None else {"encoding": source.encoding}),
         **({} if source.invalid is None else {"invalid": source.invalid}),
+        **({} if source.frame is None else {"frame": source.frame}),
         **({} if source.confidence is None else {"confidence": source.confidence}),
         **({} if source.min_confidence is None else {"min_confidence": source.min_confidence}),
     }
@@ -279,6 +280,7 @@ def _source_from(data: Section) -> FrameSource:
         data.get("guide", str, type(None)) if "guide" in data.values else None,
         data.get("encoding", str, float) if "encoding" in data.values else None,
         data.get("invalid", float) if "invalid" in data.values else None,
+        data.get("frame", str) if "frame" in data.values else None,
         confidence=data.get("confidence", str) if "confidence" in data.values else None,
         min_confidence=data.get("min_confidence", float) if "min_confidence" in data.values else None,
     )

@@ -73,6 +73,8 @@ def recorded_shape(data: Section) -> tuple[int, int]:
 def files_of(frame_json: bytes) -> tuple[InputFile, ...]:
     """The files that the state in a part `frames/<id>.json` was made with: colour, depth, truths; each once.
 
+    A recording comes without a SHA-256: it is known by the frame in it.
+
     Raises
     ------
     FormatError
@@ -83,7 +85,8 @@ def files_of(frame_json: bytes) -> tuple[InputFile, ...]:
     files: list[InputFile] = []
     if "inputs" in frame.values:
         inputs = parsed_inputs(frame.section("inputs"))
-        files += [file for file in (inputs.rgb, inputs.depth, inputs.truth) if file is not None]
+        pair = (inputs.rgb, inputs.depth) if inputs.frame is None else (InputFile(inputs.rgb.path, ""),)
+        files += [file for file in (*pair, inputs.truth) if file is not None]
     runs = [Section("kept run", run).section("run") for run in data.items("runs", dict)]
     for part in (data, *runs):
         if part.get("truth", dict, type(None)) is not None and "path" in part.section("truth").values:

@@ -149,6 +149,11 @@ class Saving:
         """Embed a frame's file, leave it embedded, or say where it is."""
         name = source_part(file.sha256, file.path)
         self._place(file)
+        if not file.sha256:
+            note = f"Not embedded: {file.path} is a recording, which stays where it is."
+            if self._embed and note not in self.notes:
+                self.notes.append(note)
+            return
         embedded = self._store_of(name, "") is not None
         if (self._embed is None and embedded) or (self._embed is False and embedded and not self._is_at_hand(file)):
             names[name] = None

@@ -20,6 +20,7 @@ from ..io.depth_reading import decoded
 from ..io.encodings import encoding_of_inputs
 from ..io.files import FileContent, read_file
 from ..io.images import read_colour
+from ..io.recorded import read_recorded
 from ..io.truth_files import read_truth
 from .parts import Parts
 
@@ -106,10 +107,11 @@ class Places:
             yield from (folder.joinpath(*steps[-count:]) for count in (1, 2, 3) if count <= len(steps))
 
     def present(self, wanted: InputFile) -> Path | None:
-        """The first of them where there is a file, whatever its content; None if there is none."""
+        """The first of them where there is a file, whatever its content, or a folder where no content is known; None if
+        there is none."""
         for path in self.candidates(wanted):
             try:
-                if path.is_file():
+                if path.is_file() or (not wanted.sha256 and path.is_dir()):
                     return path
             except (OSError, ValueError):
                 continue
@@ -190,6 +192,8 @@ def load_inputs(
     InputError
         If they make no frame.
     """
+    if inputs.frame is not None:
+        return _of_recording(inputs, inputs.frame, name, intrinsics, places or Places())
     colour, depth = (find_source(wanted, parts, places) for wanted in (inputs.rgb, inputs.depth))
     found = dataclasses.replace(
         inputs,
@@ -199,6 +203,34 @@ def load_inputs(
     )
     metres = decoded(read_depth_values(depth), encoding_of_inputs(inputs))[0]
     return RGBDFrame(read_colour(colour), metres, intrinsics, name, found)
+
+
+def _of_recording(
+    inputs: FrameInputs, key: str, name: str, intrinsics: CameraIntrinsics | None, places: Places
+) -> RGBDFrame:
+    """A frame of a recording, wherever that is now; it is known by the frame's own bytes."""
+    wanted = InputFile(inputs.rgb.path, "")
+    encoding = inputs.depth_units if inputs.encoding is None else inputs.encoding
+    other: tuple[Path, str] | None = None
+    for path in places.candidates(wanted):
+        if not path.exists():
+            continue
+        try:
+            found = read_recorded(path, key, encoding, inputs.invalid)
+        except InputError as error:
+            other = other or (path, str(error))
+            continue
+        if (found.stored.rgb_sha256, found.stored.depth_sha256) == (inputs.rgb.sha256, inputs.depth.sha256):
+            return found.frame(intrinsics, name)
+        other = other or (path, f"Its frame {key} has another content.")
+    if other is not None:
+        raise ChangedSource(
+            f"{other[0]} is not the recording that the work was done on. {other[1]} Restore it, or say where the one "
+            "that was used is now.",
+            wanted,
+            other[0],
+        )
+    raise MissingSource(f"{wanted.path}: there is no such recording any more. Say where it is now.", wanted)
 
 
 def with_truth(

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from ..camera import CameraIntrinsics
+from ..camera import CameraIntrinsics, checked_motion
 from ..errors import InputError
 from ..frame import FrameInputs, checked_colour, checked_depth
-from ..masks import checked_mask, fixed
+from ..masks import checked_mask
 
 _COEFFICIENTS = (0, 4, 5, 8)
 """How many coefficients of distortion there may be, as OpenCV counts them."""
@@ -125,7 +125,9 @@ class RawPair:
     def __post_init__(self) -> None:
         object.__setattr__(self, "rgb", checked_colour(self.rgb))
         object.__setattr__(self, "depth", checked_depth(self.depth))
-        object.__setattr__(self, "depth_to_colour", _checked_motion(self.depth_to_colour))
+        object.__setattr__(
+            self, "depth_to_colour", checked_motion(self.depth_to_colour, "The way from the depth to the colour camera")
+        )
         for what, image, camera in (
             ("Colour", self.rgb, self.colour_camera),
             ("Depth", self.depth, self.depth_camera),
@@ -138,18 +140,3 @@ class RawPair:
         if self.depth_view is not None:
             view = checked_mask(self.depth_view, self.depth.shape, "the depth camera's view")
             object.__setattr__(self, "depth_view", view)
-
-
-def _checked_motion(matrix: ArrayLike) -> NDArray[np.float64]:
-    try:
-        motion = np.array(matrix, np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError("The way from the depth to the colour camera must be a 4 x 4 matrix of numbers.") from error
-    if motion.shape != (4, 4) or not np.isfinite(motion).all() or not np.array_equal(motion[3], [0, 0, 0, 1]):
-        raise InputError(
-            "The way from the depth to the colour camera must be a 4 x 4 matrix of finite numbers that ends in 0 0 0 1."
-        )
-    turn = motion[:3, :3]
-    if not np.allclose(turn @ turn.T, np.eye(3), atol=0.01) or np.linalg.det(turn) < 0:
-        raise InputError("The way from the depth to the colour camera must turn and shift, and neither scale nor flip.")
-    return fixed(motion)

@@ -29,7 +29,8 @@ def again_text(run: Run) -> tuple[str, str]:
         )
     nearest = likeness(run.parameters)
     encoding = f"{inputs.depth_units:.9g}" if inputs.encoding is None else inputs.encoding
-    words = ["ilf", "complete", inputs.rgb.path, inputs.depth.path, "--depth-encoding", encoding]
+    files = [inputs.rgb.path, inputs.depth.path] if inputs.frame is None else [inputs.rgb.path, "--frame", inputs.frame]
+    words = ["ilf", "complete", *files, "--depth-encoding", encoding]
     if inputs.invalid is not None:
         words += ["--invalid", f"{inputs.invalid:.9g}"]
     if inputs.intrinsics is not None:

@@ -74,7 +74,7 @@ def index_entry(id: str, figures: Figures) -> Entry:
     cells = (
         f"{frame.shape[1]} × {frame.shape[0]}",
         f"{frame.missing_share:.1%}",
-        f"{float(np.mean(~np.isfinite(completion.depth))):.1%}",
+        f"{float(np.mean(frame.missing & np.isnan(completion.depth))):.1%}",
         str(blocks),
         str(len(completion.results)),
         millimetres(figures.whole_expected),
@@ -91,7 +91,7 @@ def index_chapter(title: str, entries: Sequence[Entry]) -> Chapter:
         Column("", number=False),
         Column("frame", number=False),
         Column("size [px]"),
-        Column("missing in", "Share of the pixels without depth"),
+        Column("missing in", "Share of the pixels without depth, in the depth camera's view"),
         Column("missing out", "The same after completion"),
         Column("blocks"),
         Column("with result", "Blocks that have been completed, or tried to"),
@@ -125,7 +125,9 @@ def _head(figures: Figures) -> Facts:
     frame, completion = subject.run.frame, subject.completion
     height, width = frame.shape
     known = frame.depth[frame.known]
-    missing, left = (int(np.count_nonzero(~np.isfinite(depth))) for depth in (frame.depth, completion.depth))
+    missing, left = (
+        int(np.count_nonzero(frame.missing & np.isnan(depth))) for depth in (frame.depth, completion.depth)
+    )
     inside = np.count_nonzero(subject.run.blocks) / subject.run.blocks.size
     facts = [
         Fact("Size", f"{width} × {height} px"),
@@ -133,6 +135,12 @@ def _head(figures: Figures) -> Facts:
         Fact("Depth", f"{known.min():.2f} to {known.max():.2f} m, median {np.median(known):.2f} m"),
         Fact("Missing before", f"{missing / frame.depth.size:.1%} ({grouped(missing)} pixels)"),
     ]
+    if frame.outside_view is not None:
+        outside = int(np.count_nonzero(frame.outside_view))
+        filled = int(np.count_nonzero(frame.outside_view & completion.filled))
+        more = f", of which {grouped(filled)} are filled all the same" if filled else ""
+        share = f"{outside / frame.depth.size:.1%} ({grouped(outside)} pixels{more})"
+        facts.append(Fact("Outside the depth camera's view", share))
     if frame.distrusted is not None:
         count = int(np.count_nonzero(frame.distrusted & np.isfinite(frame.measured)))
         facts.append(Fact("Distrusted", f"{grouped(count)} measured pixels, which count as missing"))
@@ -232,6 +240,8 @@ def _provenance(record: RunRecord) -> Facts:
         for name, file in files:
             if file is not None:
                 facts += [Fact(name, file.path), Fact("SHA-256", file.sha256, is_hash=True)]
+        if record.inputs.frame is not None:
+            facts.append(Fact("Frame of the recording", record.inputs.frame))
         facts.append(Fact("Depth encoding", encoding_of_inputs(record.inputs).text))
     if record.guide is not None:
         given = [Fact("Guide", record.guide.path)] if record.guide.path is not None else []

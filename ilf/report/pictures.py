@@ -34,8 +34,10 @@ _ORIGINS: tuple[tuple[str, Colour], ...] = (
     ("filled by blocks", (38, 150, 120)),
     ("guessed", (222, 168, 40)),
     ("distrusted", (196, 64, 80)),
+    ("outside the view", (60, 100, 160)),
+    ("filled outside the view", (120, 170, 225)),
 )
-_MISSING, _MEASURED, _FILLED, _GUESSED, _DISTRUSTED = range(len(_ORIGINS))
+_MISSING, _MEASURED, _FILLED, _GUESSED, _DISTRUSTED, _OUTSIDE, _FILLED_OUTSIDE = range(len(_ORIGINS))
 
 
 def frame_pictures(figures: Figures, most: int) -> tuple[Picture, ...]:
@@ -124,6 +126,8 @@ def _origin(subject: Subject, shape: tuple[int, int]) -> Picture:
     origin[frame.known] = _MEASURED
     origin[completion.filled] = _FILLED
     origin[completion.guessed] = _GUESSED
+    if frame.outside_view is not None:
+        origin[frame.outside_view] = np.where(completion.filled, _FILLED_OUTSIDE, _OUTSIDE)[frame.outside_view]
     table = np.zeros((256, 3), np.uint8)
     table[: len(_ORIGINS)] = [colour for _, colour in _ORIGINS]
     counts = np.bincount(origin.ravel(), minlength=len(_ORIGINS)) / origin.size

@@ -42,7 +42,7 @@ def block_table(figures: Figures) -> Table:
     rows = []
     frame, blocks = subject.run.frame, subject.run.blocks
     pixels = np.bincount(blocks.ravel())
-    known = np.bincount(blocks[frame.known], minlength=pixels.size)
+    known = np.bincount(blocks[~frame.missing], minlength=pixels.size)
     for label in (np.flatnonzero(pixels[1:]) + 1).tolist():
         result = completion.results.get(label)
         cells = [

@@ -3,6 +3,7 @@
 from .checks import missing_or_changed
 from .effect import Effect, edit_effect
 from .key_frames import KeyFrames
+from .nerfstudio import depth_weight, write_nerfstudio
 from .options import ExportOptions, output_folder_name
 from .recipe import Recipe
 from .record import RunRecord, make_record
@@ -24,6 +25,7 @@ __all__ = [
     "Written",
     "check_not_an_input",
     "check_write",
+    "depth_weight",
     "edit_effect",
     "filenames",
     "make_record",
@@ -32,4 +34,5 @@ __all__ = [
     "read_record",
     "replay",
     "write",
+    "write_nerfstudio",
 ]

@@ -13,7 +13,10 @@ from ..io.columns import UNITS_PER_METRE
 LABELS_FILE, CURVES_FILE, RECORD_FILE = "blocks.png", "curves.csv", "run.json"
 GUESSED_FILE, DISTRUSTED_FILE, DRAWN_FILE = "guessed.png", "distrusted.png", "drawn.png"
 OUTSIDE_FILE = "outside_view.png"
+COLOUR_FILE = "rgb.png"
+"""Colour, where no file has it as it is in the frame: taken out of a recording, or without a lens's distortion."""
 GUIDE_FILE = "guide_used.npy"
+COLOUR_FILE = "rgb.png"
 
 DEPTH_FILES = {"png": "depth.png", "tiff": "depth.tiff", "npy": "depth.npy"}
 """Depth format -> file name. PNG is 16 bit in `depth_units`; TIFF and NPY are float32 metres."""
@@ -36,7 +39,8 @@ CLOUD_FILES = {
 MESH_FILES = {"ply": "mesh.ply", "obj": "mesh.obj", "glb": "mesh.glb"}
 """Mesh format -> file name."""
 
-CLOUD_AXES = AXES
+WORLD = "world"
+CLOUD_AXES = (*AXES, WORLD)
 CLOUD_UNITS = tuple(UNITS_PER_METRE)
 
 _LONGEST_NAME = 60
@@ -61,7 +65,8 @@ class ExportOptions:
     cloud : str or None
         Format of the point cloud: "ply" (binary), "ply-ascii", "pcd", "xyz", "xyzrgb"; None for no cloud.
     axes : str
-        Of cloud and mesh: "camera" (x right, y down, z forward) or "y-up" (x right, y up, z backward).
+        Of cloud and mesh: "camera" (x right, y down, z forward), "y-up" (x right, y up, z backward), or "world", where
+        the frame's pose puts them.
     cloud_unit : str
         Of cloud and mesh: "m" or "mm".
     run_record : bool

@@ -59,6 +59,8 @@ class RunRecord:
     distrusted, drawn : RecordedMask or None
         The masks of distrusted depth and of drawn borders; None where there is none.
     guide : RecordedGuide or None
+    pose : tuple of tuple of float, or None
+        Where the frame's camera was, as rows of a matrix; None where it is not known.
     extraction : BlockParameters or None
         None if the blocks did not come from the extraction.
     labels_sha256 : str
@@ -109,6 +111,7 @@ class RunRecord:
     outcomes: tuple[BlockOutcome, ...]
     depth_sha256: str | None
     drawn: RecordedMask | None = None
+    pose: tuple[tuple[float, ...], ...] | None = None
     guide: RecordedGuide | None = None
     outputs: dict[str, str] = field(default_factory=dict)
     version: str = __version__
@@ -147,6 +150,7 @@ def make_record(run: Run, completion: Completion, options: ExportOptions) -> Run
         outcomes=tuple(result.outcome for result in results.values()),
         depth_sha256=array_sha256(completion.depth),
         drawn=_recorded(run.drawn, DRAWN_FILE),
+        pose=None if run.frame.pose is None else tuple(map(tuple, run.frame.pose.tolist())),
         guide=_recorded_guide(run.frame.guide),
     )
 
@@ -198,6 +202,8 @@ def to_json(record: RunRecord) -> bytes:
         data["drawn"] = dataclasses.asdict(record.drawn)
     if record.guide is not None:
         data["guide"] = dataclasses.asdict(record.guide)
+    if record.pose is not None:
+        data["pose"] = record.pose
     return f"{json.dumps(data, indent=2, allow_nan=False)}\n".encode()
 
 
@@ -221,8 +227,10 @@ def _recorded_guide(guide: Guide | None) -> RecordedGuide | None:
 
 
 def outcome_to_dict(outcome: BlockOutcome) -> dict[str, Any]:
-    """A block's outcome, ready for JSON: NaN becomes None."""
+    """A block's outcome, ready for JSON: NaN becomes None. Where all is in view, nothing says so."""
     values = dataclasses.asdict(outcome)
+    if not outcome.outside:
+        del values["outside"]
     sigma = None if math.isnan(outcome.sigma_i) else outcome.sigma_i
     return values | {"status": outcome.status.value, "sigma_i": sigma}
 

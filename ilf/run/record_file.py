@@ -7,6 +7,7 @@ import math
 import os
 from pathlib import Path
 
+from ..camera import checked_motion
 from ..errors import FormatError, InputError, ParameterError
 from ..frame import FrameInputs, InputFile, TruthFile
 from ..io.encodings import encoding_of
@@ -98,6 +99,7 @@ def _with_what_schema_1_brought(known: RunRecord, record: Section) -> RunRecord:
         # records of runs without drawn borders do not name them
         drawn=_parsed_mask(record, "drawn", DRAWN_FILE) if "drawn" in record.values else None,
         guide=_parsed_guide(record),
+        pose=_parsed_pose(record),
         extraction_networks=networks.texts("extraction"),
         networks=networks.texts("filter"),
         dense=record.get("dense", bool),
@@ -112,6 +114,12 @@ def _parsed_mask(record: Section, key: str, usual_file: str) -> RecordedMask | N
         return None
     mask = record.section(key)
     return RecordedMask(mask.get("sha256", str), mask.filename("file") or usual_file)
+
+
+def _parsed_pose(record: Section) -> tuple[tuple[float, ...], ...] | None:
+    if "pose" not in record.values:  # it was not known
+        return None
+    return tuple(map(tuple, checked_motion(record.get("pose", list), "'pose' in the run record").tolist()))
 
 
 def _parsed_guide(record: Section) -> RecordedGuide | None:
@@ -191,4 +199,5 @@ def parsed_outcome(outcome: Section) -> BlockOutcome:
         iterations=outcome.get("iterations", int),
         stages=outcome.get("stages", int),
         sigma_i=math.nan if sigma is None else sigma,
+        outside=outcome.get("outside", int) if "outside" in outcome.values else 0,
     )

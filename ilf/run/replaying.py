@@ -110,7 +110,7 @@ def replay(
         The run.json. Label map, guide, masks of distrusted depth and drawn borders, and input files that are no longer
         where they were are looked for beside it.
     rgb, depth : path-like, optional
-        Where the input files are now.
+        Where the input files are now; of a frame of a recording, `rgb` is where that is.
 
     Returns
     -------
@@ -177,9 +177,17 @@ def _recorded_frame(
     inputs = record.inputs
     if inputs is None:
         raise InputError("This run cannot be replayed: its frame was not read from files, so there is nothing to load.")
+    paths: tuple[Path, Path | None]
+    if inputs.frame is None:
+        paths = (
+            _recorded_file(inputs.rgb, "colour file", folder, rgb),
+            _recorded_file(inputs.depth, "depth file", folder, depth),
+        )
+    else:
+        paths = (_recording_of(inputs.rgb, folder, rgb), None)
     frame = load_frame(
-        _recorded_file(inputs.rgb, "colour file", folder, rgb),
-        _recorded_file(inputs.depth, "depth file", folder, depth),
+        *paths,
+        frame=inputs.frame,
         encoding=inputs.depth_units if inputs.encoding is None else inputs.encoding,
         invalid=inputs.invalid,
         intrinsics=inputs.intrinsics,
@@ -192,8 +200,14 @@ def _recorded_frame(
         or frame.inputs.rgb.sha256 != inputs.rgb.sha256
         or frame.inputs.depth.sha256 != inputs.depth.sha256
     ):
+        if inputs.frame is not None:
+            raise InputError(
+                f"{paths[0]} is not the recording of the recorded run: its frame {inputs.frame} is another. Give the "
+                "one that was used."
+            )
         raise InputError("The colour or the depth file of the recorded run changed while it was read. Try again.")
-    frame = dataclasses.replace(frame, inputs=dataclasses.replace(inputs, truth=None))
+    pose = frame.pose if record.pose is None else np.array(record.pose)
+    frame = dataclasses.replace(frame, inputs=dataclasses.replace(inputs, truth=None), pose=pose)
     distrusted = _recorded_mask(record.distrusted, "distrusted depth", folder, frame.shape)
     return frame.distrusting(distrusted).with_guide(_recorded_guide(record.guide, folder))
 
@@ -212,8 +226,7 @@ def _with_recorded_truth(record: RunRecord, frame: RGBDFrame, folder: Path) -> t
 
 def _recorded_file(recorded: InputFile, what: str, folder: Path, given: str | os.PathLike[str] | None) -> Path:
     """The file with the recorded content: the given one, or where it was, or beside the record."""
-    name = re.split(r"[\\/]", recorded.path)[-1]
-    candidates = [Path(given)] if given is not None else [Path(recorded.path), folder / name]
+    candidates = [Path(given)] if given is not None else [Path(recorded.path), folder / _last_name(recorded.path)]
     for path in candidates:
         if path.is_file() and file_sha256(path) == recorded.sha256:
             return path
@@ -227,6 +240,23 @@ def _recorded_file(recorded: InputFile, what: str, folder: Path, given: str | os
         f"{candidates[0]}: there is no such file, but it is the {what} of the recorded run. "
         "Give the colour and the depth file to say where they are now."
     )
+
+
+def _recording_of(recorded: InputFile, folder: Path, given: str | os.PathLike[str] | None) -> Path:
+    """The recording: the given one, or where it was, or beside the record. Whether it is the same, its frame shows."""
+    candidates = [Path(given)] if given is not None else [Path(recorded.path), folder / _last_name(recorded.path)]
+    for path in candidates:
+        if path.exists():
+            return path
+    raise InputError(
+        f"{candidates[0]}: there is no such recording, but the run was made of a frame in it. Give its path to say "
+        "where it is now."
+    )
+
+
+def _last_name(path: str) -> str:
+    """The last part of a path of any system."""
+    return re.split(r"[\\/]", path)[-1]
 
 
 def _recorded_mask(

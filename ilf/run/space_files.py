@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cloud import flying_points, point_cloud, surface_mesh, surface_normals
+from ..cloud import flying_points, in_world, point_cloud, surface_mesh, surface_normals
 from ..errors import InputError
 from ..frame import RGBDFrame
 from ..io import write_cloud, write_mesh
 from ..outcomes import Completion
 from ..stopping import check_stopped
-from .options import CLOUD_FILES, MESH_FILES, ExportOptions
+from .options import CLOUD_FILES, MESH_FILES, WORLD, ExportOptions
 from .run import Run
 
 
 def check_space(frame: RGBDFrame, options: ExportOptions) -> None:
-    """Raise InputError if a cloud or a mesh is asked for of a frame without intrinsics."""
+    """Raise InputError if a cloud or a mesh is asked for of a frame without intrinsics, or in the world without a
+    pose."""
+    if options.axes == WORLD and frame.pose is None and (options.cloud or options.mesh):
+        raise InputError("Where the camera was is not known of this frame: choose other axes than those of the world.")
     if frame.intrinsics is None and (options.cloud or options.mesh):
         raise InputError(
             f"A {'point cloud' if options.cloud else 'mesh'} needs the camera's intrinsics, and this frame has none. "
@@ -59,16 +63,22 @@ def write_space(
         "normals": surface_normals(depth, camera) if options.normals else None,
         "scalars": _scalars(run, completion, error, doubtful),
     }
+    pose = run.frame.pose if options.axes == WORLD else None
+    axes = options.axes if pose is None else "camera"
     if options.cloud is not None:
         cloud = point_cloud(depth, rgb, camera, **known)
+        if pose is not None:
+            cloud = in_world(cloud, pose)
         path = folder / CLOUD_FILES[options.cloud]
-        write_cloud(path, cloud, axes=options.axes, unit=options.cloud_unit, ascii=options.cloud == "ply-ascii")
+        write_cloud(path, cloud, axes=axes, unit=options.cloud_unit, ascii=options.cloud == "ply-ascii")
         del cloud  # a mesh is as large
         check_stopped()
     if options.mesh is not None:
         mesh = surface_mesh(depth, rgb, camera, **known)
         check_stopped()
-        write_mesh(folder / MESH_FILES[options.mesh], mesh, axes=options.axes, unit=options.cloud_unit)
+        if pose is not None and options.mesh != "glb":
+            mesh = replace(mesh, vertices=in_world(mesh.vertices, pose))
+        write_mesh(folder / MESH_FILES[options.mesh], mesh, axes=axes, unit=options.cloud_unit)
     return notes
 
 

@@ -19,10 +19,12 @@ from ..io import META_NAME, coarser_units, write_depth, write_expected_error, wr
 from ..io.atomic import write_bytes
 from ..io.files import file_sha256, read_json
 from ..io.guide_files import write_guide
+from ..io.images import encode_image
 from ..outcomes import Completion
 from ..stopping import check_stopped
 from .curve_files import write_curves
 from .options import (
+    COLOUR_FILE,
     CURVES_FILE,
     DEPTH_FILES,
     DISTRUSTED_FILE,
@@ -70,7 +72,7 @@ def filenames(run: Run, options: ExportOptions) -> tuple[str, ...]:
     if run.frame.guide is not None:
         names.append(GUIDE_FILE)
     if run.frame.inputs is not None and options.depth_formats:
-        names.append(META_NAME)
+        names += [COLOUR_FILE, META_NAME] if run.frame.inputs.frame is not None else [META_NAME]
     if options.run_record:
         names.append(RECORD_FILE)
     return tuple(names)
@@ -87,7 +89,8 @@ def write(
     """Write the chosen files into a folder: all of them, or none.
 
     `run.json` comes last and holds the SHA-256 of the others: without it, or with other files, the set is not whole.
-    `meta.json` makes the folder a frame that can be opened again, with the completed depth.
+    `meta.json` makes the folder a frame that can be opened again, with the completed depth; the colour of a frame of a
+    recording is written, too, for that.
 
     Parameters
     ----------
@@ -127,6 +130,9 @@ def write(
     names = filenames(run, chosen)
     with staging(target) as staged:
         notes = _write_results(staged, run, completion, chosen)
+        if COLOUR_FILE in names:
+            # the encoder takes colours with blue first
+            write_bytes(staged / COLOUR_FILE, encode_image(".png", run.frame.rgb[..., ::-1]))
         if META_NAME in names and run.frame.inputs is not None:
             write_bytes(staged / META_NAME, _meta(run.frame, run.frame.inputs, chosen))
         if chosen.run_record:
@@ -140,8 +146,22 @@ def write(
     return Written(tuple(target / name for name in names), tuple(notes))
 
 
-def check_write(folder: str | os.PathLike[str], run: Run, options: ExportOptions, *, overwrite: bool = True) -> None:
+def check_write(
+    folder: str | os.PathLike[str],
+    run: Run,
+    options: ExportOptions,
+    *,
+    overwrite: bool = True,
+    given: Sequence[str | os.PathLike[str]] = (),
+) -> None:
     """Find out before a long run what would keep its results from being written.
+
+    Parameters
+    ----------
+    folder, run, options, overwrite
+        As `write` takes them.
+    given : sequence of path-like
+        Files and folders beside the frame's own that the run is made from, which must not be overwritten either.
 
     Raises
     ------
@@ -153,7 +173,7 @@ def check_write(folder: str | os.PathLike[str], run: Run, options: ExportOptions
     if os.path.exists(target) and not os.path.isdir(target):
         raise ExportError(f"{target} is a file, not a folder. Choose another folder.")
     paths = [target / name for name in filenames(run, options)]
-    check_not_an_input(frame, paths)
+    check_not_an_input(frame, paths, given)
     meta = target / META_NAME
     if meta in paths and os.path.isfile(meta) and not _is_ours(meta):
         raise ExportError(f"{meta} describes a frame, not an export, and would be overwritten. Choose another folder.")
@@ -164,18 +184,26 @@ def check_write(folder: str | os.PathLike[str], run: Run, options: ExportOptions
             raise ExportError(f"{path} is there already. Choose another folder, or allow to overwrite it.")
 
 
-def check_not_an_input(frame: RGBDFrame, paths: Sequence[Path]) -> None:
-    """Raise ExportError if one of the paths is a file that the frame was read from, or may have been."""
+def check_not_an_input(frame: RGBDFrame, paths: Sequence[Path], given: Sequence[str | os.PathLike[str]] = ()) -> None:
+    """Raise ExportError if one of the paths is a file that the frame was read from, or may have been, or is given."""
+    others = [Path(path) for path in given if os.path.exists(path)]
+    others += [inside for path in others if path.is_dir() for inside in path.iterdir()]
+    for path in _already_there(paths, others):
+        raise ExportError(f"{path} was given to this run and would be overwritten. Choose another folder.")
     if frame.inputs is None:
         return
     files = frame.inputs.rgb, frame.inputs.depth, frame.inputs.truth
     inputs = [Path(file.path) for file in files if file is not None]
     if frame.guide is not None and frame.guide.path is not None:
         inputs.append(Path(frame.guide.path))
-    own = [*inputs, *(path.with_name(META_NAME) for path in inputs)]
-    for path in paths:
-        if os.path.exists(path) and any(source.exists() and path.samefile(source) for source in own):
-            raise ExportError(f"{path} is the frame's own file and would be overwritten. Choose another folder.")
+    for path in _already_there(paths, [*inputs, *(path.with_name(META_NAME) for path in inputs)]):
+        raise ExportError(f"{path} is the frame's own file and would be overwritten. Choose another folder.")
+
+
+def _already_there(paths: Sequence[Path], sources: Sequence[Path]) -> list[Path]:
+    """Those of the paths that are one of the sources, by whatever name."""
+    there = [source for source in sources if os.path.exists(source)]
+    return [path for path in paths if os.path.exists(path) and any(path.samefile(source) for source in there)]
 
 
 def _write_results(folder: Path, run: Run, completion: Completion, options: ExportOptions) -> list[str]:
@@ -257,10 +285,11 @@ def _meta(frame: RGBDFrame, inputs: FrameInputs, options: ExportOptions) -> byte
         "program": PROGRAM,
         "name": f"{frame.name}-completed",
         "size": [frame.shape[1], frame.shape[0]],
-        "rgb": inputs.rgb.path,
+        "rgb": inputs.rgb.path if inputs.frame is None else COLOUR_FILE,
         "depth": DEPTH_FILES[depth_format],
         "depth_units_per_m": options.depth_units if depth_format == "png" else 1.0,
         "K": None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy],
         "run": RECORD_FILE if options.run_record else None,
+        **({} if frame.pose is None else {"pose": frame.pose.tolist()}),
     }
     return f"{json.dumps(meta, indent=2)}\n".encode()

@@ -18,7 +18,6 @@ from ..io import Listing, frame_folder, list_frames
 from ..io.camera_files import IntrinsicsSpec, intrinsics_from
 from ..io.encodings import EncodingSpec
 from ..io.frame_source import FrameSource
-from ..io.poses import camera_pose
 from ..io.recordings import Cameras, Topics, opened
 from ..io.time_lists import MOST_APART_S
 from ..registration import RawPair
@@ -138,7 +137,7 @@ class Source:
         if source.frame is not None:
             with opened(source.rgb) as recording:
                 return recording.pose(source.frame)
-        return camera_pose(source.depth or frame_folder(source.rgb).depth)
+        return source.files().camera_pose
 
     @overload
     def read(self, key: str, registered: Literal[True] = True) -> RGBDFrame: ...

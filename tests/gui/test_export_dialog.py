@@ -111,8 +111,8 @@ def test_files_that_would_be_replaced_are_named(make, tmp_path):
 
 def test_clipping_is_foretold(make):
     dialog = make()
-    depth = np.full((4, 4), 2.0, np.float32)
-    depth[0] = (5.2, 8.0, 8.0, np.nan)
+    depth = np.full((48, 64), 2.0, np.float32)
+    depth[0, :4] = (5.2, 8.0, 8.0, np.nan)
     dialog.set_depth(depth)
     assert "8.00 m → 8000, fits" in dialog.png_note.text()
     dialog.png_units.setCurrentText("10000 (0.1 mm)")

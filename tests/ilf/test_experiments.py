@@ -382,3 +382,42 @@ def test_clouds_are_pictured_from_above():
     blue = np.nonzero((picture[..., 2] > 60) & (picture[..., 0] == 0))[0]
     assert red.size > 50 < blue.size
     assert np.median(red) < np.median(blue) - 10
+
+
+def stored_with(folder, **changes):
+    """A stored result of which some things are not as they were written."""
+    path = folder / "sphere.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | changes))
+
+
+def test_a_result_of_someone_else_reaches_nothing_beside_it(tiny, tmp_path):
+    inside, docs = tmp_path / "results", tmp_path / "docs" / "experiments.md"
+    inside.mkdir()
+    docs.parent.mkdir()
+    write_result(run_experiment("sphere", Settings(quick=True)), EXPERIMENTS["sphere"], inside)
+    (tmp_path / "secret.png").write_bytes((inside / "sphere-curves.png").read_bytes())
+    before = (inside / "sphere.json").read_text()
+    for stem in ("../secret", "/etc/x", "a/../../secret", "..", "x" * 5000, 7):
+        stored_with(inside, figures=[{"stem": stem, "caption": "c", "shows_data": False}])
+        with pytest.raises(FormatError, match="is not the result of an experiment"):
+            write_report(inside, markdown_file=docs)
+    (inside / "sphere.json").write_text(before)
+    for changes in ({"experiment": "cylinder"}, {"notes": "text"}, {"title": 7}, {"rows": [{"method": "best"}]}):
+        (inside / "sphere.json").write_text(before)
+        stored_with(inside, **changes)
+        with pytest.raises(FormatError):
+            write_report(inside, markdown_file=docs)
+    assert not docs.exists()
+    assert not (inside / "report.html").exists()
+
+
+def test_a_result_is_shown_as_text(tiny, tmp_path):
+    write_result(run_experiment("sphere", Settings(quick=True)), EXPERIMENTS["sphere"], tmp_path)
+    evil = "<img src=x onerror=alert(1)> [a](http://b) | `code`\n# c"
+    stored_with(tmp_path, title=evil, about=evil, notes=[evil], source=evil)
+    page, text = (path.read_text() for path in write_report(tmp_path, markdown_file=tmp_path / "a.md"))
+    assert "<img src=x" not in page
+    assert "[a](" not in text
+    assert "<img" not in text.replace(r"\<img", "")
+    assert "\n# c" not in text
+    assert "`code`" in text

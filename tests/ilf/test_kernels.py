@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from ilf import compiling
 from ilf.compiling import compiled, is_compiled
 from ilf.filter import banded
 from ilf.filter.edge_aware import kernels
@@ -34,13 +35,17 @@ def _weights(shape: tuple[int, int]) -> list[np.ndarray]:
     return [rng.random(some, np.float32) for some in shapes]
 
 
+def _framed_weights(shape: tuple[int, int]) -> np.ndarray:
+    return np.stack([kernels.framed(one, shape) for one in _weights(shape)])
+
+
 @pytest.mark.parametrize("shape", SHAPES)
 def test_pull(shape: tuple[int, int]) -> None:
     counts, u = _arrays(shape, 2)
     found = []
     for way in _ways("pull"):
         out = np.empty_like(u)
-        found.append((way(counts, *_weights(shape), u, out), out))
+        found.append((way(counts, _framed_weights(shape), kernels.framed(u, shape), out), out))
     for total, out in found[1:]:
         assert total == pytest.approx(found[0][0], rel=1e-5)
         assert_allclose(out, found[0][1], atol=1e-5)
@@ -65,6 +70,32 @@ def test_tally(shape: tuple[int, int]) -> None:
     expected, *others = (way(*_arrays(shape, 6)) for way in _ways("tally"))
     for found in others:
         assert found == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize("shape", [(5, 4), (7, 9)])
+def test_steps_one_after_the_other(shape: tuple[int, int], monkeypatch: pytest.MonkeyPatch) -> None:
+    """In machine code, which knows of the other kernels by their loops, and in numpy: as many at a time as there is
+    room for, and no more than until they are steady."""
+    counts, start, inside, trend, totals = _arrays(shape, 5)
+    weights, ends = _framed_weights(shape), []
+    for machine_code in (True, False):
+        if not machine_code:
+            monkeypatch.setattr(compiling, "is_compiled", lambda: False)
+        direction, image = np.zeros_like(kernels.framed(start, shape)), np.empty_like(start)
+        kernels.pull(counts, weights, kernels.framed(start, shape), image)
+        state = direction, totals - image, image
+        told = inside, trend, counts, totals
+        inverse, sizes = np.full_like(start, 0.1), (float(np.square(state[1]).sum()) / 10, 0.0, 0.0)
+        found, sums = np.empty((4, *shape), np.float32), np.empty((4, 3))
+        steps, *sizes = kernels.descend(counts, weights, inverse, state, (*sizes,), told, 0.0, start, found, sums)
+        assert steps == 4
+        more, _, _ = kernels.descend(
+            counts, weights, inverse, state, (*sizes, 0.0), told, np.inf, found[-1], last := np.empty_like(found), sums
+        )
+        assert more == 1
+        ends.append((*found, last[0], sums, *sizes))
+    for one, other in zip(*ends, strict=True):
+        assert_allclose(one, other, rtol=1e-3, atol=1e-5)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])

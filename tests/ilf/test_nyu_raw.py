@@ -100,3 +100,13 @@ def test_images_of_another_size_are_refused(tmp_path):
     cv2.imwrite(str(tmp_path / "d-1.0-1.pgm"), np.full((24, 32), 500, np.uint16).byteswap())
     with pytest.raises(InputError, match="32 x 24"):
         ilf.open_source(tmp_path).read("r-1.0-1")
+
+
+def test_a_completed_frame_lies_with_its_straight_colour(source, tmp_path):
+    frame = source.read(source.keys[0])
+    run = ilf.Run(frame, np.ones(frame.shape, np.int32), ilf.preset("paper", max_iterations=1))
+    written = ilf.write(tmp_path / "out", run, run.complete(), ilf.run.ExportOptions(cloud=None, expected_error=False))
+    assert {"rgb.png", "outside_view.png"} < {path.name for path in written.files}
+    again = ilf.load_frame(tmp_path / "out")
+    np.testing.assert_array_equal(again.rgb, frame.rgb)
+    assert np.isnan(again.depth[frame.outside_view]).all()

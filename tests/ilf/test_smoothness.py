@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -11,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from ilf.filter.edge_aware.smoothness import SmoothnessEnergy, Weights, make_weights
+from ilf.filter.edge_aware.smoothness import SmoothnessEnergy, Told, Weights, make_weights
 
 SHAPES = [(1, 1), (1, 2), (1, 7), (6, 1), (2, 2), (2, 3), (3, 2), (4, 5), (7, 6)]
 
@@ -30,6 +31,11 @@ def _samples(rng: np.random.Generator, shape: tuple[int, int]) -> tuple[np.ndarr
     counts = np.where(rng.random(shape) < 0.35, rng.uniform(0.2, 4.0, shape), 0.0)
     counts.flat[rng.integers(counts.size)] = 1.0
     return counts.astype(np.float32), rng.uniform(0.5, 3.0, shape).astype(np.float32)
+
+
+def _descent(energy: SmoothnessEnergy, start: np.ndarray, limit: int = 1000) -> Iterator[np.ndarray]:
+    """The steps of a descent that is never steady."""
+    return (u for u, _ in energy.descend(start, Told(*[np.ones_like(start)] * 4, steady=0.0), limit))
 
 
 def _differences(weights: Weights, shape: tuple[int, int]) -> Iterator[tuple[float, dict[tuple[int, int], int]]]:
@@ -82,7 +88,7 @@ def test_both_ways_lead_to_the_minimum_of_the_formula(shape: tuple[int, int]) ->
         found = energy.minimum()
         assert found.dtype == np.float32
         assert_allclose(found, expected, atol=1e-5)
-        *_, last = itertools.islice(energy.descend(np.zeros(shape, np.float32)), found.size + 2)
+        *_, last = _descent(energy, np.zeros(shape, np.float32), found.size + 2)
         assert_allclose(last, expected, atol=2e-5)
 
 
@@ -93,7 +99,7 @@ def test_no_step_of_the_descent_climbs(seed: int, shape: tuple[int, int]) -> Non
     counts, samples = _samples(rng, shape)
     start = rng.uniform(0.5, 3.0, shape).astype(np.float32)
     before = first = _energy(start, counts, samples, weights)
-    for u in itertools.islice(SmoothnessEnergy(counts, counts * samples, weights).descend(start), 2 * start.size):
+    for u in _descent(SmoothnessEnergy(counts, counts * samples, weights), start, 2 * start.size):
         after = _energy(u, counts, samples, weights)
         assert after <= before + 1e-5 * first
         before = after
@@ -117,16 +123,17 @@ def test_the_minimum_is_where_the_iteration_with_the_soft_low_pass_stays(shape: 
 def test_a_start_at_the_minimum_has_nowhere_to_go() -> None:
     counts = np.ones((3, 4), np.float32)
     energy = SmoothnessEnergy(counts, 2 * counts, _weights(np.random.default_rng(1), (3, 4)))
-    assert list(energy.descend(2 * counts)) == []
+    assert list(_descent(energy, 2 * counts)) == []
 
 
 def test_the_start_is_left_as_it_was() -> None:
     rng = np.random.default_rng(2)
     counts, samples = _samples(rng, (4, 5))
     start = np.ones((4, 5), np.float32)
-    steps = list(itertools.islice(SmoothnessEnergy(counts, counts * samples, _weights(rng, (4, 5))).descend(start), 4))
+    steps = list(_descent(SmoothnessEnergy(counts, counts * samples, _weights(rng, (4, 5))), start, 4))
     assert (start == 1).all()
-    assert len({id(step) for step in steps}) == 4
+    assert len(steps) == 4
+    assert not any(np.shares_memory(*pair) for pair in itertools.combinations([start, *steps], 2))
     assert not np.array_equal(steps[0], steps[-1])
 
 
@@ -164,8 +171,26 @@ def test_the_descent_ends_or_goes_on_but_never_breaks() -> None:
         counts, samples = _samples(rng, (4, 5))
         energy = SmoothnessEnergy(counts, counts * samples, _weights(rng, (4, 5), 100.0))
         expected = energy.minimum()
-        *_, last = itertools.islice(energy.descend(np.zeros((4, 5), np.float32)), 300)
+        *_, last = _descent(energy, np.zeros((4, 5), np.float32), 300)
         assert_allclose(last, expected, atol=1e-3)
+
+
+def test_a_descent_tells_of_its_steps_and_ends_when_they_are_steady() -> None:
+    rng = np.random.default_rng(4)
+    shape = 6, 7
+    counts, samples = _samples(rng, shape)
+    energy = SmoothnessEnergy(counts, counts * samples, _weights(rng, shape))
+    told = Told(*(rng.random(shape, np.float32) for _ in range(4)), steady=1e-3)
+    previous, changes = np.zeros(shape, np.float32), math.inf
+    for u, sums in energy.descend(previous, told, 100):
+        assert changes >= told.steady
+        changes = float((told.inside * (u - previous) ** 2).sum())
+        assert sums.changes == pytest.approx(changes, rel=1e-4)
+        assert sums.sizes == pytest.approx(float((told.inside * abs(u + told.trend)).sum()), rel=1e-5)
+        misfits = (told.counts * (u - told.totals / told.counts) ** 2 - told.totals**2 / told.counts).sum()
+        assert sums.misfits == pytest.approx(float(misfits), rel=1e-4)
+        previous = u
+    assert changes < told.steady
 
 
 @pytest.mark.parametrize("top", [1.0, 100.0, 1e5])

@@ -56,6 +56,8 @@ class Material:
     ----------
     measured, depth_in : ndarray of float32, shape (H, W), or None
         Depth as it was measured, and less what of it is distrusted [m].
+    outside_view : ndarray of bool, shape (H, W), or None
+        Pixels that the depth camera could not see.
     result : Layer or None
     moment : str
         When the result was as it is, "" for now.
@@ -87,6 +89,7 @@ class Material:
         self.measured: Depth | None = None
         self.depth_in: Depth | None = None
         self.distrusted: Mask | None = None
+        self.outside_view: Mask | None = None
         self.truth: Depth | None = None
         self.guide: Depth | None = None
         self.runs: tuple[ShownRun, ...] = ()

@@ -31,14 +31,14 @@ from ..sums import inner
 from .denoising import Denoising
 from .flying import flying_pixels
 from .guiding import FittedGuide, fit_guide
-from .kernels import tally
+from .kernels import Sums, tally
 from .noise import Noise, frame_noise
 from .own_word import WIDE, own_distance
 from .parting import Parting
 from .polynomial import polynomial_trend
 from .reach import beyond_reach
 from .record import EdgeAwareRecord
-from .smoothness import SmoothnessEnergy, Weights, make_weights
+from .smoothness import SmoothnessEnergy, Told, Weights, make_weights
 from .trend import noise_of, trend_of
 
 Array = NDArray[np.float32]
@@ -195,7 +195,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
     def _held(self, pixels: _Pixels) -> Snapshot:
         grid, u = self._current
         coarseness = self._grids.index(grid)
-        held = u if coarseness else pixels.of(u)  # which later iterations leave as it is
+        held = u.copy() if coarseness else pixels.of(u)  # u lies in memory that holds other iterations, too
         return Snapshot(partial(pixels.on_block, coarseness, held), held.nbytes, pixels.nbytes)
 
     @property
@@ -217,18 +217,17 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
     def __next__(self) -> EdgeAwareRecord:
         if self._iterations >= self._parameters.max_iterations:
             raise StopIteration
-        grid, previous, u = next(self._steps)
+        grid, u, sums = next(self._steps)
         self._iterations += 1
-        changes, sizes, misfits = tally(u, previous, grid.inside, grid.trend, grid.counts, grid.totals)
-        self._sigma = math.sqrt(changes / self._pixels)
+        self._sigma = math.sqrt(sums.changes / self._pixels)
         # one assignment, so that another thread may look at the surface while an iteration is under way
         self._current = grid, u
         return EdgeAwareRecord(
             i=self._iterations,
             stage=self._stage,
             sigma_i=self._sigma,
-            l1=sizes + self._outside,
-            residual=_root_mean(misfits + self._known_squares, grid.samples),
+            l1=sums.sizes + self._outside,
+            residual=_root_mean(sums.misfits + self._known_squares, grid.samples),
             held_out=self._held_out(grid, u),
             seconds=time.perf_counter() - self._start,
             error=self._error(),
@@ -254,7 +253,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         return deviation(self.surface[pixels], truth)
 
     def _run(self) -> Iterator[_Step]:
-        """All stages: the grid that an iteration worked on, P_(i-1) there and P_i, both less the trend."""
+        """All stages: of every iteration its grid, P_i there less the trend, and what there is to tell of it."""
         if self._denoising is None:
             yield from self._fill()
         else:
@@ -266,7 +265,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         coarsest, *others = reversed(self._grids)
         self._stage = 1
         u = self._energy(coarsest).minimum()
-        yield coarsest, coarsest.start, u
+        yield coarsest, u, coarsest.sums(u, coarsest.start)
         for coarser, grid in pairwise((coarsest, *others)):
             limit = _STEPS if grid is not self._grids[0] else self._finest_steps
             u = yield from self._descend(grid, self._energy(grid), coarser.level.enlarged(u, grid.level), limit)
@@ -295,7 +294,8 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         for self._round, step in enumerate(known.rounds(filled, weights), 1):
             u = yield from self._descend(grid, step.energy(u), u, step.steps)
         if known.explained or not self._iterations:
-            yield grid, u, known.cleared(u)
+            cleared = known.cleared(u)
+            yield grid, cleared, grid.sums(cleared, u)
 
     def _noise(self, frame: RGBDFrame) -> Noise:
         return Noise(self._parameters.noise) if self._parameters.noise else frame_noise(frame)
@@ -303,12 +303,11 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
     def _descend(self, grid: _Grid, energy: SmoothnessEnergy, u: Array, limit: int) -> Generator[_Step, None, Array]:
         """One stage: until steady, or so many steps."""
         self._stage += 1
-        for _, better in zip(range(limit), energy.descend(u), strict=False):
-            yield grid, u, better
-            u = better
-            if self._steady:
-                break
-        return u
+        told = Told(grid.inside, grid.trend, grid.counts, grid.totals, self._pixels * self._least**2)
+        better = u
+        for better, sums in energy.descend(u, told, min(limit, self._parameters.max_iterations - self._iterations)):
+            yield grid, better, sums
+        return better
 
     def _energy(self, grid: _Grid) -> SmoothnessEnergy:
         return SmoothnessEnergy(grid.counts + self._levelling, grid.totals, self._weights(grid))
@@ -362,6 +361,10 @@ class _Grid:
         """The cells' known depth less the trend; 0 where there is none."""
         return np.divide(self.totals, np.maximum(self.counts, 1))
 
+    def sums(self, u: Array, previous: Array) -> Sums:
+        """What there is to tell of a step to u."""
+        return Sums(*tally(u, previous, self.inside, self.trend, self.counts, self.totals))
+
     def smooth(self, edge_scale: float) -> tuple[Array, Array]:
         """How much smoothness is left between neighbours along x and y: as much as in the lesser of the two."""
         left = np.exp(-self.edges / np.float32(edge_scale))
@@ -398,7 +401,7 @@ class _Grid:
         )
 
 
-_Step = tuple[_Grid, Array, Array]
+_Step = tuple[_Grid, Array, Sums]
 
 
 class _View:

@@ -1,12 +1,12 @@
 """The inner loops of the edge-aware iteration: each in numpy, and as loops that are compiled where numba is installed.
 
-All arrays are float32 of shape (H, W) and contiguous, but for weights between neighbours. Sums are those of rows in
-float32, added up in float64.
+All arrays are float32 of shape (H, W) and contiguous, but for weights between neighbours. Sums are those of rows, or of
+so many cells, in float32, added up in float64.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,71 +16,92 @@ from ..sums import inner
 
 Array = NDArray[np.float32]
 
+_TOGETHER = 1024
+"""Cells whose products are added up in float32."""
 
-def _pull(counts: Array, slope_x: Array, slope_y: Array, bend_x: Array, bend_y: Array, u: Array, out: Array) -> float:
-    height, width = u.shape
-    two = np.float32(2)
-    # along x, with a 0 before the first pair of neighbours and one after the last
-    turn, flow = np.zeros(width + 1, np.float32), np.zeros(width + 1, np.float32)
-    next_turn, next_flow = turn[1:], flow[1:]
-    # along y, of this row and the one above
-    turn_here, turn_above = np.zeros(width, np.float32), np.zeros(width, np.float32)
-    flow_here, flow_above = np.zeros(width, np.float32), np.zeros(width, np.float32)
-    total = 0.0
-    for y in range(height):
-        # one short loop after the other: more arrays in one, and it is not vectorised
-        row, pulled, count = u[y], out[y], counts[y]
-        slope, bend = slope_x[y], bend_x[y]
-        left, right, beyond = row[:-1], row[1:], row[2:]
-        for x in range(width - 2):
-            next_turn[x] = bend[x] * (beyond[x] - two * right[x] + left[x])
-        for x in range(width - 1):
-            next_flow[x] = slope[x] * (right[x] - left[x]) - next_turn[x] + turn[x]
-        for x in range(width):
-            pulled[x] = count[x] * row[x] + flow[x] - next_flow[x]
-        turn_here[:] = 0
-        flow_here[:] = 0
-        if y < height - 2:
-            bend, below, lower = bend_y[y], u[y + 1], u[y + 2]
-            for x in range(width):
-                turn_here[x] = bend[x] * (lower[x] - two * below[x] + row[x])
-        if y < height - 1:
-            slope, below = slope_y[y], u[y + 1]
-            for x in range(width):
-                flow_here[x] = slope[x] * (below[x] - row[x]) - turn_here[x] + turn_above[x]
+
+class Sums(NamedTuple):
+    """What there is to tell of a step.
+
+    Attributes
+    ----------
+    changes, sizes : float
+        Over the pixels that count, the sums of (u - previous)^2 and of |u + trend|.
+    misfits : float
+        Sum of counts u^2 - 2 totals u: of squared differences to the samples, but for the samples' own squares.
+    """
+
+    changes: float
+    sizes: float
+    misfits: float
+
+
+def framed(values: Array, shape: tuple[int, ...]) -> Array:
+    """Values of a grid of this shape, or but for its last rows and columns, in a frame of zeros: shape (H + 4, W).
+
+    So what lies two rows off a cell lies in the array, and two columns off, in the row before or after.
+    """
+    result = np.zeros((shape[0] + 4, shape[1]), np.float32)
+    result[2 : 2 + values.shape[0], : values.shape[1]] = values
+    return result
+
+
+def _pull(counts: Array, weights: Array, u: Array, out: Array) -> float:
+    # the grid as one row, and indices without a sign: else it is not vectorised
+    count, values, pulled = counts.reshape(-1), u.reshape(-1), out.reshape(-1)
+    slope_x, slope_y = weights[0].reshape(-1), weights[1].reshape(-1)
+    bend_x, bend_y = weights[2].reshape(-1), weights[3].reshape(-1)
+    one, two = np.uint64(1), np.uint64(2)
+    row, rows = np.uint64(counts.shape[1]), np.uint64(2 * counts.shape[1])
+    twice, total = np.float32(2), 0.0
+    for first in range(0, counts.size, _TOGETHER):
         part = np.float32(0)
-        for x in range(width):
-            pulled[x] += flow_above[x] - flow_here[x]
-            part += pulled[x] * row[x]
+        for cell in range(np.uint64(first), np.uint64(min(first + _TOGETHER, counts.size))):
+            i = rows + cell
+            before, left = values[i - one] - values[i - two], values[i] - values[i - one]
+            right, after = values[i + one] - values[i], values[i + two] - values[i + one]
+            upper, above = values[i - row] - values[i - rows], values[i] - values[i - row]
+            below, lower = values[i + row] - values[i], values[i + rows] - values[i + row]
+            along_x = slope_x[i - one] * left - slope_x[i] * right
+            along_x += bend_x[i] * (after - right) - twice * bend_x[i - one] * (right - left)
+            along_x += bend_x[i - two] * (left - before)
+            along_y = slope_y[i - row] * above - slope_y[i] * below
+            along_y += bend_y[i] * (lower - below) - twice * bend_y[i - row] * (below - above)
+            along_y += bend_y[i - rows] * (above - upper)
+            here = count[cell] * values[i] + along_x + along_y
+            pulled[cell] = here
+            part += here * values[i]
         total += float(part)
-        turn_here, turn_above = turn_above, turn_here
-        flow_here, flow_above = flow_above, flow_here
     return total
 
 
 @compiled(_pull)
-def pull(counts: Array, slope_x: Array, slope_y: Array, bend_x: Array, bend_y: Array, u: Array, out: Array) -> float:
+def pull(counts: Array, weights: Array, u: Array, out: Array) -> float:
     """Half the gradient of the energy's quadratic part at u, written to `out`, and its inner product with u.
 
     Parameters
     ----------
-    counts : ndarray
+    counts : ndarray of float32, shape (H, W)
         Weight of the samples.
-    slope_x, slope_y, bend_x, bend_y : ndarray
-        See `Weights`.
-    u, out : ndarray
+    weights : ndarray of float32, shape (4, H + 4, W)
+        See `Weights.framed`.
+    u : ndarray of float32, shape (H + 4, W)
+        `framed`.
+    out : ndarray of float32, shape (H, W)
     """
-    np.multiply(counts, u, out=out)
+    inside = u[2:-2]
+    np.multiply(counts, inside, out=out)
+    slope_x, slope_y, bend_x, bend_y = weights[:, 2:-2]
     # the transposes give views: what is added along y lands in the same array
-    for values, pulled, slope, bend in ((u, out, slope_x, bend_x), (u.T, out.T, slope_y.T, bend_y.T)):
+    for values, pulled, slope, bend in ((inside, out, slope_x, bend_x), (inside.T, out.T, slope_y.T, bend_y.T)):
         step = values[:, 1:] - values[:, :-1]
-        flow = slope * step
-        turn = bend * (step[:, 1:] - step[:, :-1])
+        flow = slope[:, :-1] * step
+        turn = bend[:, :-2] * (step[:, 1:] - step[:, :-1])
         flow[:, :-1] -= turn
         flow[:, 1:] += turn
         pulled[:, :-1] -= flow
         pulled[:, 1:] += flow
-    return inner(u, out)
+    return inner(inside, out)
 
 
 def _advance(
@@ -150,18 +171,78 @@ def _tally(
 def tally(
     u: Array, previous: Array, inside: Array, trend: Array, counts: Array, totals: Array
 ) -> tuple[float, float, float]:
-    """What the record of an iteration tells of.
-
-    Returns
-    -------
-    changes, sizes : float
-        Over the pixels that `inside` counts, the sums of (u - previous)^2 and of |u + trend|.
-    misfits : float
-        Sum of counts u^2 - 2 totals u: of squared differences to the samples, but for the samples' own squares.
-    """
+    """`Sums` of a step from `previous` to u; the pixels that count are `inside`."""
     change = u - previous
     sizes = inner(inside, np.abs(u + trend))
     return inner(inside, change * change), sizes, inner(counts * u - 2 * totals, u)
+
+
+@compiled()
+def descend(
+    counts: Array,
+    weights: Array,
+    inverse: Array,
+    state: tuple[Array, Array, Array],
+    sizes: tuple[float, float, float],
+    told: tuple[Array, ...],
+    steady: float,
+    start: Array,
+    found: Array,
+    sums: NDArray[np.float64],
+) -> tuple[int, float, float]:
+    """Steps of conjugate gradients, as many as `found` has room for, or until they are steady or have come to an end.
+
+    Parameters
+    ----------
+    counts : ndarray
+        Weight of the samples.
+    weights : ndarray
+        As `pull` takes them.
+    inverse : ndarray
+        The preconditioner.
+    state : tuple of ndarray
+        Direction, `framed`, residual and what the energy makes of the direction; of the step before, and left for the
+        next.
+    sizes : tuple of float
+        Squared size of the residual, its ratio to that of the step before, and the least at which to go on.
+    told : tuple of ndarray
+        What `tally` takes beside surfaces.
+    steady : float
+        Sum of squared changes below which there are no more steps.
+    start : ndarray
+        The surface to start from.
+    found : ndarray of float32, shape (K, H, W)
+        Takes the surfaces.
+    sums : ndarray of float64, shape (K, 3)
+        Takes the `Sums` of each.
+
+    Returns
+    -------
+    steps : int
+        How many there were.
+    size, ratio : float
+        See `sizes`. The size is 0 where rounding is all that is left.
+    """
+    framed_direction, residual, image = state
+    direction = framed_direction[2:-2]
+    inside, trend, samples, totals = told
+    size, ratio, least = sizes
+    u = start
+    for step in range(len(found)):
+        if not size > least:
+            return step, size, ratio
+        turn(inverse, residual, np.float32(ratio), direction)
+        curvature = pull(counts, weights, framed_direction, image)
+        if curvature <= 0:
+            return step, 0.0, ratio
+        better = found[step]
+        left = advance(inverse, direction, image, np.float32(size / curvature), u, better, residual)
+        size, ratio = left, left / size
+        sums[step, 0], sums[step, 1], sums[step, 2] = tally(better, u, inside, trend, samples, totals)
+        u = better
+        if sums[step, 0] < steady:
+            return step + 1, size, ratio
+    return len(found), size, ratio
 
 
 def _spread(slope_x: Array, slope_y: Array, bend_x: Array, bend_y: Array, out: NDArray[Any]) -> None:

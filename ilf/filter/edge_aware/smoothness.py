@@ -9,21 +9,46 @@ edge-aware.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..banded import solve_grid
 from ..sums import inner
-from .kernels import advance, let_go, pull, spread, turn
+from . import kernels
+from .kernels import Sums
 
 Array = NDArray[np.float32]
 
 _CONVERGED = 1e-14
 """Share of the first squared residual below which there are no digits left to gain."""
+
+_CELLS_AT_A_TIME = 2**18
+"""Steps on small grids are made several at a time, up to so many cells in all: about half a millisecond's work."""
+
+
+class Told(NamedTuple):
+    """What records tell of steps on a grid.
+
+    Attributes
+    ----------
+    inside, trend : ndarray of float32, shape (H, W)
+        How many pixels of every cell count, and what their depth is measured from.
+    counts, totals : ndarray of float32, shape (H, W)
+        Weight of the samples that the misfit is told of, and that times the sample.
+    steady : float
+        Sum of squared changes below which a descent is steady.
+    """
+
+    inside: Array
+    trend: Array
+    counts: Array
+    totals: Array
+    steady: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +70,10 @@ class Weights:
         """Weights with those of second differences so many times as large."""
         return Weights(self.slope_x, self.slope_y, times * self.bend_x, times * self.bend_y)
 
+    def framed(self, shape: tuple[int, ...]) -> Array:
+        """All four for a grid of this shape, each in a frame of zeros: shape (4, H + 4, W)."""
+        return np.stack([kernels.framed(one, shape) for one in (self.slope_x, self.slope_y, self.bend_x, self.bend_y)])
+
     def loosened(self, u: Array, scale: Array, slope_jumps: float) -> Weights:
         """Weights by Cauchy's rule: differences of u far above the scale let go.
 
@@ -58,10 +87,10 @@ class Weights:
         """
         one, times = np.float32(1), np.float32(slope_jumps)
         return Weights(
-            let_go(self.slope_x, 0, 1, False, u, scale, times),
-            let_go(self.slope_y, 1, 0, False, u, scale, times),
-            let_go(self.bend_x, 0, 1, True, u, scale, one),
-            let_go(self.bend_y, 1, 0, True, u, scale, one),
+            kernels.let_go(self.slope_x, 0, 1, False, u, scale, times),
+            kernels.let_go(self.slope_y, 1, 0, False, u, scale, times),
+            kernels.let_go(self.bend_x, 0, 1, True, u, scale, one),
+            kernels.let_go(self.bend_y, 1, 0, True, u, scale, one),
         )
 
 
@@ -104,28 +133,32 @@ class SmoothnessEnergy:
         self._totals = totals
         self._weights = weights
 
-    def descend(self, start: Array) -> Iterator[Array]:
-        """Conjugate gradients with a diagonal preconditioner: one approximation of the minimum after the other.
+    def descend(self, start: Array, told: Told, limit: int) -> Iterator[tuple[Array, Sums]]:
+        """Conjugate gradients with a diagonal preconditioner: one approximation of the minimum after the other, each
+        with what there is to tell of it.
 
-        Ends by itself where float32 can come no nearer.
+        Ends after so many steps, where they are steady, and where float32 can come no nearer. Small ones are made
+        several at a time.
         """
+        weights, direction = self._weights.framed(start.shape), kernels.framed(start, start.shape)
         inverse = np.reciprocal(self._diagonal(np.float32))
-        u = start
-        image = np.empty_like(u)
-        self._pull(u, image)
+        image = np.empty_like(start)
+        kernels.pull(self._counts, weights, direction, image)
+        direction[:] = 0
         residual = self._totals - image
-        direction = inverse * residual
-        size = inner(residual, direction)
+        size, ratio = inner(residual, inverse * residual), 0.0
         least = _CONVERGED * size
-        while size > least:
-            curvature = self._pull(direction, image)
-            if curvature <= 0:
-                return  # rounding is all that is left
-            previous, better = size, np.empty_like(u)
-            size = advance(inverse, direction, image, np.float32(size / curvature), u, better, residual)
-            u = better
-            yield u
-            turn(inverse, residual, np.float32(size / previous), direction)
+        u, changes = start, math.inf
+        while limit > 0 and size > least and changes >= told.steady:
+            many = min(limit, max(1, _CELLS_AT_A_TIME // u.size))
+            found, sums = np.empty((many, *u.shape), np.float32), np.empty((many, len(Sums._fields)))
+            state, sizes = (direction, residual, image), (size, ratio, least)
+            steps, size, ratio = kernels.descend(
+                self._counts, weights, inverse, state, sizes, told[:4], told.steady, u, found, sums
+            )
+            limit -= steps
+            for u, (changes, *others) in zip(found[:steps], sums.tolist(), strict=False):
+                yield u, Sums(changes, *others)
 
     def minimum(self) -> Array:
         """The minimum itself, by a direct solution; for small grids."""
@@ -137,15 +170,10 @@ class SmoothnessEnergy:
         found = solve_grid(self._diagonal(np.float64), along_x, (along_y[0].T, along_y[1].T), wanted)
         return found[0].astype(np.float32)
 
-    def _pull(self, u: Array, out: Array) -> float:
-        """Half the gradient of the quadratic part at u, written to `out`, and its inner product with u."""
-        weights = self._weights
-        return pull(self._counts, weights.slope_x, weights.slope_y, weights.bend_x, weights.bend_y, u, out)
-
     def _diagonal(self, dtype: type[np.floating]) -> NDArray[Any]:
         weights = self._weights
         result = self._counts.astype(dtype)
-        spread(weights.slope_x, weights.slope_y, weights.bend_x, weights.bend_y, result)
+        kernels.spread(weights.slope_x, weights.slope_y, weights.bend_x, weights.bend_y, result)
         return result
 
 

@@ -21,8 +21,14 @@ from .scannet import ScanNet
 from .stray_scanner import StrayScanner
 
 KINDS: tuple[type[Recording], ...] = (
-    *(RosBag, AzureKinect, Record3D, ScanNet, NyuLabelledFrames),
-    *(StrayScanner, ARKitScenes, NyuRawFolder),
+    RosBag,
+    AzureKinect,
+    Record3D,
+    ScanNet,
+    NyuLabelledFrames,
+    StrayScanner,
+    ARKitScenes,
+    NyuRawFolder,
 )
 """All kinds, in the order in which they are tried."""
 

@@ -16,8 +16,9 @@ from ...extras import optional
 from ..headers import image_header
 from ..time_lists import MOST_APART_S
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, registered_cameras, sha256_of
-from .ros_cameras import between, camera_of
+from .ros_cameras import TRANSFORM, between, camera_of, motion
 from .ros_images import COMPRESSED, IMAGE, colour_of, depth_of, is_colour, is_depth
+from .ros_realsense import stream_of, unit_topics, units_of
 from .ros_topics import CameraTopics, ImageTopic, chosen_topics
 from .stamps import StampedPairs
 
@@ -49,6 +50,7 @@ class RosBag(Recording):
             self._reader = highlevel.AnyReader([path], default_typestore=known)
             self._reader.open()
         self._image_topics: list[ImageTopic] | None = None
+        self._firsts: dict[str, Any] = {}
         self._stamps: dict[str, _Stamped] = {}
         self._paired: dict[Topics, StampedPairs] = {}
 
@@ -73,6 +75,7 @@ class RosBag(Recording):
         colour, rgb_sha256 = self._message(camera.colour, colour_stamp)
         depth, depth_sha256 = self._message(camera.depth, depth_stamp)
         values, units = depth_of(depth, self.path)
+        units = self._stated_units(camera.depth) or units
         return RecordedFrame(
             colour_of(colour, self.path), values, rgb_sha256, depth_sha256, units, time=colour_stamp * 1e-9
         )
@@ -96,7 +99,25 @@ class RosBag(Recording):
 
     def _depth_to_colour(self, camera: CameraTopics) -> NDArray[np.float64] | None:
         stamped = (one for message in self._messages("/tf_static") for one in message.transforms)
-        return between(stamped, camera.depth.frame_id, camera.colour.frame_id)
+        found = between(stamped, camera.depth.frame_id, camera.colour.frame_id)
+        return found if found is not None else self._realsense_motion(camera)
+
+    def _realsense_motion(self, camera: CameraTopics) -> NDArray[np.float64] | None:
+        """The same by the RealSense library's own topics, which take points of a group of streams to each of them."""
+        streams = [stream_of(topic.name) for topic in (camera.depth, camera.colour)]
+        for name in sorted({one.topic for one in self._reader.connections if one.msgtype == TRANSFORM}):
+            group = name.removeprefix(f"{streams[0]}/tf/")
+            if group != name and (other := self._first(f"{streams[1]}/tf/{group}")) is not None:
+                return motion(other) @ np.linalg.inv(motion(self._first(name)))
+        return None
+
+    def _stated_units(self, depth: ImageTopic) -> float | None:
+        """Units per metre of depth where the recording says them."""
+        option = next((found for name in unit_topics(depth.name) if (found := self._first(name)) is not None), None)
+        try:
+            return None if option is None else units_of(option)
+        except FormatError as error:
+            raise FormatError(f"{self.path}: {error}") from error
 
     # topics
 
@@ -114,9 +135,12 @@ class RosBag(Recording):
 
     def _image_topic(self, name: str) -> ImageTopic | None:
         """A topic by its first image; None if it has none that is known."""
-        first = next(self._messages(name), None)
+        first = self._first(name)
         if first is None:
             return None
+        # the RealSense library gives all of its streams the same coordinate frame in bags of ROS 1
+        stream = None if self._reader.is2 else stream_of(name)
+        frame_id = first.header.frame_id.strip("/") if stream is None else stream
         if hasattr(first, "format"):
             offset = 12 * ("compressedDepth" in first.format)
             try:
@@ -128,11 +152,11 @@ class RosBag(Recording):
             size = first.width, first.height
         count = sum(one.msgcount for one in self._connections(name))
         depth = is_depth(first, name)
-        return ImageTopic(name, depth, not depth and is_colour(first), first.header.frame_id.strip("/"), size, count)
+        return ImageTopic(name, depth, not depth and is_colour(first), frame_id, size, count)
 
     def _info(self, topic: ImageTopic) -> Any:
         """The calibration of a topic's camera; None if there is none."""
-        return next(self._messages(topic.info), None)
+        return next((info for name in topic.infos if (info := self._first(name)) is not None), None)
 
     # frames
 
@@ -179,6 +203,12 @@ class RosBag(Recording):
                 if stamp in {self._stamp(raw), received}:
                     return self._reader.deserialize(raw, connection.msgtype), sha256_of(raw)
         raise FormatError(f"{self.path}: an image of {topic.name} that its index lists is not there. It is damaged.")
+
+    def _first(self, name: str) -> Any:
+        """The first message of a topic; None if there is none."""
+        if name not in self._firsts:
+            self._firsts[name] = next(self._messages(name), None)
+        return self._firsts[name]
 
     def _messages(self, name: str) -> Iterator[Any]:
         """All messages of a topic."""

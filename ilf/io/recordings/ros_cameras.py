@@ -12,6 +12,8 @@ from ...camera import camera_from_numbers, fitted
 from ...errors import FormatError, InputError
 from ...registration import Camera
 
+TRANSFORM = "geometry_msgs/msg/Transform"
+
 _MOST_COEFFICIENTS = 8
 _OTHER_LENSES = ("equidistant", "fisheye", "kannala")
 

@@ -9,6 +9,7 @@ from itertools import takewhile
 
 from ...errors import InputError
 from .recording import Topics
+from .ros_realsense import stream_of
 
 _ALIGNED = ("aligned_depth", "depth_registered", "depth_to_rgb", "depth_to_color", "depth2color")
 """Parts of the names of topics whose depth shows the pixels of the colour."""
@@ -46,9 +47,11 @@ class ImageTopic:
         return _TRANSPORTS.sub("", self.name)
 
     @property
-    def info(self) -> str:
-        """The topic with the calibration of their camera."""
-        return f"{self.base.rsplit('/', 1)[0]}/camera_info"
+    def infos(self) -> tuple[str, ...]:
+        """Topics that may have the calibration of their camera."""
+        stream = stream_of(self.name)
+        beside = f"{self.base.rsplit('/', 1)[0]}/camera_info"
+        return (beside,) if stream is None else (beside, f"{stream}/info/camera_info")
 
 
 @dataclass(frozen=True)

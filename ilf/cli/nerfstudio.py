@@ -1,0 +1,30 @@
+"""`ilf nerfstudio`: completed frames with poses as a data set of nerfstudio."""
+
+from __future__ import annotations
+
+import argparse
+
+from ..run import write_nerfstudio
+from .parsing import Commands
+from .report import warn
+
+
+def add_command(commands: Commands) -> None:
+    """Add the command to the parser."""
+    parser = commands.add_parser(
+        "nerfstudio",
+        help="make a data set of nerfstudio of results whose poses are known",
+        description="Write colour, completed depth, a weight for the depth of every pixel, and transforms.json, which "
+        "nerfstudio opens, of results of `ilf complete`. Poses come from the source that the frames were read from.",
+        allow_abbrev=False,
+    )
+    parser.set_defaults(command=run)
+    parser.add_argument("results", nargs="+", metavar="RESULT", help="folder of a result, or one that holds several")
+    parser.add_argument("--out", required=True, metavar="DIR", help="folder for the data set, new or empty")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Carry the command out."""
+    written = write_nerfstudio(arguments.out, arguments.results)
+    warn(written.notes)
+    print(f"{len(written.files)} files, the last one {written.files[-1]}")

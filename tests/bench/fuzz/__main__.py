@@ -1,0 +1,62 @@
+"""Read thousands of damaged files of every format, and count what comes of it.
+
+    python -m tests.bench.fuzz [--cases 10000] [--format NAME ...] [--seed 0] [--first 0] [--jobs 1] [--keep FOLDER]
+
+Each file is read as the program reads it, by a child process with 4 GiB of memory and 10 s: it is read (ok), refused
+with one line (told), or anything else, which is a fault: a traceback or a warning of a library, a crash, a hang, more
+memory. Case N of a seed is the same file every time; --keep keeps those of faults.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from .formats import FORMATS
+from .pool import Tally, read_cases
+
+_COLUMNS = ("cases", "ok", "told", "traceback", "crash", "hang", "memory", "slowest [s]", "peak [MB]")
+
+
+def main() -> int:
+    """Exit status 1 if anything but "ok" and "told" came of a file."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--cases", type=int, default=10_000, help="of each format (default: 10000)")
+    parser.add_argument("--format", nargs="+", choices=FORMATS, default=list(FORMATS), metavar="NAME")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--first", type=int, default=0, help="number of the first case, to have one again")
+    parser.add_argument("--jobs", type=int, default=1, help="formats that are read side by side")
+    parser.add_argument("--keep", type=Path, help="folder for files that led to a fault")
+    parser.add_argument("--told", type=int, default=0, metavar="N", help="print the N commonest messages")
+    options = parser.parse_args()
+    if options.keep:
+        options.keep.mkdir(parents=True, exist_ok=True)
+    last = options.first + options.cases
+    print("| format | " + " | ".join(_COLUMNS) + " |\n|---|" + "---|" * len(_COLUMNS), flush=True)
+
+    def one(name: str) -> Tally:
+        tally = read_cases(name, options.seed, options.first, last, options.keep)
+        print(_row(name, options.cases, tally), flush=True)
+        return tally
+
+    with ThreadPoolExecutor(options.jobs) as pool:
+        tallies = dict(zip(options.format, pool.map(one, options.format), strict=True))
+    for name, tally in tallies.items():
+        faults = Counter((kind, what) for _, kind, what in tally.bad)
+        numbers = {(kind, what): number for number, kind, what in reversed(tally.bad)}
+        for (kind, what), count in faults.most_common():
+            print(f"{name}: {count} x {kind}: {what} (case {numbers[kind, what]})")
+        for what, count in tally.told.most_common(options.told):
+            print(f"{name}: {count} x told: {what}")
+    return int(any(tally.bad for tally in tallies.values()))
+
+
+def _row(name: str, cases: int, tally: Tally) -> str:
+    counts = [tally.kinds[kind] for kind in _COLUMNS[1:7]]
+    return f"| {name} | {cases} | {' | '.join(map(str, counts))} | {tally.slowest:.2f} | {tally.peak / 1e6:.0f} |"
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

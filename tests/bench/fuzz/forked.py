@@ -1,0 +1,42 @@
+"""The product's own trial of a file in a process of its own, in one that is forked and not started anew: in a
+thousandth of the time, so that thousands of cases can be had."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import subprocess
+
+import ilf.trial
+
+
+def run_forked(work: bytes, seconds: float) -> tuple[int, bytes]:
+    """As `ilf.trial.run_apart`."""
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        status = 1
+        try:
+            os.close(reading)
+            answer = ilf.trial.answered(work)
+            while answer:
+                answer = answer[os.write(writing, answer) :]
+            status = 0
+        finally:
+            os._exit(status)
+    os.close(writing)
+    answer = b""
+    try:
+        while True:
+            if not select.select([reading], [], [], seconds)[0]:
+                os.kill(child, signal.SIGKILL)
+                raise subprocess.TimeoutExpired("forked", seconds)
+            piece = os.read(reading, 2**16)
+            if not piece:
+                break
+            answer += piece
+    finally:
+        os.close(reading)
+        _, status = os.waitpid(child, 0)
+    return os.waitstatus_to_exitcode(status), answer

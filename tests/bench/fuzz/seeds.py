@@ -1,0 +1,329 @@
+"""Sound files of every format, small, and what lies beside them."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import cv2
+import h5py
+import numpy as np
+from PIL import Image
+from scipy.io import savemat
+
+import ilf
+from ilf.experiments.files import StoredFigure, StoredResult
+from ilf.io import write_blocks
+from ilf.preset_files import OwnPreset, write_preset
+from ilf.project import Project, ProjectFrame
+from ilf.project.file import save_project
+from ilf.run import ExportOptions, Run, write
+from tests.ilf.hed_files import hed_weights, write_caffemodel, write_keras
+from tests.ilf.project_states import made_frame, rich_state, small_frame
+from tests.ilf.tiny_onnx import message, node, number
+
+HEIGHT, WIDTH = SHAPE = 24, 32
+
+Seeds = Callable[[Path], list[bytes]]
+"""Writes what lies beside a file into a folder, and gives sound contents of the file."""
+
+
+def _depth() -> np.ndarray:
+    """uint16 [mm] with a hole."""
+    rows, columns = np.mgrid[:HEIGHT, :WIDTH]
+    depth = (1500 + 10 * rows + 7 * columns).astype(np.uint16)
+    depth[5:10, 8:15] = 0
+    return depth
+
+
+def _colour() -> np.ndarray:
+    rows, columns = np.mgrid[:HEIGHT, :WIDTH]
+    return np.stack([rows * 8, columns * 7, (rows * columns) % 256], axis=-1).astype(np.uint8)
+
+
+def _labels() -> np.ndarray:
+    labels = np.zeros(SHAPE, np.uint16)
+    labels[:, 4:16], labels[3:12, 18:] = 1, 700
+    return labels
+
+
+def _encoded(suffix: str, image: np.ndarray, *options: int) -> bytes:
+    return cv2.imencode(suffix, image, list(options))[1].tobytes()
+
+
+def _pillow(image: np.ndarray, kind: str, **options: object) -> bytes:
+    stream = io.BytesIO()
+    Image.fromarray(image).save(stream, kind, **options)
+    return stream.getvalue()
+
+
+def _npy(array: np.ndarray) -> bytes:
+    stream = io.BytesIO()
+    np.save(stream, array)
+    return stream.getvalue()
+
+
+def _with_colour(folder: Path) -> None:
+    (folder / "rgb.png").write_bytes(_encoded(".png", _colour()))
+
+
+def depth_png(folder: Path) -> list[bytes]:
+    """Of two writers, packed in two ways."""
+    _with_colour(folder)
+    fixed = _encoded(".png", _depth(), cv2.IMWRITE_PNG_STRATEGY, 4)
+    return [_encoded(".png", _depth()), fixed, _pillow(_depth(), "PNG")]
+
+
+def depth_tiff(folder: Path) -> list[bytes]:
+    """Integers and floats, plain and packed."""
+    _with_colour(folder)
+    metres = (_depth() / 1000).astype(np.float32)
+    packed = [_pillow(_depth(), "TIFF", compression=name) for name in ("raw", "tiff_lzw", "tiff_adobe_deflate")]
+    return [*packed, _encoded(".tif", metres), _encoded(".tif", metres, cv2.IMWRITE_TIFF_COMPRESSION, 1)]
+
+
+def depth_pgm(folder: Path) -> list[bytes]:
+    """Binary, with and without a comment."""
+    _with_colour(folder)
+    plain = _encoded(".pgm", _depth())
+    return [plain, plain.replace(b"P5\n", b"P5\n# made\n", 1)]
+
+
+def depth_npy(folder: Path) -> list[bytes]:
+    """Of several types and orders."""
+    _with_colour(folder)
+    metres = _depth() / 1000
+    kinds = (_depth(), metres.astype(np.float32), np.asfortranarray(metres), metres.astype(">f4"))
+    return [_npy(kind) for kind in kinds]
+
+
+def _with_depth(folder: Path) -> None:
+    (folder / "depth.png").write_bytes(_encoded(".png", _depth()))
+
+
+def colour_png(folder: Path) -> list[bytes]:
+    """RGB, grey, with a palette, with alpha."""
+    _with_depth(folder)
+    grey, palette = _colour()[..., 0], Image.fromarray(_colour()).quantize(16)
+    stream = io.BytesIO()
+    palette.save(stream, "PNG")
+    others = [_encoded(".png", image) for image in (_colour(), grey, np.dstack([_colour(), grey]))]
+    return [*others, stream.getvalue()]
+
+
+def colour_jpeg(folder: Path) -> list[bytes]:
+    """Baseline, progressive, grey, turned by EXIF."""
+    _with_depth(folder)
+    exif = Image.Exif()
+    exif[274] = 6
+    image = Image.fromarray(_colour())
+    stream = io.BytesIO()
+    image.save(stream, "JPEG", exif=exif)
+    kinds = [_encoded(".jpg", _colour()), _encoded(".jpg", _colour(), cv2.IMWRITE_JPEG_PROGRESSIVE, 1)]
+    return [*kinds, _encoded(".jpg", _colour()[..., 0]), stream.getvalue()]
+
+
+def colour_ppm(folder: Path) -> list[bytes]:
+    """As a TIFF and PPM would be under any name: the content says what it is."""
+    _with_depth(folder)
+    return [_encoded(".ppm", _colour()), _encoded(".tif", _colour())]
+
+
+def guide_npz(folder: Path) -> list[bytes]:
+    """One array or several, packed or not."""
+    inverse = (1000 / (_depth() + 1.0)).astype(np.float32)
+    plain, packed = io.BytesIO(), io.BytesIO()
+    np.savez(plain, inverse)
+    np.savez_compressed(packed, disparity=inverse, other=np.zeros(3))
+    return [plain.getvalue(), packed.getvalue()]
+
+
+def meta_json(folder: Path) -> list[bytes]:
+    """With every key that it may have."""
+    _with_colour(folder)
+    _with_depth(folder)
+    camera = [30.0, 30.0, 15.5, 11.5]
+    (folder / "gt.png").write_bytes(_encoded(".png", np.maximum(_depth(), 1500)))
+    (folder / "guide.npy").write_bytes(_npy((_depth() / 1000).astype(np.float32)))
+    plain = {"size": [WIDTH, HEIGHT], "depth_units_per_m": 1000, "K": camera, "name": "made"}
+    rich = {
+        "depth_encoding": "mm", "depth_invalid": 65535, "K": [[30.0, 0, 15.5], [0, 30.0, 11.5], [0, 0, 1]],
+        "rgb": "rgb.png", "depth": "depth.png", "gt": "gt.png", "gt_units_per_m": 1000.0, "guide": "guide.npy",
+    }  # fmt: skip
+    return [json.dumps(plain).encode(), json.dumps(rich).encode()]
+
+
+def intrinsics_json(folder: Path) -> list[bytes]:
+    """In all forms that are taken."""
+    forms: list[object] = [
+        {"fx": 30.0, "fy": 30.0, "cx": 15.5, "cy": 11.5, "width": 64, "height": 48},
+        {"K": [30.0, 30.0, 15.5, 11.5]},
+        {"intrinsic_matrix": [30.0, 0, 0, 0, 30.0, 0, 15.5, 11.5, 1], "width": WIDTH, "height": HEIGHT},
+        [[30.0, 0, 15.5], [0, 30.0, 11.5], [0, 0, 1]],
+    ]
+    return [json.dumps(form).encode() for form in forms]
+
+
+def preset(folder: Path) -> list[bytes]:
+    """With and without a say in the blocks."""
+    write_preset(folder / "a.json", OwnPreset("soft", ilf.preset("best", smoothness=3)))
+    other = OwnPreset("other", ilf.preset("paper", max_iterations=7), "paper", ilf.BlockParameters(granularity=0.4))
+    write_preset(folder / "b.json", other)
+    return [(folder / name).read_bytes() for name in ("a.json", "b.json")]
+
+
+def blocks(format: str) -> Seeds:
+    """Of one of the formats of `write_blocks`."""
+
+    def made(folder: Path) -> list[bytes]:
+        _with_colour(folder)
+        write_blocks(folder / "b.json", _labels(), format=format, names={1: "chair"}, image=folder / "rgb.png")
+        return [(folder / "b.json").read_bytes()]
+
+    return made
+
+
+def label_map(folder: Path) -> list[bytes]:
+    """16 and 8 bits, PNG and TIFF."""
+    labels = _labels()
+    small = np.minimum(labels, 9).astype(np.uint8)
+    return [_encoded(".png", labels), _encoded(".png", small), _encoded(".tif", labels)]
+
+
+def mask(folder: Path) -> list[bytes]:
+    """Black and white."""
+    return [_encoded(".png", np.where(_labels() > 0, 255, 0).astype(np.uint8))]
+
+
+def project(folder: Path) -> list[bytes]:
+    """With a frame from files and one that a program has made."""
+    states = [rich_state(small_frame(folder / "frame"), "a1"), rich_state(made_frame(), "b2")]
+    frames = tuple(ProjectFrame(state.id, state.frame.name, None, has_state=True) for state in states)
+    save_project(folder / "sound.ilf", Project(frames), states)
+    return [(folder / "sound.ilf").read_bytes()]
+
+
+def record(folder: Path) -> list[bytes]:
+    """Of a run with all that a record can tell."""
+    frame = small_frame(folder / "frame")
+    drawn = np.zeros(frame.shape, bool)
+    drawn[10:20, 39] = True
+    run = Run.extracted(frame, parameters=ilf.preset(max_iterations=3))
+    run = Run(frame, run.blocks, run.parameters, {1: run.parameters.replace(smoothness=2)}, drawn=drawn)
+    write(folder / "out", run, run.complete(), ExportOptions(cloud="ply"))
+    return [(folder / "out" / "run.json").read_bytes()]
+
+
+def experiment(folder: Path) -> list[bytes]:
+    """The result of an experiment, as it is stored."""
+    result = StoredResult(
+        "sphere", "A sphere", "the paper", "what it is about", {"detector": "canny"}, 0, True, 1.5, ["a note"],
+        [StoredFigure("sphere-1", "a caption", False)], [{"a": 1.0, "b": "x"}, {"a": None, "b": "y"}],
+    )  # fmt: skip
+    return [json.dumps(dataclasses.asdict(result)).encode()]
+
+
+def time_lists(folder: Path) -> list[bytes]:
+    """Lists of colour and depth by time, as rgb.txt; depth.txt and the images are sound."""
+    for kind, image in (("rgb", _colour()), ("depth", _depth())):
+        (folder / kind).mkdir()
+        for frame in range(3):
+            (folder / kind / f"{frame}.png").write_bytes(_encoded(".png", image))
+    lines = [f"{frame / 30:.6f} depth/{frame}.png" for frame in range(3)]
+    (folder / "depth.txt").write_text("# depth\n" + "\n".join(lines))
+    return ["\n".join(["# colour", *(f"{frame / 30:.6f} rgb/{frame}.png" for frame in range(3))]).encode()]
+
+
+def associations(folder: Path) -> list[bytes]:
+    """Colour and depth side by side."""
+    time_lists(folder)
+    (folder / "depth.txt").unlink()
+    return ["\n".join(f"{i / 30:.6f} rgb/{i}.png {i / 30:.6f} depth/{i}.png" for i in range(3)).encode()]
+
+
+def bop(folder: Path) -> list[bytes]:
+    """scene_camera.json, with its images."""
+    for kind, image in (("rgb", _colour()), ("depth", _depth())):
+        (folder / kind).mkdir()
+        (folder / kind / "000003.png").write_bytes(_encoded(".png", image))
+    camera = {"cam_K": [30.0, 0.0, 15.5, 0.0, 30.0, 11.5, 0.0, 0.0, 1.0], "depth_scale": 0.1}
+    return [json.dumps({"3": camera, "4": camera | {"cam_R_w2c": [1, 0, 0, 0, 1, 0, 0, 0, 1]}}).encode()]
+
+
+def sun(folder: Path) -> list[bytes]:
+    """intrinsics.txt of SUN RGB-D."""
+    for kind, image in (("image", _encoded(".jpg", _colour())), ("depth", _encoded(".png", _depth()))):
+        (folder / kind).mkdir()
+        (folder / kind / ("0.jpg" if kind == "image" else "0.png")).write_bytes(image)
+    return [b"30.0 0 15.5\n0 30.0 11.5\n0 0 1\n"]
+
+
+def trajectory(folder: Path) -> list[bytes]:
+    """groundtruth.txt of TUM's benchmark."""
+    return [b"# time tx ty tz qx qy qz qw\n0.5 1 2 3 0 0 0 1\n0.51 1 2 3.1 0 0.1 0 0.99\n0.52 1 2 3.1 0.1 0 0 0.99\n"]
+
+
+def pose(folder: Path) -> list[bytes]:
+    """A matrix, as in 7-Scenes."""
+    return [b"1 0 0 0.5\n0 1 0 -1\n0 0 1 2e0\n0 0 0 1\n"]
+
+
+def onnx(folder: Path) -> list[bytes]:
+    """Networks of several operations."""
+    mean = node("ReduceMean", ["image"], "strength", axes=[1], keepdims=1)
+    pooled = node("MaxPool", ["image"], "pooled", kernel_shape=[3, 3], strides=[1, 1], pads=[1, 1, 1, 1])
+    largest = node("ReduceMax", ["pooled"], "sum", axes=[1], keepdims=1)
+    weights = number(1, 1) + number(1, 3) + number(1, 3) + number(1, 3) + number(2, 1) + message(8, "w")
+    weights += message(9, np.full(27, 0.01, "<f4").tobytes())
+    convolved = node("Conv", ["image", "w"], "sum", kernel_shape=[3, 3], pads=[1, 1, 1, 1])
+    sigmoid = node("Sigmoid", ["sum"], "strength")
+    return [_network([mean]), _network([pooled, largest, sigmoid]), _network([convolved, sigmoid], weights)]
+
+
+def _network(nodes: list[bytes], weights: bytes = b"") -> bytes:
+    def image(name: str, channels: int) -> bytes:
+        sizes = (number(1, 1), number(1, channels), message(2, "height"), message(2, "width"))
+        shape = b"".join(message(1, size) for size in sizes)
+        return message(1, name) + message(2, message(1, number(1, 1) + message(2, shape)))
+
+    graph = b"".join(message(1, one) for one in nodes) + message(2, "tiny")
+    graph += message(5, weights) if weights else b""
+    graph += message(11, image("image", 3)) + message(12, image("strength", 1))
+    return number(1, 8) + message(7, graph) + message(8, message(1, "") + number(2, 17))
+
+
+def caffemodel(folder: Path) -> list[bytes]:
+    """HED of a few channels, of today's fields and those of 2014."""
+    return [write_caffemodel(folder / "w", hed_weights(False), old).read_bytes() for old in (False, True)]
+
+
+def keras(folder: Path) -> list[bytes]:
+    """HED of a few channels."""
+    return [write_keras(folder / "w", hed_weights(False)).read_bytes()]
+
+
+def split(folder: Path) -> list[bytes]:
+    """splits.mat of NYU Depth V2's toolbox."""
+    contents = []
+    for packed in (False, True):
+        stream = io.BytesIO()
+        numbers: Mapping[str, object] = {"testNdxs": np.array([[2], [5]]), "trainNdxs": np.array([[1], [3]])}
+        savemat(stream, numbers, do_compression=packed)
+        contents.append(stream.getvalue())
+    return contents
+
+
+def nyu_labelled(folder: Path) -> list[bytes]:
+    """Two frames, plain and in packed chunks."""
+    contents = []
+    for options in ({}, {"compression": "gzip", "shuffle": True, "chunks": True}):
+        path = folder / "sound.mat"
+        with h5py.File(path, "w", userblock_size=512) as file:
+            colour, depth = _colour().transpose(2, 1, 0)[None], (_depth().T / 1000).astype(np.float32)[None]
+            for name, array in (("images", colour), ("depths", depth + 1), ("rawDepths", depth)):
+                file.create_dataset(name, data=np.repeat(array, 2, axis=0), **options)
+        contents.append(path.read_bytes())
+    return contents

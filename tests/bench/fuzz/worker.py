@@ -1,0 +1,105 @@
+"""The child that reads: cases of one format, one after the other, within limits; a line of JSON for each.
+
+python -m tests.bench.fuzz.worker FORMAT SEED FIRST LAST [KEEP]
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import sys
+import tempfile
+import time
+import traceback
+import warnings
+import zlib
+from pathlib import Path
+from typing import TextIO
+
+import cv2
+import numpy as np
+
+import ilf.trial
+from ilf.errors import DepthWarning, IlfError
+
+from .formats import FORMATS, Format
+
+MEMORY = 4 * 2**30
+LONGEST_MESSAGE = 2000
+
+
+def case(form: Format, seeds: list[bytes], seed: int, number: int) -> bytes:
+    """The file of a case: always the same for the same numbers."""
+    return form.mutate(np.random.default_rng([seed, zlib.crc32(form.name.encode()), number]), seeds)
+
+
+def outcome(form: Format, path: Path) -> tuple[str, str]:
+    """What reading a file leads to: "ok", "told", or "traceback", and where."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            warnings.simplefilter("ignore", DepthWarning)
+            form.read(path)
+    except IlfError as error:
+        text = str(error)
+        if "\n" in text or not text or len(text) > LONGEST_MESSAGE:
+            return "traceback", f"message of {text.count(chr(10)) + 1} lines, {len(text)} characters: {text[:200]!r}"
+        return "told", text
+    except MemoryError:
+        return "memory", _where()
+    except Exception as error:
+        return "traceback", f"{type(error).__name__} {_where()}: {str(error)[:200]}"
+    return "ok", ""
+
+
+def _where() -> str:
+    """The last line of the project in the way to an error."""
+    frames = traceback.extract_tb(sys.exc_info()[2])
+    own = [frame for frame in frames if f"{os.sep}ilf{os.sep}" in frame.filename] or frames
+    return f"{Path(own[-1].filename).name}:{own[-1].lineno}"
+
+
+def work(form: Format, seed: int, first: int, last: int, keep: Path | None, out: TextIO) -> None:
+    """Read the cases from `first` up to, not including, `last`."""
+    with tempfile.TemporaryDirectory(prefix="ilf-fuzz-") as folder:
+        place = Path(folder)
+        for name in ("MODELS", "PRESETS", "AUTOSAVE", "FOLDERS"):
+            os.environ[f"ILF_{name}"] = str(place / name)
+        seeds = form.seeds(place)
+        path = place / form.file
+        path.parent.mkdir(parents=True, exist_ok=True)
+        for number, sound in enumerate(seeds):
+            path.write_bytes(sound)
+            found = outcome(form, path)
+            if found[0] != "ok":
+                raise SystemExit(f"{form.name}: seed {number} is not read: {found}")
+        print(json.dumps({"ready": len(seeds)}), file=out, flush=True)
+        for number in range(first, last):
+            content = case(form, seeds, seed, number)
+            path.write_bytes(content)
+            begun = time.perf_counter()
+            kind, what = outcome(form, path)
+            took = time.perf_counter() - begun
+            if keep is not None and kind not in {"ok", "told"}:
+                (keep / f"{form.name}-{number}{path.suffix}").write_bytes(content)
+            line = {"case": number, "kind": kind, "what": what if kind != "ok" else "", "seconds": took}
+            print(json.dumps(line), file=out, flush=True)
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+        print(json.dumps({"peak": peak}), file=out, flush=True)
+
+
+def main() -> None:
+    """Read what is asked for; libraries write where nobody reads."""
+    name, *numbers = sys.argv[1:5]
+    keep = Path(sys.argv[5]) if len(sys.argv) > 5 else None
+    out = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    cv2.setNumThreads(1)
+    form = FORMATS[name]
+    ilf.trial.limit_process(3600 * 24, MEMORY)
+    work(form, *map(int, numbers), keep, out)
+
+
+if __name__ == "__main__":
+    main()

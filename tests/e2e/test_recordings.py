@@ -1,0 +1,100 @@
+"""A recording in the window: its frames are listed, looked at, kept in a project and made again from their record."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from gui.main_window import MainWindow
+from gui.project_file.missing_dialog import MissingDialog
+from ilf.io.recordings import close_all
+from tests.ilf.bags import COLOUR, DEPTH, storage_of, write_aligned
+
+from .conftest import WAIT_MS
+from .test_projects import another, open_project, save, show  # noqa: F401 - a fixture among them
+
+KEYS = ("1600000000.000000000", "1600000000.033000000", "1600000000.066000000")
+
+
+@pytest.fixture(autouse=True)
+def nothing_left_open() -> Iterator[None]:
+    yield
+    close_all()
+
+
+def _open(window: MainWindow, qtbot: QtBot, path: Path) -> None:
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        window.documents.open_paths([path])
+
+
+def test_frames_of_a_recording_are_listed_and_gone_through(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
+    path = write_aligned(tmp_path, "ros1")
+    window.recorder.start()
+    _open(window, qtbot, path)
+    entries, workspace = window.workspace.entries, window.workspace
+    assert [entry.name for entry in entries] == [f"recording {key}" for key in KEYS]
+    assert [entry.session is not None for entry in entries] == [True, False, False]
+    assert np.array_equal(workspace.session.frame.rgb, COLOUR)
+    pictures = window.frame_part.panel.thumbnails
+    pictures.of(entries[2])
+    qtbot.waitUntil(lambda: not pictures.busy, timeout=WAIT_MS)
+    picture = pictures.of(entries[2])
+    assert picture is not None
+    assert (picture.width(), picture.height()) == (160, 120)
+    for key in KEYS[1:]:
+        with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+            window.actions_["next_frame"].trigger()
+        assert workspace.session.frame.inputs.frame == key
+    _open(window, qtbot, path)
+    assert len(entries) == 3, "frames that are there already do not come again"
+
+
+def test_a_project_brings_frames_of_a_recording_back(
+    window: MainWindow,
+    another: Callable[[], MainWindow],  # noqa: F811
+    qtbot: QtBot,
+    tmp_path: Path,
+) -> None:
+    """With the work on them, without the recording in it, and from where the recording is later."""
+    path = write_aligned(tmp_path, "mcap")
+    window.recorder.start()
+    _open(window, qtbot, path)
+    workspace = window.workspace
+    labels = np.zeros(DEPTH.shape, np.int32)
+    labels[4:12, 4:20] = 1
+    workspace.replace_labels(labels, "Draw")
+    workspace.set_note(workspace.entries[1], "glass")
+    save(window, qtbot, tmp_path / "work.ilf", embed=True)
+    assert (tmp_path / "work.ilf").stat().st_size < storage_of(tmp_path, "mcap").stat().st_size * 4
+    close_all()
+    (tmp_path / "away").mkdir()
+    path.rename(tmp_path / "away" / path.name)
+
+    again = another()
+    open_project(again, qtbot, tmp_path / "work.ilf")
+    assert isinstance(again.project.missing.dialog, MissingDialog)
+    again.project.missing.give_folder(tmp_path / "away")
+    qtbot.waitUntil(lambda: not again.project.missing.busy and not again.loader.busy, timeout=WAIT_MS)
+    session = show(again, qtbot, 0)
+    assert np.array_equal(session.labels, labels)
+    assert session.frame.inputs.frame == KEYS[0]
+    assert np.array_equal(session.frame.rgb, COLOUR)
+    assert [entry.note for entry in again.workspace.entries] == ["", "glass", ""]
+    assert show(again, qtbot, 2).frame.depth[0, 0] == np.float32(1.502)
+
+
+def test_a_recording_that_cannot_be_read_is_one_message(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
+    path = tmp_path / "cut.bag"
+    path.write_bytes(write_aligned(tmp_path, "ros1", frames=1).read_bytes()[:3000])
+    told: list[tuple[str, str]] = []
+    window.loader.failed.disconnect(window.notes.report)
+    window.loader.failed.connect(lambda what, error: told.append((what, str(error))))
+    window.documents.open_paths([path])
+    qtbot.waitUntil(lambda: bool(told), timeout=WAIT_MS)
+    assert told[0][0] == "Look for frames in cut.bag"
+    assert "truncated, damaged" in told[0][1]
+    assert not len(window.workspace.entries)

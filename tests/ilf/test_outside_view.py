@@ -1,0 +1,143 @@
+"""What lies outside the depth camera's view: left missing unless asked for, and counted apart everywhere."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+import ilf
+from ilf import RGBDFrame
+from ilf.cloud import point_cloud
+from ilf.errors import InputError
+from ilf.judgement import judge_completion
+from ilf.judgement.hiding import frame_without
+from ilf.outcomes import Status
+from ilf.project import FrameState
+from ilf.project.decoding import load_state
+from ilf.project.encoding import Encoder
+from ilf.run.record import make_record, to_json
+from ilf.run.record_file import read_record
+
+from .test_project_encoding import Held
+
+SHAPE = H, W = 24, 40
+OUTSIDE = np.zeros(SHAPE, bool)
+OUTSIDE[:, 34:] = True
+HOLE = np.zeros(SHAPE, bool)
+HOLE[8:14, 10:20] = True
+BLOCKS = np.ones(SHAPE, np.int32)
+QUICK = ilf.preset(correction=False)
+
+
+def made(**changes):
+    depth = 2.0 + 0.01 * np.indices(SHAPE)[1]
+    values = {"truth": depth, "outside_view": OUTSIDE} | changes
+    return RGBDFrame(np.full((*SHAPE, 3), 90, np.uint8), np.where(HOLE | OUTSIDE, np.nan, depth), **values)
+
+
+@pytest.fixture
+def frame():
+    return made()
+
+
+def test_only_missing_pixels_lie_outside(frame):
+    np.testing.assert_array_equal(made(outside_view=np.ones(SHAPE, bool)).outside_view, OUTSIDE | HOLE)
+    assert made(outside_view=~(OUTSIDE | HOLE)).outside_view is None
+    np.testing.assert_array_equal(frame.missing, HOLE)
+    assert frame.missing_share == pytest.approx(HOLE.mean())
+    assert frame.outside_share == pytest.approx(OUTSIDE.mean())
+    with pytest.raises(InputError, match="outside the view"):
+        made(outside_view=np.ones((2, 2), bool))
+
+
+def test_other_frames_made_of_it_keep_it(frame):
+    wrong = np.zeros(SHAPE, bool)
+    wrong[:, 5] = wrong[:, 36] = True
+    distrusting = frame.distrusting(wrong)
+    np.testing.assert_array_equal(distrusting.outside_view, OUTSIDE)
+    np.testing.assert_array_equal(distrusting.missing, HOLE | (wrong & ~OUTSIDE))
+    for other in (replace(frame, name="b"), frame.with_truth(None), frame.with_guide(frame.truth)):
+        np.testing.assert_array_equal(other.outside_view, OUTSIDE)
+    np.testing.assert_array_equal(frame_without(frame, "random").outside_view, OUTSIDE)
+
+
+@pytest.mark.parametrize("parameters", [QUICK, ilf.preset("paper"), QUICK.replace(mode="fill+denoise"), ilf.preset()])
+def test_it_stays_missing_unless_it_is_asked_for(frame, parameters):
+    left = ilf.complete(frame, BLOCKS, parameters)
+    asked = ilf.complete(frame, BLOCKS, parameters.replace(outside_view=True))
+    assert np.isnan(left.depth[OUTSIDE]).all()
+    assert np.isfinite(asked.depth).all()
+    np.testing.assert_array_equal(left.depth[~OUTSIDE], asked.depth[~OUTSIDE])
+    np.testing.assert_array_equal(left.filled, HOLE)
+    for completion, words in ((left, "left missing"), (asked, "filled, though")):
+        outcome = completion.outcomes[1]
+        assert (outcome.recovered, outcome.outside) == (HOLE.sum(), OUTSIDE.sum())
+        assert outcome.defect_rate == pytest.approx(HOLE.mean())
+        assert f"outside the depth camera's view {words}" in outcome.message
+
+
+def test_a_frame_that_says_nothing_of_its_view_is_filled_as_a_whole():
+    assert np.isfinite(ilf.complete(made(outside_view=None), BLOCKS, QUICK).depth).all()
+
+
+def test_where_only_what_is_outside_is_missing_nothing_is_done(frame):
+    blocks = np.where(np.indices(SHAPE)[1] > 24, 1, 0)
+    assert ilf.complete(frame, blocks, QUICK).outcomes[1].status is Status.NOTHING_MISSING
+    asked = ilf.complete(frame, blocks, QUICK.replace(outside_view=True))
+    assert asked.outcomes[1].status is Status.COMPLETED
+    assert asked.outcomes[1].recovered == 0
+
+
+def test_guesses_leave_it_missing_too(frame):
+    nothing = ilf.complete(frame, np.zeros(SHAPE, np.int32))
+    np.testing.assert_array_equal(ilf.fill_rest(frame, nothing).guessed, HOLE)
+    np.testing.assert_array_equal(ilf.fill_rest(frame, nothing, outside_view=True).guessed, HOLE | OUTSIDE)
+    run = ilf.Run(frame, np.zeros(SHAPE, np.int32), QUICK, dense=True)
+    np.testing.assert_array_equal(run.complete().guessed, HOLE)
+    asked = replace(run, parameters=QUICK.replace(outside_view=True))
+    np.testing.assert_array_equal(asked.complete().guessed, HOLE | OUTSIDE)
+
+
+def test_it_is_never_judged(frame):
+    asked = ilf.complete(frame, BLOCKS, QUICK.replace(outside_view=True))
+    assert judge_completion(frame, asked).pixels == HOLE.sum()
+
+
+def test_the_correction_does_the_same_to_what_is_in_view_whether_or_not_more_is_asked_for(frame):
+    left, asked = (ilf.complete(frame, BLOCKS, ilf.preset(outside_view=more)) for more in (False, True))
+    np.testing.assert_array_equal(left.depth[HOLE], asked.depth[HOLE])
+
+
+def test_a_run_writes_the_mask_and_records_what_was_left(frame, tmp_path):
+    run = ilf.Run(frame, BLOCKS, QUICK)
+    completion = run.complete()
+    written = ilf.write(tmp_path / "out", run, completion, ilf.run.ExportOptions(cloud=None))
+    assert (tmp_path / "out" / "outside_view.png") in written.files
+    mask = cv2.imread(str(tmp_path / "out" / "outside_view.png"), cv2.IMREAD_UNCHANGED)
+    np.testing.assert_array_equal(mask > 0, OUTSIDE)
+    record = read_record(tmp_path / "out" / "run.json")
+    assert record.outcomes == tuple(completion.outcomes.values())
+    assert record.outcomes[0].outside == OUTSIDE.sum()
+    plain = make_record(ilf.Run(made(outside_view=None), BLOCKS, QUICK), completion, ilf.run.ExportOptions())
+    assert b'"outside":' in to_json(record)
+    assert b'"outside":' not in to_json(replace(plain, outcomes=()))
+
+
+def test_a_cloud_has_no_point_of_it(frame):
+    camera = ilf.CameraIntrinsics(30.0, 30.0, 19.5, 11.5)
+    seen = replace(frame, intrinsics=camera)
+    depth = ilf.complete(seen, BLOCKS, QUICK).depth
+    assert len(point_cloud(depth, seen.rgb, camera).points) == (~OUTSIDE).sum()
+
+
+def test_a_project_keeps_it(frame):
+    encoder = Encoder()
+    encoded = encoder.encode(FrameState("a" * 32, frame, BLOCKS))
+    parts = Held().take(encoded, "a" * 32)
+    found = load_state("a" * 32, parts)
+    assert found.problems == ()
+    np.testing.assert_array_equal(found.state.frame.outside_view, OUTSIDE)
+    again = Encoder()
+    again.learn(found.origins, found.names)
+    assert not again.encode(found.state).arrays
