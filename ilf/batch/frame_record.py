@@ -48,9 +48,9 @@ class FrameOutcome:
     pixels : int or None
         Of the frame.
     missing_before, missing_after : int or None
-        Pixels without depth, in the frame and in its completion.
+        Pixels without depth, in the frame and in its completion, without those outside the view.
     outside_view : int or None
-        Those of them before that the depth camera could not see.
+        Pixels that the depth camera could not see.
     expected_error_median, expected_error_p90 : float or None
         Of the filled pixels' expected errors, half and 90 % are at most so large [m].
     hidden_mae, hidden_rmse : float or None

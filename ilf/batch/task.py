@@ -181,8 +181,7 @@ def _completed(task: Task, frame: BatchFrame, threads: int | None) -> FrameRecor
 
 
 def _measured(task: Task, frame: BatchFrame, run: Run, completion: Completion, threads: int | None) -> FrameOutcome:
-    missing, left = ~run.frame.known, np.isnan(completion.depth)
-    outside = run.frame.outside_view
+    missing, outside = run.frame.missing, run.frame.outside_view
     error = expected_error(run.frame, completion)
     errors = error[np.isfinite(error)]
     hidden = task.settings.hidden
@@ -196,8 +195,8 @@ def _measured(task: Task, frame: BatchFrame, run: Run, completion: Completion, t
         blocks=len(np.unique(run.blocks[run.blocks > 0])),
         pixels=missing.size,
         missing_before=int(np.count_nonzero(missing)),
-        missing_after=int(np.count_nonzero(left)),
-        outside_view=0 if outside is None else int(np.count_nonzero(outside & missing)),
+        missing_after=int(np.count_nonzero(missing & np.isnan(completion.depth))),
+        outside_view=0 if outside is None else int(np.count_nonzero(outside)),
         expected_error_median=_rounded(np.median(errors)) if errors.size else None,
         expected_error_p90=_rounded(np.quantile(errors, 0.9)) if errors.size else None,
         hidden_mae=_rounded(whole.mae),

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
+from statistics import median
 
 from ..batch import Batch, BatchFrame, BatchSettings, FrameOutcome, FrameStatus, frames_of_sources, open_batch
 from ..batch.frames import selected, shard_of, with_files
@@ -245,15 +246,15 @@ def _summary(batch: Batch, done: Sequence[FrameOutcome], seconds: float) -> list
         lines.append("Give the same command again to go on.")
     pixels = sum(outcome.pixels or 0 for outcome in completed)
     if pixels:
-        before, after = (
+        before, after, outside = (
             sum(getattr(outcome, name) or 0 for outcome in completed) / pixels
-            for name in ("missing_before", "missing_after")
+            for name in ("missing_before", "missing_after", "outside_view")
         )
-        errors = sorted(outcome.expected_error_median or 0.0 for outcome in completed)
-        lines.append(
-            f"{before:.1%} of the pixels had no depth before, {after:.1%} have none after; the expected error of what "
-            f"was filled is {millimetres(errors[len(errors) // 2])} mm in the median frame."
-        )
+        lines.append(f"{before:.1%} of the pixels had no depth before, {after:.1%} have none after.")
+        if outside:
+            lines.append(f"{outside:.1%} more lie outside the depth camera's view.")
+    if errors := [error for outcome in completed if (error := outcome.expected_error_median) is not None]:
+        lines.append(f"Expected error of what was filled: {millimetres(median(errors))} mm in the median frame.")
     return lines
 
 

@@ -99,8 +99,11 @@ def kills(folder: Path, source: Path, undisturbed: Path, count: int) -> bool:
 
 def dask(folder: Path, source: Path, undisturbed: Path, count: int) -> bool:
     """A worker of a Dask cluster, the process that waits for it, and a frame that kills every worker."""
+    import dask.config
     from distributed import LocalCluster
 
+    # a cluster on one machine gives workers up that take long to come back, as they do where it is busy
+    dask.config.set({"distributed.deploy.lost-worker-timeout": "10 minutes"})
     out = folder / "dask"
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=40) as cluster:
         address = cluster.scheduler_address
