@@ -10,7 +10,7 @@ from contextlib import suppress
 from typing import TextIO
 
 from .. import __version__
-from ..errors import IlfError
+from ..errors import IlfError, one_line
 from ..fault_log import note_fault
 from . import (
     batch,
@@ -115,5 +115,5 @@ def _is_delivered(stream: TextIO) -> bool:
 
 def _failed(reason: object, status: int) -> int:
     with suppress(OSError):
-        print("ilf: error:", " ".join(str(reason).split()), file=sys.stderr)
+        print("ilf: error:", one_line(" ".join(str(reason).split())), file=sys.stderr)
     return status

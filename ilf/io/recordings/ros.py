@@ -78,15 +78,15 @@ class RosBag(Recording):
         camera, (colour_stamp, depth_stamp) = self._found(key)
         colour, rgb_sha256 = self._message(camera.colour, colour_stamp)
         depth, depth_sha256 = self._message(camera.depth, depth_stamp)
-        values, units = depth_of(depth, self.path)
+        with self._reading():  # a message may be of another kind than its topic's
+            (values, units), rgb = depth_of(depth, self.path), colour_of(colour, self.path)
         units = self._stated_units(camera.depth) or units
-        return RecordedFrame(
-            colour_of(colour, self.path), values, rgb_sha256, depth_sha256, units, time=colour_stamp * 1e-9
-        )
+        return RecordedFrame(rgb, values, rgb_sha256, depth_sha256, units, time=colour_stamp * 1e-9)
 
     def colour(self, key: str) -> NDArray[np.uint8]:
         camera, (stamp, _) = self._found(key)
-        return colour_of(self._message(camera.colour, stamp)[0], self.path)
+        with self._reading():
+            return colour_of(self._message(camera.colour, stamp)[0], self.path)
 
     def cameras(self, key: str) -> Cameras:
         topics, _ = self._found(key)
