@@ -136,37 +136,35 @@ def features_at(
     walks : Walks
         From every pixel to the known depth, past the edges.
     """
-    known = np.isfinite(known_depth)
-    distance, nearest = nearest_values(known_depth, known)
-    check_stopped()
-    dense = np.where(~known & np.isfinite(depth) & (depth > 0), depth, nearest).astype(np.float32)
-    gap = cv2.dilate(distance, np.ones((_RIM, _RIM), np.uint8))
-    square = np.ones((3, 3), np.uint8)
-    range_around = cv2.dilate(dense, square) - cv2.erode(dense, square)
-    near = cv2.dilate(edges, np.ones((_NEAR, _NEAR), np.uint8))
-    around = cv2.blur(edges, (_AROUND, _AROUND))
-    check_stopped()
 
     def there(values: NDArray) -> Array:
         return np.asarray(values.ravel()[places])
 
-    z, distance_there = there(dense), there(distance)
+    known = np.isfinite(known_depth)
+    distance, nearest = nearest_values(known_depth, known)
+    gap, distance_there = there(cv2.dilate(distance, np.ones((_RIM, _RIM), np.uint8))), there(distance)
+    check_stopped()
+    dense = np.where(~known & np.isfinite(depth) & (depth > 0), depth, nearest).astype(np.float32)
+    square = np.ones((3, 3), np.uint8)
+    slope = there(cv2.dilate(dense, square) - cv2.erode(dense, square))
+    check_stopped()
+    z = there(dense)
     logarithm, usual_width = np.log(z), np.float32(_WIDTH / max(known.shape))
     jump = np.log(np.abs(z - there(nearest)) / z + FLOOR) - np.log(_LARGE_JUMP)
     columns = [
         logarithm,
-        np.log(there(gap) * usual_width),
+        np.log(gap * usual_width),
         np.log(_bend(known_depth, distance_there, places) / z + FLOOR),
         np.minimum(jump, 0) * distance_there**-_FADING,
         np.maximum(jump, 0),
-        np.log(there(range_around) / z + FLOOR),
+        np.log(slope / z + FLOOR),
         np.log(there(walks.spread) + _LEAST_SHARE),
         np.log(np.abs(logarithm - there(walks.depth)) + _LEAST_SHARE),
         np.log(there(walks.steps) + _LEAST_STEPS),
         np.log(there(walks.aside) * usual_width + _LEAST_ASIDE),
         there(edges),
-        there(near),
-        there(around),
+        there(cv2.dilate(edges, np.ones((_NEAR, _NEAR), np.uint8))),
+        there(cv2.blur(edges, (_AROUND, _AROUND))),
     ]
     return np.stack(columns, dtype=np.float32).T  # a law looks at them column by column
 
