@@ -7,15 +7,15 @@ import os
 
 from .errors import FormatError, ParameterError
 
-BYTES_PER_PIXEL = 120
-"""What completing a frame takes for each of its pixels, all results and files included, by `python -m
-tests.bench.peaks`."""
+BYTES_PER_PIXEL = 200
+"""What completing a large frame (7680 x 4320) takes for each of its pixels, all results and files included, by `python
+-m tests.bench.peaks`; smaller ones take up to twice that, and less than the limit."""
 
-_USUAL_GB = 4.0
+_USUAL_GB = 8.0
 
 
 def memory_limit() -> float:
-    """Bytes that work on one frame may take: 4 GB, or as many GB as the environment variable ILF_MEMORY says.
+    """Bytes that work on one frame may take: 8 GB, or as many GB as the environment variable ILF_MEMORY says.
 
     Raises
     ------

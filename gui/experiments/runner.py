@@ -34,7 +34,7 @@ class ExperimentRunner(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._worker = Worker(self)
+        self._worker = Worker(self, finishes=True)  # its end is that of the process
         self._worker.progressed.connect(self._take)
         self._worker.finished.connect(lambda _: self._end("finished"))
         self._worker.cancelled.connect(lambda: self._end("cancelled"))

@@ -4,8 +4,8 @@
 
 Each kind of work is done once as a whole, and the longest processor time is taken that it spends without asking whether
 it is to go on, which is the worst case of a cancel at any moment. What a network says takes as long as it takes, and
-cannot be cancelled: it is told apart, and the window does not wait for it. Then the work is cancelled at some random
-moments, and the longest wall time is taken until it has stopped. With `--stacks`, where the longest stretches lie.
+cannot be cancelled: it is told apart, and the window does not wait for it. Then the work is begun as the window does,
+and cancelled at some random moments. With `--stacks`, where the longest stretches lie.
 """
 
 from __future__ import annotations
@@ -16,24 +16,26 @@ import tempfile
 import threading
 import time
 import traceback
-from collections.abc import Callable, Iterable
-from contextlib import suppress
+from collections.abc import Callable, Generator, Iterable
 from pathlib import Path
 
 import cv2
 import numpy as np
+from PySide6.QtCore import QCoreApplication
 
 import ilf
+from gui.work.worker import Worker
 from ilf.assets import asset_path
 from ilf.completion import CompletionRun
 from ilf.confidence import expected_error
 from ilf.dense import guess_steps
 from ilf.edges.onnx_network import OnnxNetwork
-from ilf.errors import Cancelled
 from ilf.outcomes import compose
 from ilf.run import ExportOptions
 from ilf.stopping import check_stopped, heed
 from ilf.suspicion import suspicious_places
+
+from .waiting import pause, wait
 
 Work = Callable[[], object]
 
@@ -82,26 +84,28 @@ def main() -> None:
     parser.add_argument("--stacks", action="store_true", help="say where the longest stretches lie")
     given = parser.parse_args()
     cv2.setNumThreads(1)
+    app = QCoreApplication([])
     make = frames(Path(given.frame) if given.frame else asset_path("samples/room"), given.size)
     chance = random.Random(given.seed)
     names = given.only or list(KINDS)
     print(f"{given.size}; longest stretch of work that cannot be cancelled, and of a network, processor time [ms];")
-    print(f"longest time from cancelling to the end over {given.moments} random moments, wall time [ms]")
-    print(f"{'':16} {'stretch':>8} {'network':>8} {'cancelled':>10}")
+    print(f"longest time from cancelling until the window goes on, and until the work is over, over {given.moments} ")
+    print("random moments, wall time [ms]")
+    print(f"{'':16} {'stretch':>8} {'network':>8} {'window':>8} {'over':>8}")
     for name in names:
         make_work = KINDS[name]
         _warm_up(make_work)
         meter, seconds = measured(make_work(make()))
         moments = [chance.uniform(0.02, 0.98) * seconds for _ in range(given.moments)]
         waits = [cancelled(make_work(make()), moment) for moment in moments]
+        goes_on, over = (max(times) for times in zip((0.0, 0.0), *waits, strict=True))
         longest = max(stretch for stretch, *_ in meter.stretches)
-        print(
-            f"{name:16} {1000 * longest:8.0f} {1000 * meter.longest_network:8.0f} {1000 * max(waits, default=0):10.0f}",
-            flush=True,
-        )
+        times = (longest, meter.longest_network, goes_on, over)
+        print(f"{name:16}", *(f"{1000 * seconds:8.0f}" for seconds in times), flush=True)
         if given.stacks:
             for stretch, begin, end in sorted(meter.stretches, reverse=True)[:6]:
                 print(f"  {1000 * stretch:.0f} ms\n   from {begin}\n   to   {end}")
+    app.quit()
 
 
 def measured(work: Work) -> tuple[Meter, float]:
@@ -134,22 +138,26 @@ def measured(work: Work) -> tuple[Meter, float]:
     return meters[0], time.perf_counter() - begun
 
 
-def cancelled(work: Work, moment: float) -> float:
-    """Begin some work, cancel it after so many seconds, and say how long [s] it went on."""
-    wish = threading.Event()
+def cancelled(work: Work, moment: float) -> tuple[float, float]:
+    """Begin some work as the window does, cancel it after so many seconds, and say how long [s] it takes until the
+    window goes on, and until the work has stopped."""
+    worker, ended = Worker(), []
 
-    def drive() -> None:
-        heed(wish)
-        with suppress(Cancelled):
-            work()
+    def job() -> Generator[None, None, None]:
+        yield None
+        work()
 
-    thread = threading.Thread(target=drive)
-    thread.start()
-    time.sleep(moment)
+    for signal in (worker.cancelled, worker.finished, worker.failed):
+        signal.connect(lambda *_: ended.append(time.perf_counter()))
+    threads = set(threading.enumerate())
+    worker.start(job)
+    (thread,) = set(threading.enumerate()) - threads
+    pause(max(round(1000 * moment), 1))
     asked = time.perf_counter()
-    wish.set()
+    worker.cancel()
+    wait(lambda: ended)
     thread.join()
-    return time.perf_counter() - asked
+    return max(ended[0] - asked, 0.0), time.perf_counter() - asked
 
 
 def frames(folder: Path, size: str) -> Callable[[], ilf.RGBDFrame]:

@@ -15,7 +15,9 @@ import os
 import sys
 import tempfile
 import threading
+import time
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -31,12 +33,22 @@ from ilf.run import ExportOptions
 
 from .memory import resident
 from .responsive import new_window, open_frame, sample
-from .waiting import pause, wait
+from .waiting import pause
 
 MOST_GROWTH = 30.0
 """MB."""
+_LIMIT_S = 300
 _REST_MS = 8000
 """After which nothing that was told is shown any more."""
+
+
+def wait(reached: Callable[[], object]) -> None:
+    """Let the window work until something holds; looking rarely, which leaves the time to its threads."""
+    end = time.monotonic() + _LIMIT_S
+    while not reached():
+        pause(20)
+        if time.monotonic() > end:
+            raise TimeoutError("the window has not come to what was waited for")
 
 
 def one_frame(window: MainWindow, folder: Path, out: Path) -> None:

@@ -51,12 +51,12 @@ def test_a_writer_that_is_killed_leaves_a_whole_set(tmp_path: Path, name: str) -
 
 def test_memory_is_estimated_against_a_limit_that_can_be_raised(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ILF_MEMORY", raising=False)
-    assert memory_limit() == 4e9
+    assert memory_limit() == 8e9
     check_fits("a", 7680, 4320)
     monkeypatch.setenv("ILF_MEMORY", str(1.5 * BYTES_PER_PIXEL / 1e9))
     check_fits("a", 1, 1)
     monkeypatch.setenv("ILF_MEMORY", "0.001")
-    with pytest.raises(Exception, match=r"1920 x 1080 .* 0\.249 GB of memory, and 0\.001 GB are allowed"):
+    with pytest.raises(Exception, match=r"1920 x 1080 .* 0\.415 GB of memory, and 0\.001 GB are allowed"):
         check_fits("a", 1920, 1080)
     for wrong in ("much", "-1", "nan"):
         monkeypatch.setenv("ILF_MEMORY", wrong)
