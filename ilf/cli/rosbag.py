@@ -72,6 +72,8 @@ def _runs(folders: list[str]) -> list[Path]:
     """The folders of runs among folders, or in them."""
     found: list[Path] = []
     for folder in map(Path, folders):
+        if not folder.is_dir():
+            raise InputError(f"{folder}: there is no such folder. Check the name.")
         inside = (
             [folder]
             if (folder / RECORD_FILE).is_file()
