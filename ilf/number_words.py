@@ -43,6 +43,17 @@ def counted(count: int, what: str) -> str:
     return f"{grouped(count)} {what}{'s' * (count != 1)}"
 
 
+def covered(blocks: int, share: float) -> str:
+    """How many blocks there are, and how much of the frame they cover.
+
+    Examples
+    --------
+    >>> covered(1, 0.083)
+    '1 block covers 8.3% of the frame'
+    """
+    return f"{counted(blocks, 'block')} cover{'s' * (blocks == 1)} {share:.1%} of the frame"
+
+
 def length_text(metres: float) -> str:
     """A length with the unit that reads best, to three significant digits: 10 m, 100 mm, 0.1 mm, 1 µm."""
     if not math.isfinite(metres):

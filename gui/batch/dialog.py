@@ -26,6 +26,7 @@ from gui.widgets.messages import Message
 from gui.widgets.plain_text import PlainLabel
 from gui.widgets.work_row import WorkRow
 from gui.work.cores import spare_cores
+from ilf.run.options import RECORD_FILE
 from ilf.threads import available_cores
 
 ALL_FRAMES, CHOSEN_FRAMES = "all", "chosen"
@@ -60,7 +61,7 @@ class BatchDialog(QDialog):
         about = Message(lines=3)
         about.say(
             "Completes frames from their files, each into a folder of its own, with the present values of Filter and "
-            "Extraction and the kinds of files last chosen in Export…. Blocks edited here have no part in it. "
+            "Extraction and the kinds of files that the last export had. Blocks edited here have no part in it. "
             "Begun again, it does what is not done yet; manifest.csv says what came of each frame."
         )
         self.scope = QComboBox()
@@ -157,7 +158,7 @@ class BatchDialog(QDialog):
         folder = self.folder.text().strip()
         self._form.setEnabled(not self._busy)
         self.start_button.setEnabled(not self._busy and bool(folder))
-        self.show_button.setEnabled(not self._busy and bool(folder) and (Path(folder) / "manifest.csv").exists())
+        self.show_button.setEnabled(not self._busy and bool(folder) and _has_results(Path(folder)))
 
     def _browse(self) -> None:
         path = QFileDialog.getExistingDirectory(self, "Folder of the results", self.folder.text())
@@ -175,6 +176,11 @@ class BatchDialog(QDialog):
         settings.setValue(_KEY + "folder", self.folder.text())
         settings.setValue(_KEY + "sheet", self.sheet.isChecked())
         settings.setValue(_KEY + "video", self.video.isChecked())
+
+
+def _has_results(folder: Path) -> bool:
+    """Whether a frame has been completed into it, also if the batch has not come to its end."""
+    return any(folder.glob(f"*/{RECORD_FILE}"))
 
 
 def _row(*widgets: QWidget) -> QHBoxLayout:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ilf.ebs import Extraction, extract
 from ilf.frame import RGBDFrame
+from ilf.number_words import covered
 from ilf.parameters import BlockParameters
 
 
@@ -36,5 +37,4 @@ def find(frame: RGBDFrame, parameters: BlockParameters) -> Found:
 
 def describe_blocks(count: int, labels: NDArray[np.int32]) -> str:
     """How many blocks there are in a label map, and how much of the frame they cover."""
-    covered = float((labels > 0).mean())
-    return f"{count} block{'s' * (count != 1)} cover{'s' * (count == 1)} {covered:.1%} of the frame"
+    return covered(count, float((labels > 0).mean()))

@@ -21,6 +21,9 @@ from .states import State, frame_states
 from .task import Task
 
 _SHOWN = 3
+_ANEW = (
+    "Choose another folder, or complete them anew (--anew; in the window, Again: Frames of other settings or files)."
+)
 """Differences and frames that a message names."""
 
 
@@ -120,7 +123,7 @@ def open_batch(
     if before is not None and not same and not anew:
         raise InputError(
             f"{target} has frames that were completed with other settings "
-            f"({_some(differences(before[0], facts))}). Choose another folder, or complete them anew (--anew)."
+            f"({_some(differences(before[0], facts))}). {_ANEW}"
         )
     # other settings may have other frames, and these other depths
     levels = before[1] if before is not None and same else depth_levels(frames)
@@ -130,7 +133,7 @@ def open_batch(
     if changed and not anew:
         raise InputError(
             f"The files of {counted(len(changed), 'frame')} have changed since they were completed into {target}: "
-            f"{_some(changed)}. Choose another folder, or complete them anew (--anew)."
+            f"{_some(changed)}. {_ANEW}"
         )
     if not same:
         write_settings(made_folder(target), facts, levels)

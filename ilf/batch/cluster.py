@@ -49,6 +49,8 @@ def outcomes_on_cluster(task: Task, frames: Sequence[BatchFrame], address: str) 
 def _client(distributed: Any, address: str) -> Any:
     where = {"scheduler_file": address} if Path(address).is_file() else {"address": address}
     try:
+        if "address" in where and "://" not in address:
+            distributed.comm.get_address_host_port(address)  # a client of no address waits for a minute when it ends
         return distributed.Client(**where, timeout=_PATIENCE_S, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise InputError(

@@ -83,7 +83,10 @@ def frames_of_sources(
         found += own
         neighbours += [(*files[max(i - reach, 0) : i], *files[i + 1 : i + 1 + reach]) for i in range(len(own))]
     if not found:
-        raise InputError(f"There are no frames but those of the results in {apart_from}. Name another source.")
+        raise InputError(
+            f"There are no frames but those in {apart_from}, the folder for the results. Choose another folder "
+            "for these, or name another source."
+        )
     return [replace(frame, neighbours=near) for frame, near in zip(named_frames(found), neighbours, strict=True)]
 
 

@@ -16,6 +16,7 @@ from ..io import BLOCK_FORMATS, LoadedBlocks, write_blocks
 from ..io.atomic import write_bytes
 from ..io.folders import made_folder
 from ..io.images import encode_image
+from ..number_words import covered
 from ..run import check_not_an_input
 from .given_blocks import add_given_blocks, check_given_blocks, filled, given_blocks
 from .parsing import Commands, UsageError, add_block_parameters, add_distrusted, add_frame, frame_from
@@ -108,8 +109,8 @@ def _report(found: LoadedBlocks, lacks_nothing: NDArray[np.bool_]) -> list[str]:
         if label > 0
     ]
     head = "block", "pixels", "missing", "name" if found.names else ""
-    covered = np.count_nonzero(found.labels) / found.labels.size
-    return [*table(head, rows), "", f"{len(rows)} blocks cover {covered:.1%} of the frame."]
+    share = np.count_nonzero(found.labels) / found.labels.size
+    return [*table(head, rows), "", f"{covered(len(rows), share)}."]
 
 
 def _numbers(text: str) -> frozenset[int]:

@@ -14,6 +14,7 @@ from ..errors import one_line
 from ..filter.edge_aware.guiding import fit_guide
 from ..frame import RGBDFrame
 from ..judgement import Judgement, judge_blocks, judge_completion
+from ..number_words import covered
 from ..outcomes import BlockOutcome, Completion, Status
 from ..run import Run
 
@@ -37,8 +38,7 @@ def completion_report(
     return "\n".join([
         *outcome_lines(outcomes, errors),
         "",
-        f"{frame.name}: {len(outcomes)} blocks cover {np.count_nonzero(run.blocks) / run.blocks.size:.1%} of the "
-        "frame.",
+        f"{frame.name}: {covered(len(outcomes), np.count_nonzero(run.blocks) / run.blocks.size)}.",
         _recovered_line(frame, completion, seconds),
         *([] if guide is None else [f"Guide: {guide.in_words()}."]),
         *judged,

@@ -57,6 +57,8 @@ def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
     if arguments.rate is not None and not arguments.rate > 0:
         raise InputError(f"--rate must be more than 0 frames a second, not {arguments.rate:g}.")
+    if Path(arguments.out).suffix.lower() == ".bag":
+        raise InputError(f"{arguments.out}: ROS 2 records into a folder, .bag is a file of ROS 1. Leave out .bag.")
     stamped = sorted(_stamped(_runs(arguments.folders), arguments.rate))
     count = write_rosbag(
         arguments.out,
@@ -72,6 +74,8 @@ def _runs(folders: list[str]) -> list[Path]:
     """The folders of runs among folders, or in them."""
     found: list[Path] = []
     for folder in map(Path, folders):
+        if not folder.is_dir():
+            raise InputError(f"{folder}: there is no such folder. Check the name.")
         inside = (
             [folder]
             if (folder / RECORD_FILE).is_file()

@@ -15,7 +15,9 @@ def source_facts(source: Source) -> list[tuple[str, str]]:
     facts = [("source", f"{source.path}, {counted(len(source), 'frame')}"), ("keys", _some(source.keys))]
     times = source.timestamps
     if times is not None:
-        facts.append(("time", f"{min(times):.6f} to {max(times):.6f} s, {max(times) - min(times):.3f} s in all"))
+        start, end = min(times), max(times)
+        span = f"{start:.6f} to {end:.6f} s, {end - start:.3f} s in all" if len(times) > 1 else f"{start:.6f} s"
+        facts.append(("time", span))
     first = source.calibration(source.keys[0])
     facts += [("colour camera", camera_text(first.colour)), ("depth camera", camera_text(first.depth))]
     way = "done as it is read" if source.frame_source(source.keys[0]).frame is not None else "read as it is"

@@ -48,6 +48,11 @@ def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path
     dialog.folder.setText(str(out))
     dialog.sheet.setChecked(True)
     assert not dialog.show_button.isEnabled()
+    (tmp_path / "cancelled" / "frame").mkdir(parents=True)
+    (tmp_path / "cancelled" / "frame" / "run.json").touch()
+    dialog.folder.setText(str(tmp_path / "cancelled"))
+    assert dialog.show_button.isEnabled(), "what was completed before a batch was cancelled can be opened"
+    dialog.folder.setText(str(out))
     dialog.start_button.click()
     assert [way.what for way in part.under_way()] == ["a batch of frames"]
     assert _done(part, qtbot) == f"3 of 3 frames, 1 failed. Written to {out}"

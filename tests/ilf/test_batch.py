@@ -28,6 +28,7 @@ from ilf.batch import (
     selected,
     shard_of,
 )
+from ilf.batch.cluster import outcomes_on_cluster
 from ilf.batch.frames import folder_name
 from ilf.batch.local import outcomes_here
 from ilf.batch.manifest import write_manifest
@@ -288,6 +289,20 @@ def test_wrong_requests_are_told_before_anything_is_made(source, tmp_path, capsy
     assert exit_status(command) == status
     assert message in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_results_do_not_go_into_the_source(source, capsys):
+    before = contents(source)
+    assert main(["batch", str(source), "--out", str(source)]) == 1
+    assert "Choose another folder for these" in capsys.readouterr().err
+    assert contents(source) == before
+
+
+def test_what_is_no_address_is_not_asked_for_a_scheduler(monkeypatch):
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr(distributed, "Client", lambda **_: pytest.fail("a client was made"))
+    with pytest.raises(InputError, match="no Dask scheduler at nowhere"):
+        next(outcomes_on_cluster(None, (), "nowhere"))
 
 
 def test_sources_of_one_name_are_refused(source):

@@ -207,7 +207,7 @@ def test_blocks_go_to_other_programs_and_come_back(files, capsys):
     assert main(["blocks", *files, "--from", "drawn.json", "--out", "b.json", "--format", "coco-rle"]) == 0
     shown = capsys.readouterr().out
     assert re.search(r"^ *7 +400 .* chair$", shown, re.MULTILINE)
-    assert "1 blocks cover 8.3%" in shown
+    assert "1 block covers 8.3%" in shown
     found = read_blocks("b.json", (60, 80))
     np.testing.assert_array_equal(found.labels, drawn)
     assert found.names == {7: "chair"}
