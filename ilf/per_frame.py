@@ -79,7 +79,7 @@ class Memory(Generic[Owner, T]):
         return self._known[number]
 
 
-@dataclasses.dataclass(eq=False)
+@dataclasses.dataclass(frozen=True, eq=False)
 class _Known(Generic[T]):
     """What is known of one owner, which the reference takes away when the owner goes."""
 

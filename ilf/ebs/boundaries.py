@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from skimage.measure import label as connected_regions
 from skimage.segmentation import watershed
 
+from ..compiling import compiled
 from ..edges.pairs import Pairs, apart, mark
 
 _NECKS = (32, 16, 8, 4, 2)
@@ -53,17 +54,43 @@ def regions_between(edges: NDArray[np.bool_], radius: float, inside: NDArray[np.
     """
     distance = np.where(inside, distance_to(edges), -1)
     regions = np.zeros(edges.shape, np.int32)
+    largest = 0
     for further in (*_NECKS, 0):
         parts = _parts(distance > radius + further)
-        new = np.bincount(parts.ravel()) >= _SPECK
-        new[0] = False
-        new[parts[regions > 0]] = False
-        numbers = np.cumsum(new, dtype=np.int32) + regions.max()
-        regions = np.where(new[parts], numbers[parts], regions)
+        largest = _take_in(parts.ravel(), regions.ravel(), largest)
     if not regions.any():
         # edges everywhere tell nothing apart
         regions = _parts(inside)
     return regions
+
+
+def _take_in_one_by_one(parts: NDArray[np.int32], regions: NDArray[np.int32], largest: int) -> int:
+    sizes = np.zeros(parts.max() + 1, np.int64)
+    for pixel in range(parts.size):
+        sizes[parts[pixel]] += 1 if regions[pixel] == 0 else -parts.size
+    numbers = np.zeros(sizes.size, np.int32)
+    for part in range(1, sizes.size):
+        if sizes[part] >= _SPECK:
+            largest += 1
+            numbers[part] = largest
+    for pixel in range(parts.size):
+        if numbers[parts[pixel]] > 0:
+            regions[pixel] = numbers[parts[pixel]]
+    return largest
+
+
+@compiled(_take_in_one_by_one)
+def _take_in(parts: NDArray[np.int32], regions: NDArray[np.int32], largest: int) -> int:
+    """Make regions of the parts in which there is none, in place; the largest number of a region before and after.
+
+    Part 0 is none, nor is a speck.
+    """
+    new = np.bincount(parts) >= _SPECK
+    new[0] = False
+    new[parts[regions > 0]] = False
+    numbers = np.where(new, np.cumsum(new, dtype=np.int32) + np.int32(largest), 0)
+    np.copyto(regions, numbers[parts], where=new[parts])
+    return int(numbers.max(initial=largest))
 
 
 def distance_to(edges: NDArray[np.bool_]) -> NDArray[np.float32]:

@@ -51,6 +51,8 @@ def staging(target: Path) -> Iterator[Path]:
         _discard(folder)
     except BaseException as error:
         remove_empty(missing)
+        if isinstance(error, FileExistsError | NotADirectoryError):
+            raise ExportError(f"Could not write into {target}: it is no folder, or lies in none.") from error
         if isinstance(error, OSError):
             raise ExportError(f"Could not write into {target}: {error.strerror or error}.") from error
         raise

@@ -94,7 +94,7 @@ def test_what_cannot_be_found_is_said_once(
     monkeypatch.setattr(QMessageBox, "open", lambda box: said.append(box.text()))
     run_all(opened)
     qtbot.waitUntil(lambda: not opened.errors.busy, timeout=WAIT_MS)
-    assert said == ["MemoryError: no room"]
+    assert said == ["Memory has run out (no room). Close other programs, or take a smaller frame."]
     opened.views.set_layout("grid-difference")
     opened.views.set_layout("expected-error")
     opened.refresh.now()

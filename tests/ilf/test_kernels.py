@@ -13,6 +13,7 @@ from numpy.testing import assert_allclose
 
 from ilf import compiling
 from ilf.compiling import compiled, is_compiled
+from ilf.ebs import boundaries
 from ilf.filter import banded
 from ilf.filter.edge_aware import kernels, trend
 from ilf.filter.edge_aware.smoothness import Weights
@@ -114,6 +115,16 @@ def test_letting_go(shape: tuple[int, int]) -> None:
     expected, *others = (way(_weights(shape), u, scale, np.float32(0.3)) for way in _ways("let_go"))
     for found in others:
         assert_allclose(found, expected, rtol=1e-5, atol=1e-7)
+
+
+def test_parts_are_taken_in() -> None:
+    """Of the parts, 1 is a speck, 2 holds a region already, 3 and 4 become regions."""
+    parts = np.array([0, 1, 1, 1, 2, 2, 2, 2, 2, 4, 4, 4, 4, 3, 3, 3, 3, 3], np.int32)
+    for way in (boundaries._take_in.__wrapped__, boundaries._take_in_one_by_one, boundaries._take_in):
+        regions = np.where(np.arange(parts.size) == 5, np.int32(7), np.int32(0))
+        assert way(parts, regions, 7) == 9
+        assert regions.tolist() == [0] * 5 + [7] + [0] * 3 + [9] * 4 + [8] * 5
+        assert way(parts, regions, 9) == 9
 
 
 @pytest.mark.parametrize("shape", SHAPES)

@@ -230,7 +230,7 @@ DAMAGED: dict[str, tuple[Callable[[Path], Path], str]] = {
     "cut .r3d": (lambda f: cut(write_record3d(f / "a.r3d"), 0.7), "no whole recording"),
     "no frames": (lambda f: _zip(f / "a.r3d"), "no frames"),
     "no sizes": (lambda f: write_record3d(f / "a.r3d", dw=None), "must have dw and dh"),
-    "huge depth": (lambda f: write_record3d(f / "a.r3d", dw=100_000, dh=100_000), "100 megapixels"),
+    "huge depth": (lambda f: write_record3d(f / "a.r3d", dw=100_000, dh=100_000), "100000 x 100000 pixels"),
     "other depth": (lambda f: write_record3d(f / "a.r3d", dw=40, dh=30), "in place of|does not announce"),
     "no camera": (lambda f: write_record3d(f / "a.r3d", K=[1, 2]), "K of nine numbers"),
     "bomb": (lambda f: replaced(write_record3d(f / "a.r3d"), "rgbd/0.depth", bomb()), "more than it should"),
@@ -249,7 +249,7 @@ DAMAGED: dict[str, tuple[Callable[[Path], Path], str]] = {
     "cut .sens": (lambda f: write_sens(f / "a.sens", sens()[:-1]), "ends within frame 2 of 3"),
     "cut header": (lambda f: write_sens(f / "a.sens", sens()[:100]), "ends within its header"),
     "endless .sens": (lambda f: write_sens(f / "a.sens", sens(count=2**60)), "ends within frame 3"),
-    "huge .sens": (lambda f: write_sens(f / "a.sens", _with_size(100_000)), "100 megapixels"),
+    "huge .sens": (lambda f: write_sens(f / "a.sens", _with_size(100_000)), "100000 x 100000 pixels"),
     "other .sens": (lambda f: write_sens(f / "a.sens", _with_size(20)), "has not the 960 bytes"),
     "no .mat": (lambda f: write_sens(f / "a.mat", b"x" * 500), "HDF5"),
 }
