@@ -79,9 +79,11 @@ def test_what_does_not_end_is_cut_short_and_leaves_neither_files_nor_processes(t
 
 @pytest.fixture
 def heard() -> Iterator[object]:
-    """Who hears signals in the place of whatever these tests run in: a shell has what it starts in the background ignore
-    SIGINT."""
-    before = {number: signal.signal(number, signal.default_int_handler) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    """How signals are heard, wherever these tests run: what a shell starts in the background ignores SIGINT."""
+    before = {
+        number: signal.signal(number, signal.default_int_handler)
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    }
     yield signal.default_int_handler
     for number, handler in before.items():
         signal.signal(number, handler)
