@@ -13,7 +13,7 @@ import numpy as np
 from ..confidence import expected_error
 from ..errors import Cancelled, ExportError, IlfError, InputError
 from ..io.files import file_sha256
-from ..io.label_files import read_mask
+from ..io.label_files import also_distrusting
 from ..io.unfinished import remove, remove_empty
 from ..judgement import Judgement, judge_completion, judge_hidden
 from ..outcomes import Completion
@@ -154,8 +154,7 @@ def _completed(task: Task, frame: BatchFrame, threads: int | None) -> FrameRecor
     reading = read_frame(frame)
     loaded, inputs = steadied(reading, task.folder_of(frame)) if settings.steady else (reading.frame, ())
     if settings.distrust is not None:
-        mask = read_mask(settings.distrust, loaded.shape)
-        loaded = loaded.distrusting(mask if loaded.distrusted is None else mask | loaded.distrusted)
+        loaded = also_distrusting(loaded, settings.distrust)
     run = settings.recipe.run_of(loaded)
     options = settings.options
     notes = [*loaded.notes, *run.notes]

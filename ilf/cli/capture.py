@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from ..io.frame_folders import new_frame_files, write_frame
-from ..sources.realsense import take_frame
+from ..sources.realsense import SETTLING, take_frame
 from .parsing import Commands, count
 from .report import warn
 
@@ -24,9 +24,9 @@ def add_command(commands: Commands) -> None:
     parser.add_argument(
         "--settle",
         type=count,
-        default=30,
+        default=SETTLING,
         metavar="N",
-        help="frames to let pass before, until exposure has settled (default: 30)",
+        help=f"frames to let pass before, until exposure has settled (default: {SETTLING})",
     )
 
 

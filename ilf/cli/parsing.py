@@ -13,7 +13,7 @@ from ..errors import IlfError, ParameterError
 from ..frame import RGBDFrame
 from ..io.encodings import MEANINGS
 from ..io.frame_source import FrameSource
-from ..io.label_files import read_mask
+from ..io.label_files import also_distrusting
 from ..io.time_lists import MOST_APART_S
 from ..parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..preset_files import OwnPreset, find_preset
@@ -273,10 +273,7 @@ def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
     is doubtful about how it is read is told at once."""
     frame = (_frame_of_files(arguments) if arguments.frame is None else frame_of_source(arguments)).load()
     warn(frame.notes)
-    if arguments.distrust is None:
-        return frame
-    given = read_mask(arguments.distrust, frame.shape)
-    return frame.distrusting(given if frame.distrusted is None else given | frame.distrusted)
+    return frame if arguments.distrust is None else also_distrusting(frame, arguments.distrust)
 
 
 def add_block_parameters(parser: argparse.ArgumentParser) -> None:

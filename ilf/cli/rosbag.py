@@ -12,6 +12,7 @@ from ..io.ros_output import CAMERA_TOPIC, DEPTH_TOPIC, ENCODINGS_OF_ROS, STORAGE
 from ..number_words import counted
 from ..run import read_record
 from ..run.options import RECORD_FILE
+from ..run.result_folders import result_folders
 from ..run.stamps import stamp_of
 from .parsing import Commands
 
@@ -59,7 +60,8 @@ def run(arguments: argparse.Namespace) -> None:
         raise InputError(f"--rate must be more than 0 frames a second, not {arguments.rate:g}.")
     if Path(arguments.out).suffix.lower() == ".bag":
         raise InputError(f"{arguments.out}: ROS 2 records into a folder, .bag is a file of ROS 1. Leave out .bag.")
-    stamped = sorted(_stamped(_runs(arguments.folders), arguments.rate))
+    folders = [folder for named in arguments.folders for folder in result_folders(named)]
+    stamped = sorted(_stamped(folders, arguments.rate))
     count = write_rosbag(
         arguments.out,
         (_frame(folder, stamp) for stamp, folder in stamped),
@@ -68,23 +70,6 @@ def run(arguments: argparse.Namespace) -> None:
         frame_id=arguments.frame_id,
     )
     print(f"{counted(count, 'frame')}, written to {arguments.out}")
-
-
-def _runs(folders: list[str]) -> list[Path]:
-    """The folders of runs among folders, or in them."""
-    found: list[Path] = []
-    for folder in map(Path, folders):
-        if not folder.is_dir():
-            raise InputError(f"{folder}: there is no such folder. Check the name.")
-        inside = (
-            [folder]
-            if (folder / RECORD_FILE).is_file()
-            else sorted(path.parent for path in folder.glob(f"*/{RECORD_FILE}"))
-        )
-        if not inside:
-            raise InputError(f"{folder} has no runs: neither a {RECORD_FILE} in it, nor folders with one.")
-        found += inside
-    return found
 
 
 def _stamped(folders: list[Path], rate: float | None) -> Iterator[tuple[int, Path]]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..errors import FormatError
 from .files import FileContent
-from .images import check_pixel_count
+from .float_rows import floats_behind
 
 COLMAP_SUFFIX = ".bin"
 
@@ -33,11 +33,4 @@ def read_colmap(file: FileContent) -> NDArray[np.float32]:
         raise FormatError(
             f"{file} has {channels} channels, as normal maps have, where depth has one. Give the file of depth_maps."
         )
-    check_pixel_count(file, width, height)
-    values = file.data[header.end() :]
-    if values.size != 4 * width * height:
-        raise FormatError(
-            f"{file}: {width} x {height} pixels are announced, which are {4 * width * height} bytes, and {values.size} "
-            "are there: it is truncated or damaged. Copy or export it again."
-        )
-    return np.frombuffer(values.tobytes(), "<f4").astype(np.float32).reshape(height, width)
+    return floats_behind(file, header.end(), (height, width), "<f4")

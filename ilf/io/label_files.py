@@ -1,4 +1,4 @@
-"""Label maps as 16-bit PNG."""
+"""Label maps as 16-bit PNG, and masks."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ExportError, FormatError, InputError
+from ..frame import RGBDFrame
 from .atomic import write_bytes
 from .files import FileSource
 from .images import encode_image, read_image
@@ -34,6 +35,12 @@ def read_mask(path: str | os.PathLike[str], shape: tuple[int, int] | None = None
         As `read_labels`.
     """
     return read_labels(path, shape, what="mask") > 0
+
+
+def also_distrusting(frame: RGBDFrame, path: str | os.PathLike[str]) -> RGBDFrame:
+    """A frame that distrusts the depth of a mask's pixels, too; raises as `read_mask` does."""
+    mask = read_mask(path, frame.shape)
+    return frame.distrusting(mask if frame.distrusted is None else mask | frame.distrusted)
 
 
 def write_labels(path: str | os.PathLike[str], labels: ArrayLike) -> None:

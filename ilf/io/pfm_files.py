@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..errors import FormatError
 from .files import FileContent
-from .images import check_pixel_count
+from .float_rows import floats_behind
 
 _HEADER = re.compile(rb"P([fF])\s+(\d{1,9})\s+(\d{1,9})\s+([-+]?[0-9.]{1,20}(?:[eE][-+]?\d{1,3})?)\s")
 _LONGEST_HEADER = 100
@@ -29,12 +29,5 @@ def read_pfm(file: FileContent) -> NDArray[np.float32]:
     kind, width, height, scale = header[1], int(header[2]), int(header[3]), header[4]
     if kind == b"F":
         raise FormatError(f"{file}: this PFM has three channels. Export depth with one.")
-    check_pixel_count(file, width, height)
-    values = file.data[header.end() :]
-    if values.size != 4 * width * height:
-        raise FormatError(
-            f"{file}: {width} x {height} pixels are announced, which are {4 * width * height} bytes, and {values.size} "
-            "are there: it is truncated or damaged. Copy or export it again."
-        )
     order = "<f4" if scale.startswith(b"-") else ">f4"
-    return np.frombuffer(values.tobytes(), order).astype(np.float32).reshape(height, width)[::-1].copy()
+    return floats_behind(file, header.end(), (height, width), order)[::-1].copy()

@@ -20,12 +20,12 @@ from ..io.depth_reading import read_depth
 from ..io.files import read_file
 from ..io.images import encode_image, read_colour
 from ..io.label_files import read_mask
-from ..io.pairing import natural
 from ..io.poses import OF_OPENGL
 from ..io.recordings import is_recording, opened
 from .options import ERROR_FILES, RECORD_FILE, UNVOUCHED_FILE
 from .record import RunRecord
 from .record_file import read_record
+from .result_folders import result_folders
 from .writing import Written
 
 TRANSFORMS_FILE = "transforms.json"
@@ -134,21 +134,6 @@ def write_nerfstudio(folder: str | os.PathLike[str], results: Iterable[str | os.
     data = {"camera_model": "OPENCV", "depth_unit_scale_factor": 1 / _UNITS, "frames": frames}
     _write(target / TRANSFORMS_FILE, f"{json.dumps(data, indent=1)}\n".encode())
     return Written((*files, target / TRANSFORMS_FILE), tuple(dict.fromkeys(notes)))
-
-
-def result_folders(path: str | os.PathLike[str]) -> list[Path]:
-    """A folder of a result, or those in it, by name; InputError if there are none."""
-    root = Path(path).absolute()
-    if (root / RECORD_FILE).is_file():
-        return [root]
-    try:
-        inside = (inner for inner in root.iterdir() if (inner / RECORD_FILE).is_file())
-        found = sorted(inside, key=lambda inner: natural(inner.name))
-    except OSError as error:
-        raise InputError(f"{root}: cannot be read ({error.strerror}). Name a folder of results.") from error
-    if not found:
-        raise InputError(f"{root} holds no results: neither it nor a folder in it has a {RECORD_FILE}.")
-    return found
 
 
 def _result(folder: Path, record: RunRecord) -> _Result:

@@ -13,13 +13,13 @@ from ..extras import load_libusb, optional
 from ..frame import RGBDFrame
 from ..registration import Camera, RawPair, register
 
-_SETTLING = 30
+SETTLING = 30
 """Frames until exposure and white balance have settled."""
 _PATIENCE_MS = 5000
 _OTHER_LENSES = ("kannala_brandt4", "ftheta")
 
 
-def take_frame(settle: int = _SETTLING) -> RGBDFrame:
+def take_frame(settle: int = SETTLING) -> RGBDFrame:
     """Take a frame with the RealSense camera that is connected.
 
     Parameters

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -47,10 +48,11 @@ from ilf.processes import process_pool
 half = Path(sys.argv[1])
 half.touch()
 with ending_when_asked(), unfinished(half), process_pool(1) as pool:
-    print(pool.submit(os.getpid).result(), flush=True)
+    helper = pool.submit(os.getpid).result()
     pool.submit(time.sleep, 600)
     while True:
         try:
+            print(helper, flush=True)
             threading.Event().wait()
         except KeyboardInterrupt:
             pass  # as if it did not hear
@@ -75,6 +77,18 @@ def test_what_does_not_end_is_cut_short_and_leaves_neither_files_nor_processes(t
         assert command.stderr.readline() == "ilf: error: ended by SIGTERM\n"
 
 
+@pytest.fixture
+def heard() -> Iterator[object]:
+    """How signals are heard, wherever these tests run: what a shell starts in the background ignores SIGINT."""
+    before = {
+        number: signal.signal(number, signal.default_int_handler)
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    }
+    yield signal.default_int_handler
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
 def _runs(process: int) -> bool:
     """Whether it does; what has ended and was not asked for its status does not."""
     state = subprocess.run(["ps", "-o", "stat=", "-p", str(process)], capture_output=True, text=True).stdout
@@ -84,13 +98,12 @@ def _runs(process: int) -> bool:
 @posix
 @pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
 def test_a_command_that_is_asked_to_end_says_so(
-    name: str, status: int, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    name: str, status: int, heard: object, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = signal.getsignal(signal.Signals[name])
     monkeypatch.setattr(info, "_print_facts", lambda _: signal.raise_signal(signal.Signals[name]))
     assert main(["info", str(Path(__file__).parents[2] / "assets" / "samples" / "room")]) == status
     assert capsys.readouterr().err == f"ilf: error: {'interrupted' if status == 130 else f'ended by {name}'}\n"
-    assert signal.getsignal(signal.Signals[name]) is before
+    assert signal.getsignal(signal.Signals[name]) is heard
 
 
 @posix

@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import re
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -43,14 +44,30 @@ SPHERE = Surface("sphere", (30, 60), (1.2, 2.6), 2.0, 2.0)
 NAMES = ["convergence", "cylinder", "sphere", "cylinder-noise", "unknowns", "real", "table", "limits"]
 
 
-@pytest.fixture
-def tiny(monkeypatch):
+@pytest.fixture(scope="module")
+def tiny():
     """Quick runs on grids of a few pixels."""
-    for module in (cylinder, sphere, limits):
-        monkeypatch.setattr(module, "_QUICK_SHAPE", (24, 32))
-    monkeypatch.setattr(cylinder, "_QUICK_RATES", (0.0, 0.4))
-    monkeypatch.setattr(sphere, "_QUICK_RATES", (0.0, 0.4))
-    monkeypatch.setattr(limits, "_QUICK_RATES", (0.2, 0.6))
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        for module in (cylinder, sphere, limits):
+            monkeypatch.setattr(module, "_QUICK_SHAPE", (24, 32))
+        monkeypatch.setattr(cylinder, "_QUICK_RATES", (0.0, 0.4))
+        monkeypatch.setattr(sphere, "_QUICK_RATES", (0.0, 0.4))
+        monkeypatch.setattr(limits, "_QUICK_RATES", (0.2, 0.6))
+        yield
+
+
+@pytest.fixture(scope="module")
+def sphere_result(tiny):
+    return run_experiment("sphere", Settings(quick=True))
+
+
+@pytest.fixture(scope="module")
+def sphere_files(sphere_result, tmp_path_factory):
+    """A folder with the stored result; to be copied."""
+    folder = tmp_path_factory.mktemp("sphere")
+    files = write_result(sphere_result, EXPERIMENTS["sphere"], folder)
+    assert sorted(files) == sorted(folder.iterdir())
+    return folder
 
 
 @pytest.fixture
@@ -255,10 +272,9 @@ def test_progress_counts_to_the_end_and_can_stop_the_run(tiny):
         run_experiment("cylinder", Settings(quick=True), stop)
 
 
-def test_results_are_written_and_read_again(tiny, tmp_path):
-    result = run_experiment("sphere", Settings(quick=True))
-    files = write_result(result, EXPERIMENTS["sphere"], tmp_path)
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(path.name for path in files)
+def test_results_are_written_and_read_again(sphere_result, sphere_files, tmp_path):
+    result = sphere_result
+    shutil.copytree(sphere_files, tmp_path, dirs_exist_ok=True)
     content = json.loads((tmp_path / "sphere.json").read_text())
     assert {"experiment", "parameters", "seed", "seconds", "rows", "version"} <= set(content)
     for row in content["rows"]:
@@ -268,7 +284,7 @@ def test_results_are_written_and_read_again(tiny, tmp_path):
     assert [float(line["rmse_mm"]) for line in lines] == [row["rmse_mm"] for row in result.rows]
     stored = read_result(tmp_path / "sphere.json")
     assert stored.rows == content["rows"]
-    assert [f"{figure.stem}.png" in {path.name for path in files} for figure in stored.figures] == [True, True]
+    assert [(tmp_path / f"{figure.stem}.png").is_file() for figure in stored.figures] == [True, True]
     curves, _ = EXPERIMENTS["sphere"].draw(result)
     for form in ("png", "svg"):
         assert rendered(curves, form) == (tmp_path / f"sphere-curves.{form}").read_bytes()
@@ -390,11 +406,9 @@ def stored_with(folder, **changes):
     path.write_text(json.dumps(json.loads(path.read_text()) | changes))
 
 
-def test_a_result_of_someone_else_reaches_nothing_beside_it(tiny, tmp_path):
-    inside, docs = tmp_path / "results", tmp_path / "docs" / "experiments.md"
-    inside.mkdir()
+def test_a_result_of_someone_else_reaches_nothing_beside_it(sphere_files, tmp_path):
+    inside, docs = shutil.copytree(sphere_files, tmp_path / "results"), tmp_path / "docs" / "experiments.md"
     docs.parent.mkdir()
-    write_result(run_experiment("sphere", Settings(quick=True)), EXPERIMENTS["sphere"], inside)
     (tmp_path / "secret.png").write_bytes((inside / "sphere-curves.png").read_bytes())
     before = (inside / "sphere.json").read_text()
     for stem in ("../secret", "/etc/x", "a/../../secret", "..", "x" * 5000, 7):
@@ -411,8 +425,8 @@ def test_a_result_of_someone_else_reaches_nothing_beside_it(tiny, tmp_path):
     assert not (inside / "report.html").exists()
 
 
-def test_a_result_is_shown_as_text(tiny, tmp_path):
-    write_result(run_experiment("sphere", Settings(quick=True)), EXPERIMENTS["sphere"], tmp_path)
+def test_a_result_is_shown_as_text(sphere_files, tmp_path):
+    shutil.copytree(sphere_files, tmp_path, dirs_exist_ok=True)
     evil = "<img src=x onerror=alert(1)> [a](http://b) | `code`\n# c"
     stored_with(tmp_path, title=evil, about=evil, notes=[evil], source=evil)
     page, text = (path.read_text() for path in write_report(tmp_path, markdown_file=tmp_path / "a.md"))

@@ -16,7 +16,7 @@ from tests.bench.kill.writers import kills_of
 from tests.bench.writers import WRITERS, Write, Writer
 
 
-@pytest.mark.parametrize(("name", "every"), [("run", 23), ("cloud", 9), ("project", 7), ("sample", 7), ("preset", 3)])
+@pytest.mark.parametrize(("name", "every"), [("run", 46), ("cloud", 9), ("project", 7), ("sample", 7), ("preset", 3)])
 def test_a_disk_that_fails_leaves_the_old_set_or_the_new(tmp_path: Path, name: str, every: int) -> None:
     tried, wrong = faults_of(WRITERS[name], tmp_path, every, first=random.randrange(every))
     assert tried

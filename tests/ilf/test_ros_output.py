@@ -98,12 +98,12 @@ def test_runs_become_a_recording_with_the_times_of_their_source(
     written = found["/depth_completed"][1][1].data.view(np.float32).reshape(H, W)
     assert np.array_equal(written, np.load(tmp_path / "runs" / "0" / "depth.npy"), equal_nan=True)
     assert main(["rosbag", str(tmp_path / "out"), "--out", str(tmp_path / "more")]) == 1
-    assert "has no runs" in capsys.readouterr().err
+    assert "holds no results" in capsys.readouterr().err
     assert main(["rosbag", str(tmp_path / "runs"), "--out", str(tmp_path / "done.bag")]) == 1
     assert "Leave out .bag" in capsys.readouterr().err
     assert not (tmp_path / "done.bag").exists()
     assert main(["rosbag", "nowhere", "--out", "bag"]) == 1
-    assert "nowhere: there is no such folder" in capsys.readouterr().err
+    assert "nowhere: cannot be read" in capsys.readouterr().err
 
 
 def test_the_time_of_a_frame() -> None:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
+import signal
 import socket
-import subprocess
-import sys
+import warnings
 
 import pytest
 
@@ -26,23 +26,30 @@ def write_set(target, text):
 
 def die_in_the_middle(target, moves, after_them=False):
     """Write a set in another process, which is killed after so many moves: before the next, or as the last ends."""
-    program = f"""
-import os, signal
-from pathlib import Path
-from ilf.run import staging
-from tests.ilf.test_staging import write_set
-real, done = os.replace, []
-def replace(*paths):
-    if len(done) == {moves}:
-        os.kill(os.getpid(), signal.SIGKILL)
-    done.append(paths)
-    real(*paths)
-    if {after_them} and len(done) == {moves}:
-        os.kill(os.getpid(), signal.SIGKILL)
-os.replace = replace
-write_set(Path({str(target)!r}), "new ")
-"""
-    return subprocess.run([sys.executable, "-c", program], check=False).returncode
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # other threads do nothing that the child needs
+        child = os.fork()
+    if child == 0:
+        try:
+            _write_and_die(target, moves, after_them)
+        finally:
+            os._exit(0)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+def _write_and_die(target, moves, after_them):
+    real, done = os.replace, []
+
+    def replace(*paths):
+        if len(done) == moves:
+            os.kill(os.getpid(), signal.SIGKILL)
+        done.append(paths)
+        real(*paths)
+        if after_them and len(done) == moves:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    os.replace = replace
+    write_set(target, "new ")
 
 
 def test_a_set_replaces_the_one_before(tmp_path):

@@ -20,7 +20,10 @@ from ilf.io.nyu_labelled import read_split
 from ilf.models import models_folder
 from ilf.trial import in_child
 
+from ..bench.fuzz.forked import run_forked
 from .tiny_onnx import message, node, number
+
+fork = pytest.mark.skipif(os.name != "posix", reason="forks")
 
 HOSTILE = Path(os.environ.get("ILF_TEST_DATA", "../shared/data")) / "hostile"
 
@@ -37,20 +40,32 @@ def crash() -> None:
     os.kill(os.getpid(), signal.SIGSEGV)
 
 
-def test_a_child_gives_what_the_function_gives_and_raises_what_it_raises() -> None:
+@pytest.fixture
+def forked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No interpreter is started for each trial."""
+    monkeypatch.setattr("ilf.trial.run_apart", run_forked)
+
+
+def test_a_child_gives_what_the_function_gives() -> None:
     assert in_child(divmod, 7, 2, file="seven") == [3, 1]
+    with pytest.raises(FormatError, match=r"a\.file is damaged: reading it takes more than 0\.1 s"):
+        in_child(time.sleep, 60, file="a.file", seconds=0.1)
+
+
+@fork
+@pytest.mark.usefixtures("forked")
+def test_a_child_raises_what_the_function_raises() -> None:
     with pytest.raises(InputError, match=r"^Not this one\.$"):
         in_child(refuse, file="a.file")
     with pytest.raises(FormatError, match=r"a\.file is damaged: reading it fails .ZeroDivisionError"):
         in_child(divmod, 1, 0, file="a.file")
 
 
+@fork
+@pytest.mark.usefixtures("forked")
 def test_what_ends_a_child_is_told() -> None:
-    with pytest.raises(FormatError, match=r"a\.file is damaged: reading it takes more than 0\.1 s"):
-        in_child(time.sleep, 60, file="a.file", seconds=0.1)
-    if os.name == "posix":
-        with pytest.raises(FormatError, match=r"a\.file is damaged: reading it crashes .SIGSEGV"):
-            in_child(crash, file="a.file")
+    with pytest.raises(FormatError, match=r"a\.file is damaged: reading it crashes .SIGSEGV"):
+        in_child(crash, file="a.file")
     if os.path.exists("/proc/self/statm"):
         with pytest.raises(FormatError, match=r"a\.file is damaged: reading it takes more than 1 GiB"):
             in_child(exhaust, file="a.file", memory=2**30)

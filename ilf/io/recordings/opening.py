@@ -73,7 +73,7 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
         is_there = os.path.lexists(found)
         raise InputError(
             f"{found} is no recording: one ends in {', '.join(recording_suffixes())}, or is a folder of ROS 2, Stray "
-            "Scanner or ARKitScenes."
+            "Scanner, ARKitScenes or NYU's raw frames."
             if is_there
             else f"{found}: there is no such recording. Check the name."
         )

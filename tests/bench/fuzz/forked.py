@@ -7,6 +7,7 @@ import os
 import select
 import signal
 import subprocess
+import warnings
 
 import ilf.trial
 
@@ -14,7 +15,9 @@ import ilf.trial
 def run_forked(work: bytes, seconds: float) -> tuple[int, bytes]:
     """As `ilf.trial.run_apart`."""
     reading, writing = os.pipe()
-    child = os.fork()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # other threads do nothing that the child needs
+        child = os.fork()
     if child == 0:
         status = 1
         try:
