@@ -6,6 +6,7 @@ import math
 import os
 
 from .errors import FormatError, ParameterError
+from .numbers import as_float
 
 BYTES_PER_PIXEL = 200
 """What completing a large frame (7680 x 4320) takes for each of its pixels, all results and files included, by `python
@@ -45,10 +46,10 @@ def check_fits(what: object, width: int, height: int) -> None:
     ------
     FormatError
     """
-    needed, limit = width * height * BYTES_PER_PIXEL, memory_limit()
+    needed, limit = as_float(width * height * BYTES_PER_PIXEL), memory_limit()
     if needed > limit:
+        more = f": ILF_MEMORY={math.ceil(needed / 1e9)} (GB, an environment variable)" if needed < math.inf else ""
         raise FormatError(
             f"{what} says it has {width} x {height} pixels; completing such a frame takes about {needed / 1e9:.3g} GB "
-            f"of memory, and {limit / 1e9:g} GB are allowed. Resize or crop it first, or allow more: "
-            f"ILF_MEMORY={math.ceil(needed / 1e9)} (GB, an environment variable)."
+            f"of memory, and {limit / 1e9:g} GB are allowed. Resize or crop it first, or allow more{more}."
         )

@@ -72,13 +72,13 @@ def _mark(values: NDArray[Any], metres: NDArray[np.float32]) -> Doubt | None:
     known = np.isfinite(metres)
     if not known.any():
         return None
-    farthest = metres[known].max()
+    farthest = float(metres[known].max())  # products of which float32 may not hold
     is_mark = known & (metres == farthest)
     others, share = metres[known & ~is_mark], float(is_mark.mean())
     mark = values[is_mark][0]
     is_full = values.dtype.kind in "iu" and mark == np.iinfo(values.dtype).max
     least_share, gap = (0.001, 1.5) if is_full else (_LEAST_SHARE, 5.0)
-    if not others.size or share < least_share or farthest < gap * others.max():
+    if not others.size or share < least_share or farthest < gap * float(others.max()):
         return None
     return Doubt(
         f"{mark:.9g} fills {share:.1%} of the pixels and would be {farthest:.3g} m, while all else is at most "

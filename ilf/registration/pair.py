@@ -17,6 +17,9 @@ _COEFFICIENTS = (0, 4, 5, 8)
 
 _LARGEST_COEFFICIENT = 1e6
 
+_FARTHEST_APART = 1000.0
+"""How far apart [m] two cameras may be that see the same."""
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -102,7 +105,8 @@ class RawPair:
     Raises
     ------
     InputError
-        If an image or mask is not of its camera's size, or `depth_to_colour` does not move rigid things.
+        If an image or mask is not of its camera's size, or `depth_to_colour` does not move rigid things, or moves them
+        beyond all sense.
 
     Examples
     --------
@@ -128,6 +132,11 @@ class RawPair:
         object.__setattr__(
             self, "depth_to_colour", checked_motion(self.depth_to_colour, "The way from the depth to the colour camera")
         )
+        apart = float(np.linalg.norm(self.depth_to_colour[:3, 3]))
+        if apart > _FARTHEST_APART:
+            raise InputError(
+                f"The depth and the colour camera cannot be {apart:.3g} m apart. Give their distance in metres."
+            )
         for what, image, camera in (
             ("Colour", self.rgb, self.colour_camera),
             ("Depth", self.depth, self.depth_camera),

@@ -231,6 +231,7 @@ DAMAGED: dict[str, tuple[Callable[[Path], Path], str]] = {
     "no frames": (lambda f: _zip(f / "a.r3d"), "no frames"),
     "no sizes": (lambda f: write_record3d(f / "a.r3d", dw=None), "must have dw and dh"),
     "huge depth": (lambda f: write_record3d(f / "a.r3d", dw=100_000, dh=100_000), "100000 x 100000 pixels"),
+    "endless depth": (lambda f: write_record3d(f / "a.r3d", dw=10**400), "Resize or crop it first"),
     "other depth": (lambda f: write_record3d(f / "a.r3d", dw=40, dh=30), "in place of|does not announce"),
     "no camera": (lambda f: write_record3d(f / "a.r3d", K=[1, 2]), "K of nine numbers"),
     "bomb": (lambda f: replaced(write_record3d(f / "a.r3d"), "rgbd/0.depth", bomb()), "more than it should"),

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ...camera import CameraIntrinsics, fitted
 from ...errors import FormatError, InputError
+from ...numbers import as_float
 from ...registration import Camera
 from ..files import FileContent
 from ..headers import image_header
@@ -58,8 +59,8 @@ class Record3D(Recording):
 
     def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
         times = [self._of_frame("frameTimestamps", key) for key in self._keys]
-        known = all(isinstance(time, int | float) and np.isfinite(time) for time in times)
-        return RecordingIndex(self._keys, tuple(map(float, times)) if known else ())
+        known = tuple(as_float(time) for time in times if isinstance(time, int | float))
+        return RecordingIndex(self._keys, known if len(known) == len(times) and np.isfinite(known).all() else ())
 
     def frame(self, key: str) -> RecordedFrame:
         jpeg, depth = self._colour_bytes(key), self._member(f"rgbd/{key}.depth")
@@ -72,7 +73,7 @@ class Record3D(Recording):
             sha256_of(jpeg),
             sha256_of(depth),
             "m",
-            time=float(time) if isinstance(time, int | float) else None,
+            time=as_float(time) if isinstance(time, int | float) else None,
             confidence=self._confidence(key),
         )
 
@@ -95,6 +96,7 @@ class Record3D(Recording):
         numbers = self._of_frame("poses", key)
         if not (isinstance(numbers, list) and len(numbers) == 7 and all(isinstance(n, int | float) for n in numbers)):
             return None
+        numbers = [as_float(number) for number in numbers]
         found = posed(numbers[:4], numbers[4:])
         return None if found is None else found @ OF_OPENGL
 
@@ -107,7 +109,7 @@ class Record3D(Recording):
             numbers = [matrix[at] for at in (0, 4, 6, 7)] if isinstance(matrix, list) and len(matrix) == 9 else None
         if not (isinstance(numbers, list) and len(numbers) == 4 and all(isinstance(n, int | float) for n in numbers)):
             raise FormatError("its metadata have no K of nine numbers")
-        fx, fy, cx, cy = map(float, numbers)
+        fx, fy, cx, cy = map(as_float, numbers)
         return CameraIntrinsics(fx, fy, cx, cy)
 
     def _confidence(self, key: str) -> NDArray[np.uint8] | None:

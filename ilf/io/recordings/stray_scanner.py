@@ -84,7 +84,7 @@ class StrayScanner(Recording):
             numbers = np.array(list(csv.reader(io.StringIO(_text(path)))), float)
             stated = Camera(camera_from_numbers(numbers, ""), video.size)
             return scaled_cameras(stated, (width, height))
-        except (ValueError, InputError) as error:
+        except (ValueError, InputError, csv.Error) as error:
             raise FormatError(
                 f"{path} must hold a camera matrix, three numbers in three lines ({error!s:.200})."
             ) from error
