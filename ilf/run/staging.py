@@ -18,12 +18,16 @@ from pathlib import Path
 
 from ..errors import ExportError
 from ..io.unfinished import moving, remove_empty, unfinished
+from ..sections import is_plain
 
 _PREFIX = ".ilf-export-"
 _LEFT = re.compile(rf"{re.escape(_PREFIX)}(?P<host>.+)-(?P<process>\d+)-[0-9a-f]{{8}}")
 _BEFORE, _NAMES = "before", ".names"
 """In the temporary folder: a folder with the files that were replaced, and a file with the names of the set, the seal's
 last."""
+
+_LONGEST_NAME = 255
+"""Bytes; file systems take no more."""
 
 
 @contextmanager
@@ -118,11 +122,12 @@ def _discard(folder: Path) -> None:
 
 
 def _names(folder: Path) -> list[str]:
-    """Of the set that is in a temporary folder; none before it is whole."""
+    """Of the set that is in a temporary folder; none before it is whole, or if they are not what `move_in` writes."""
     try:
-        return (folder / _NAMES).read_text(encoding="utf-8").splitlines()
-    except FileNotFoundError:
+        names = (folder / _NAMES).read_text(encoding="utf-8").split("\n")
+    except (FileNotFoundError, UnicodeDecodeError):
         return []
+    return names if all(is_plain(name) and len(name.encode()) <= _LONGEST_NAME for name in names) else []
 
 
 def _old_files(folder: Path) -> list[Path]:
