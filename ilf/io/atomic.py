@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ..errors import ExportError
 from ..stopping import check_stopped
-from .unfinished import moving, unfinished
+from ..unfinished import moving, unfinished
 
 _WAYS_OUT = {
     errno.ENOENT: "the folder does not exist. Create it first",
