@@ -123,6 +123,7 @@ def main() -> None:
 def closed(name: str, folder: Path, moments: int, chance: random.Random) -> Found:
     """Close windows during some work."""
     found = Found()
+    (folder / "out").mkdir()
     whole, *_ = _child(name, folder, -1.0)
     newer = _set_in(folder / "out")
     for _ in range(moments):
