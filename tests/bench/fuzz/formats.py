@@ -74,8 +74,8 @@ _ALL = (
     Format("trajectory", "groundtruth.txt", seeds.trajectory, of_text, readers.trajectory),
     Format("pose", "frame-000000.pose.txt", seeds.pose, of_text, readers.pose),
     Format("onnx", "net.onnx", seeds.onnx, of_bytes, readers.network),
-    Format("caffemodel", "hed.caffemodel", seeds.caffemodel, of_bytes, readers.network),
-    Format("keras-hdf5", "hed.h5", seeds.keras, of_bytes, readers.network),
+    Format("caffemodel", "hed.caffemodel", seeds.caffemodel, of_bytes, readers.weights),
+    Format("keras-hdf5", "hed.h5", seeds.keras, of_bytes, readers.weights),
     Format("split-mat", "splits.mat", seeds.split, of_bytes, read_split),
     Format("nyu-labelled", "nyu.mat", seeds.nyu_labelled, of_bytes, readers.labelled),
     Format("nyu-labelled-frames", "nyu.mat", seeds.nyu_labelled, of_bytes, readers.recording),
@@ -136,6 +136,7 @@ _ALL = (
     Format("batch-frame", "out/rgb__0000/frame.json", kept_seeds.batch("rgb__0000/frame.json"), of_json, readers.batch),
     Format("bench-result", "earlier.json", kept_seeds.earlier, of_json, readers.earlier),
     Format("interrupted-set", "names", kept_seeds.interrupted, of_text, readers.unfinished),
+    Format("window-settings", "ILF Studio/ilf-studio.ini", seeds.window, of_text, readers.window),
     Format("journal", "left/left.journal", kept_seeds.journal, of_bytes, readers.journal),
     Format("journal-log", "left/left.journal-wal", kept_seeds.journal_log, of_bytes, readers.journal_log),
 )

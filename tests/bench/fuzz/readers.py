@@ -11,6 +11,7 @@ import numpy as np
 
 import ilf
 import ilf.batch.states
+import ilf.edges.network
 from ilf.batch.frames import frames_of_sources
 from ilf.batch.manifest import write_manifest
 from ilf.batch.settings import BatchSettings, differences, read_settings
@@ -101,6 +102,12 @@ def network(path: Path) -> None:
         assert not (models_folder() / "fuzzed.onnx").exists(), "a refused network was written"
         raise
     (models_folder() / "fuzzed.onnx").unlink()
+
+
+def weights(path: Path) -> None:
+    """A network of which the program makes another, that is tried with smaller images: trying is not reading."""
+    ilf.edges.network._TRIAL_SHAPES = ((16, 16), (16, 32))
+    network(path)
 
 
 def labelled(path: Path) -> None:
@@ -204,6 +211,12 @@ def unfinished(path: Path) -> None:
     clear_interrupted(target)
     left = {entry.name for entry in target.iterdir()}
     assert {"other.txt"} <= left <= {"other.txt", "depth.npy", "errors.npy", "run.json"}, left
+
+
+def window(path: Path) -> None:
+    from .window import read_settings  # it makes a window
+
+    read_settings(path)
 
 
 def journal(path: Path) -> None:
