@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
 from PySide6.QtCore import QEvent, QSettings, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QStackedWidget, QToolButton, QVBoxLayout, QWidget
@@ -13,8 +14,8 @@ from gui import theme
 from gui.curves.axes import LengthAxis, SumAxis
 from gui.curves.convergence_plot import AXIS, NAMED_AXIS, ConvergencePlot, HeldOutPlot, Line
 from gui.curves.criteria import CriterionLines
-from gui.curves.curve import Columns, Curve, legible
-from gui.curves.numbers import readout_columns, readout_texts
+from gui.curves.curve import FLOOR, Columns, Curve, legible
+from gui.curves.numbers import MEANINGS, readout_columns, readout_texts
 from gui.curves.readout import Readout, Row
 from gui.curves.scrub_bar import ScrubBar
 from gui.widgets.plain_text import PlainLabel
@@ -29,6 +30,10 @@ _LEAST_ROWS = 4  # of the readout over the plots
 _BESIDE = 330  # width of the readout beside the plots [px]
 _DECADES = 1.2  # in view, at least
 _BY_TIME = "curves/by_time"
+_OF_ERRORS = (
+    "Error against the truth where depth was missing, as each iteration leaves it. The point at the end is the error "
+    "after the learned correction, as the table of blocks has it."
+)
 
 
 class CurvesPanel(QWidget):
@@ -70,9 +75,11 @@ class CurvesPanel(QWidget):
             plot.hovered.connect(self._hover)
             plot.moved.connect(self._move_all)
             plot.fit_wished.connect(self._follow)
+        self.error_plot.setToolTip(_OF_ERRORS)
         self._criteria = CriterionLines(self.sigma_plot)
         self.l1_plot.name_span("colour-weighted")
         self.readout = Readout()
+        self.readout.setToolTip(MEANINGS)
         self.scrub_bar = ScrubBar()
         self._time_button = QToolButton(autoRaise=True)
         self._time_button.setCheckable(True)
@@ -195,13 +202,24 @@ class CurvesPanel(QWidget):
         self.l1_plot.set_label("L1 [m]" if len(pairs) == 1 else "ΔL1 [%]")
         self.l1_plot.show_lines(self._lines("l1" if len(pairs) == 1 else "l1_left", l1))
         if self._has("error"):
-            self.error_plot.show_lines(self._lines("error", series.error))
+            self._draw_errors(series.error)
         if self._has("held_out"):
             alone = self._lines("residual", residual)[0] if len(pairs) == 1 else None
             iterations = pairs[0][1].along(by_time=False)
             self.held_out_plot.show_errors(self._lines("held_out", held_out), alone, iterations)
         self._arrange()
         self._update_readout()
+
+    def _draw_errors(self, colour: QColor) -> None:
+        """Errors after the iterations, and at their end those after the correction."""
+        lines = self._lines("error", colour)
+        curves = [curve for curve, columns in zip(self._curves, self._columns, strict=True) if columns.count]
+        ends = [
+            line._replace(along=line.along[-1:], values=np.log10(np.maximum([curve.corrected], FLOOR)))
+            for line, curve in zip(lines, curves, strict=True)
+            if math.isfinite(curve.corrected)
+        ]
+        self.error_plot.show_lines([*lines, *ends])
 
     def _has(self, quantity: str) -> bool:
         return any(columns.has(quantity) for columns in self._columns)
@@ -287,9 +305,12 @@ class CurvesPanel(QWidget):
         for plot in self._plots:
             plot.point_at(cursor)
         records = [curve.records[self._place(columns)] for curve, columns in pairs]
+        ends = [self._place(columns) == columns.count - 1 for _, columns in pairs]
+        corrected = [curve.corrected if at_end else math.nan for (curve, _), at_end in zip(pairs, ends, strict=True)]
         has = {quantity: self._has(quantity) for quantity in ("error", "held_out")}
+        has["corrected"] = any(math.isfinite(curve.corrected) for curve, _ in pairs)
         table = readout_columns(records, has, self._by_time)
-        texts = readout_texts(records, has, self._by_time)
+        texts = readout_texts(records, corrected, has, self._by_time)
         self.readout.show_rows(
             table,
             [

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from PySide6.QtCore import QObject
 
 from gui.curves.curve import Curve
 from gui.curves.curves_panel import EMPTY_TEXT, CurvesPanel
+from gui.state.block_errors import TRUTH
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from ilf.number_words import length_text
@@ -67,12 +69,14 @@ def _of_block(session: Session, label: int) -> Curve:
         then = _criterion(result.parameters)
         if then is not None and then != metres:
             remarks.append(f"was run with {length_text(then)}")
+    is_corrected = result is not None and result.correction is not None and session.block_errors.source == TRUTH
     return Curve(
         info.name or f"Block {label}",
         info.colour,
         session.records_of(label),
         s_criteria=metres,
         remark=", ".join(remarks),
+        corrected=session.block_errors.rmse.get(label, math.nan) if is_corrected else math.nan,
     )
 
 
