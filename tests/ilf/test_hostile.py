@@ -29,7 +29,8 @@ from .small_runs import contents
 IN_PROCESS = [
     "meta-json", "intrinsics-json", "preset", "blocks-coco", "blocks-coco-rle", "blocks-labelme",
     "experiment", "depth-png", "depth-npy", "depth-pfm", "colour-jpeg", "guide-npz", "time-list", "associations", "bop",
-    "sun-camera", "trajectory", "pose", "scannet-sens",
+    "sun-camera", "trajectory", "pose", "scannet-sens", "arkit-camera", "guide-npy", "guide-pfm", "confidence-npy",
+    "mask-list", "split-list", "file-names", "bench-result",
 ]  # fmt: skip
 """Formats whose readers cannot crash the interpreter; `python -m tests.bench.fuzz` has all, thousands of each."""
 

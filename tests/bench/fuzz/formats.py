@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from ilf.batch.pictures import read_preview
 from ilf.experiments.files import read_result
 from ilf.io import load_truth, read_labels
 from ilf.io.label_files import read_mask
@@ -134,6 +135,7 @@ _ALL = (
     Format("replay", "out/run.json", kept_seeds.replay, of_json, readers.replayed),
     Format("batch-settings", "out/batch.json", kept_seeds.batch("batch.json"), of_json, readers.batch),
     Format("batch-frame", "out/rgb__0000/frame.json", kept_seeds.batch("rgb__0000/frame.json"), of_json, readers.batch),
+    Format("batch-preview", "out/preview.png", seeds.colour_png, of_png, lambda path: read_preview(path.parent)),
     Format("bench-result", "earlier.json", kept_seeds.earlier, of_json, readers.earlier),
     Format("interrupted-set", "names", kept_seeds.interrupted, of_text, readers.unfinished),
     Format("window-settings", "ILF Studio/ilf-studio.ini", seeds.window, of_text, readers.window),
