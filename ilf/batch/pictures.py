@@ -76,7 +76,7 @@ def write_preview(folder: Path, frame: RGBDFrame, depth: NDArray[np.float32], le
 
 
 def read_preview(folder: Path) -> NDArray[np.uint8]:
-    """The preview in a frame's folder, uint8 (H, W, 3), red first; raises FormatError if there is none that can be read."""
+    """The preview in a frame's folder, uint8 (H, W, 3), red first; raises FormatError if it cannot be read."""
     try:
         return read_colour(folder / PREVIEW_FILE)
     except InputError as error:

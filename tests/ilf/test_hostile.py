@@ -93,6 +93,8 @@ def test_commands_tell_of_such_names(command: str, capsys: pytest.CaptureFixture
         {"name": "\x1b[31mred"},
         {"rgb": "x" * 5000},
         {"run": "\0"},
+        {"pose": [[10**400] * 4] * 4},
+        {"pose": [[1e300, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]},
     ],
 )
 def test_absurd_values_of_a_frame_folder_are_refused(meta: dict[str, object], tmp_path: Path) -> None:

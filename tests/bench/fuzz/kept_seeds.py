@@ -119,3 +119,24 @@ def _open_journal(folder: Path, path: Path) -> Journal:
     with open_project(folder / "sound.ilf") as opened:
         kept.commit({name: opened.parts.read(name) for name in opened.parts.names()})
     return kept
+
+
+def result(file: str) -> Seeds:
+    """run.json or meta.json of a result with a pose, its files beside it."""
+
+    def made(folder: Path) -> list[bytes]:
+        frame = dataclasses.replace(small_frame(folder / "frame"), pose=np.eye(4))
+        run = Run.extracted(frame, ilf.BlockParameters(detector="canny"), ilf.preset(**_QUICK))
+        write(folder / "out", run, run.complete(), ExportOptions(cloud=None))
+        return [(folder / "out" / file).read_bytes()]
+
+    return made
+
+
+def bench_frame(folder: Path) -> list[bytes]:
+    """meta.json of a frame whose truth is known, with the hole that is to be filled."""
+    (folder / "rgb.png").write_bytes(seeds.colour_png(folder)[0])
+    (folder / "depth.png").rename(folder / "gt.png")
+    (folder / "mask.png").write_bytes(seeds.mask(folder)[0])
+    said = {"gt": "measured", "gt_units_per_m": 1000.0, "name": "made", "sensor": "none", "rgb": "rgb.png"}
+    return [json.dumps(said).encode()]
