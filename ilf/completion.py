@@ -21,7 +21,7 @@ from .correction import (
     load_correction_network,
     made_of,
 )
-from .ebs import extract
+from .ebs import found_blocks
 from .edges import FrameEdges
 from .errors import InputError
 from .filter.convergence import IterationRecord
@@ -29,6 +29,7 @@ from .filter.history import CompactHistory
 from .filter.stepper import Stepper, edge_parameters, edges_for, guide_carries, is_guided, make_stepper
 from .frame import RGBDFrame
 from .guide import Guide
+from .memory import give_back
 from .number_words import counted
 from .outcomes import NO_BLOCK, BlockOutcome, BlockResult, Completion, Progress, Status, compose, notes_of
 from .parameters import BlockParameters, Parameters
@@ -323,6 +324,8 @@ def _block_steps(
         drawn,
         explained=stepper.explained,
     )
+    del stepper
+    give_back(block.mask.size)
     yield Progress(block.label, result=result)
 
 
@@ -386,7 +389,7 @@ def _correction_steps(
         return None, (f"Depth is not corrected: {error}",)
     if edges is None or edges.network is None:
         return None, ("Depth is not corrected: the network that does so needs those of the edge network.",)
-    labels = extract(frame, chosen).blocks
+    labels = found_blocks(frame, chosen).blocks
     check_stopped()
     results = _same_blocks(frame, find_blocks(labels), ready)
     rest = set(np.unique(labels[labels > 0]).tolist()) - set(results)
