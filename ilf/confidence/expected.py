@@ -10,6 +10,7 @@ from ..edges.frame_edges import find_edges
 from ..errors import ParameterError
 from ..filter.edge_aware.reach import beyond_reach
 from ..frame import RGBDFrame
+from ..memory import give_back
 from ..outcomes import Completion
 from ..per_frame import once_per_frame
 from ..stopping import check_stopped
@@ -172,6 +173,8 @@ def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint
             values[own] = MODELS[name].shares(features[own], difficulty) * depth_there[own]
     error = np.full(frame.shape, np.nan, np.float32)
     error[filled] = values
+    del features
+    give_back(error.size)
     return error
 
 
