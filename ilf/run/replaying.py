@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..ebs import extract
+from ..ebs import found_blocks
 from ..errors import InputError
 from ..frame import InputFile, RGBDFrame
 from ..guide import Guide
@@ -301,7 +301,7 @@ def _recorded_blocks(
                 f"({record.labels_file or LABELS_FILE}) is not beside the record, or has changed. Put it there."
             )
         return saved, network, ()
-    again = extract(frame, record.extraction)
+    again = found_blocks(frame, record.extraction)
     if array_sha256(again.blocks) == record.labels_sha256:
         return again.blocks, again.network, again.notes
     versions = version_differences(record)
