@@ -11,10 +11,12 @@ from pytestqt.qtbot import QtBot
 from gui.work import frame_runs as runs_module
 from gui.work.runs import RunState
 from ilf import preset
-from ilf.blocks import find_blocks
+from ilf.blocks import Block, find_blocks
 from ilf.ebs.edit import merge
+from ilf.outcomes import BlockResult
+from ilf.stopping import present_wishes
 
-from .scripted_runs import Bench, Until
+from .scripted_runs import Bench, ScriptedSteps, Until
 
 # starting and ending
 
@@ -331,6 +333,26 @@ def test_blocks_that_wait_for_the_correction_stay_when_a_run_is_cancelled(bench:
     assert set(bench.session.valid_results()) == {1, 2}
     assert bench.session.changed_blocks() == [2]
     assert "2 blocks" in bench.said[0]
+
+
+def test_a_block_that_is_done_as_the_run_is_cancelled_stays(
+    bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make = ScriptedSteps._result
+
+    def result_and_wish(self: ScriptedSteps, label: int, block: Block) -> BlockResult:
+        for wish in present_wishes():
+            wish.set()
+        return make(self, label, block)
+
+    monkeypatch.setattr(ScriptedSteps, "_result", result_and_wish)
+    bench.runs.start()
+    bench.script.allow(3)
+    until(lambda: 1 in bench.session.valid_results())
+    bench.runs.cancel()
+    bench.script.allow()
+    until(lambda: bool(bench.said))
+    assert set(bench.session.valid_results()) == {1}
 
 
 def second_depth(bench: Bench) -> np.ndarray:
