@@ -32,8 +32,8 @@ _BESIDE = 330  # width of the readout beside the plots [px]
 _DECADES = 1.2  # in view, at least
 _BY_TIME = "curves/by_time"
 _OF_NUMBERS = (
-    "i: iteration. σ: deviation sigma_i. err: error against the truth; at present it is that of the table of blocks, after "
-    "the learned correction, and at an iteration that of the depth as it was then."
+    "i: iteration. σ: deviation sigma_i. err: error against the truth; at present it is that of the table of blocks, "
+    "after the learned correction, and at an iteration that of the depth as it was then."
 )
 _OF_ERRORS = (
     "Error against the truth where depth was missing, as each iteration left it. The point at the end is the error "

@@ -23,8 +23,8 @@ _LARGE = 1_000_000
 """Pixels of an input from which on a net is read anew after use: it keeps what it works in, some 400 bytes for each."""
 
 LEAST_SIDE = 64
-"""Of the input of a network that halves it five times [px]: where a row or column of one pixel is left, OpenCV 5.0 reads
-memory that nobody has written, and what comes out differs from one process to the next."""
+"""Of the input of a network that halves it five times [px]: where a row or column of one pixel is left, OpenCV 5.0
+reads memory that nobody has written, and what comes out differs from one process to the next."""
 
 _networks: dict[tuple[type, Path], tuple[tuple[int, int], OnnxNetwork]] = {}
 _networks_lock = Lock()
