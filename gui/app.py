@@ -11,23 +11,25 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gui.display import display_problem, qt_problem
-from gui.frames.paths import sorted_out
 from ilf.assets import asset_path
+from ilf.cli.ending import ending_at_once
 from ilf.errors import InputError
 from ilf.extras import optional
 from ilf.fault_log import note_crashes, note_fault
-from ilf.io.frame_source import FrameSource
 
 if TYPE_CHECKING:
     from gui.main_window import MainWindow
+    from ilf.io.frame_source import FrameSource
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point of `ilf-gui`."""
-    try:
-        return _main(arguments)
-    except Exception as error:
-        return _refused(note_fault(error))
+    # whatever takes long to import is imported after this
+    with ending_at_once("ilf-gui"):
+        try:
+            return _main(arguments)
+        except Exception as error:
+            return _refused(note_fault(error))
 
 
 def _main(arguments: Sequence[str] | None) -> int:
@@ -166,6 +168,9 @@ def _no_partner(path: Path) -> str:
 
 def _inputs(options: argparse.Namespace) -> tuple[list[Path], list[Path], list[FrameSource], list[Path]]:
     """Project files, run records, frames, and a colour or depth file that has no partner."""
+    from gui.frames.paths import sorted_out
+    from ilf.io.frame_source import FrameSource
+
     how = FrameSource(
         *("", None, options.depth_units, options.intrinsics, options.truth, options.truth_units, options.guide),
         *(options.depth_encoding, options.invalid),

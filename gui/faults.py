@@ -13,7 +13,7 @@ from types import TracebackType
 from PySide6.QtCore import QObject, Qt, Signal
 
 from gui.widgets.notes import Notes
-from ilf.io.unfinished import discard_unfinished
+from ilf.unfinished import discard_unfinished
 
 _LEAVE_S = 0.3
 """How long what still runs is waited for after the window has closed."""

@@ -14,12 +14,12 @@ from ..confidence import expected_error
 from ..errors import Cancelled, ExportError, IlfError, InputError
 from ..io.files import file_sha256
 from ..io.label_files import also_distrusting
-from ..io.unfinished import remove, remove_empty
 from ..judgement import Judgement, judge_completion, judge_hidden
 from ..outcomes import Completion
 from ..run import Run, write
 from ..run.options import RECORD_FILE
 from ..run.staging import clear_interrupted
+from ..unfinished import remove, remove_empty
 from .frame_record import (
     FRAME_FILE,
     FrameOutcome,

@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 from ..errors import FormatError, InputError
 from ..io.files import read_file
-from ..stopping import check_stopped, taking
+from ..stopping import check_stopped, out_of_signals_way, taking
 from ..trial import in_child
 from .external_data import has_external_data
 from .proven import is_proven, remember
+from .questions import ASKED, first_input, with_questions
 
 _LARGE = 1_000_000
 """Pixels of an input from which on a net is read anew after use: it keeps what it works in, some 400 bytes for each."""
@@ -36,10 +37,13 @@ class OnnxNetwork:
     KIND: ClassVar[str] = "edge network"
     """What it is called in messages."""
 
-    def __init__(self, net: cv2.dnn.Net, path: Path, content: NDArray[np.uint8]) -> None:
-        self._net = net
-        self._content = content
-        self._outputs = tuple(net.getUnconnectedOutLayersNames())
+    def __init__(self, content: NDArray[np.uint8], path: Path) -> None:
+        try:
+            self._first_input, self._with_questions = first_input(content), with_questions(content)
+            self._net = self._fresh_net()
+        except (ValueError, cv2.error) as error:
+            raise _unreadable(path) from error
+        self._outputs = tuple(self._net.getUnconnectedOutLayersNames())
         # A net keeps the input and all in between to itself, so that only one thread may run it at a time.
         self._lock = Lock()
         self.path = path
@@ -97,7 +101,7 @@ class OnnxNetwork:
         if not is_proven(sha256, kind):
             in_child(cls._prove, content, path, file=path.name)
             remember(sha256, kind)
-        return cls._opened(content, path)
+        return cls(content, path)
 
     @staticmethod
     def _check_content(content: NDArray[np.uint8], path: Path) -> None:
@@ -113,37 +117,46 @@ class OnnxNetwork:
             )
 
     @classmethod
-    def _opened(cls, content: NDArray[np.uint8], path: Path) -> Self:
-        try:
-            net = cv2.dnn.readNetFromONNX(content)
-        except cv2.error as error:
-            raise _unreadable(path) from error
-        return cls(net, path, content)
-
-    @classmethod
     def _prove(cls, content: NDArray[np.uint8], path: Path) -> None:
         """Open it once, where it may crash the process."""
-        cls._opened(content, path)
+        cls(content, path)
 
     def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         """All outputs; raises cv2.error where the network does not take these inputs. "" is the first input."""
         with taking(self._lock):
-            check_stopped()  # a look cannot be interrupted
-            found = self._results(inputs)
-            if not all(np.isfinite(one).all() for one in found):
-                # seen once in hundreds of looks, of sizes that had not been looked at; never twice
-                self._net = cv2.dnn.readNetFromONNX(self._content)
-                found = self._results(inputs)
-            if any(values[0, 0].size >= _LARGE for values in inputs.values()):
-                # only with the net goes what it has worked in
-                self._net = cv2.dnn.readNetFromONNX(self._content)
+            check_stopped()
+            whole = False
+            try:
+                found = out_of_signals_way(lambda: self._finite_results(inputs))
+                whole = True
+                return found
+            finally:
+                if not whole or any(values[0, 0].size >= _LARGE for values in inputs.values()):
+                    # only with the net goes what it has worked in
+                    self._net = self._fresh_net()
+
+    def _finite_results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
+        found = self._results(inputs)
+        if all(np.isfinite(one).all() for one in found):
             return found
+        # seen once in hundreds of looks, of sizes that had not been looked at; never twice
+        self._net = self._fresh_net()
+        return self._results(inputs)
 
     def _results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
+        self._net.setInput(np.zeros(1, np.float32), f"{ASKED}0")
         for name, values in inputs.items():
-            self._net.setInput(values, name)
+            self._net.setInput(values, name or self._first_input)
+        try:
+            found = self._net.forward(self._outputs)
+        except cv2.error:
+            check_stopped()
+            raise
         # the net writes its next results to the same memory
-        return [np.array(one, np.float32) for one in self._net.forward(self._outputs)]
+        return [np.array(one, np.float32) for one in found]
+
+    def _fresh_net(self) -> cv2.dnn.Net:
+        return cv2.dnn.readNetFromONNX(self._with_questions)
 
     def _try(self) -> None:
         """Raise FormatError for a network that is none of this kind, before it is used."""

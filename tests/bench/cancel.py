@@ -3,9 +3,8 @@
     python -m tests.bench.cancel [FRAME] [--size 1920x1080] [--only extraction best ...] [--moments 5] [--stacks]
 
 Each kind of work is done once as a whole, and the longest processor time is taken that it spends without asking whether
-it is to go on, which is the worst case of a cancel at any moment. What a network says takes as long as it takes, and
-cannot be cancelled: it is told apart, and the window does not wait for it. Then the work is begun as the window does,
-and cancelled at some random moments. With `--stacks`, where the longest stretches lie.
+it is to go on, which is the worst case of a cancel at any moment. Then the work is begun as the window does, and
+cancelled at some random moments. With `--stacks`, where the longest stretches lie.
 """
 
 from __future__ import annotations
@@ -29,7 +28,6 @@ from ilf.assets import asset_path
 from ilf.completion import CompletionRun
 from ilf.confidence import expected_error
 from ilf.dense import guess_steps
-from ilf.edges.onnx_network import OnnxNetwork
 from ilf.outcomes import compose
 from ilf.run import ExportOptions
 from ilf.stopping import check_stopped, heed
@@ -47,7 +45,6 @@ class Meter:
         self.stretches: list[tuple[float, str, str]] = []
         self._before = "the start"
         self._since = time.thread_time()
-        self._in_networks = 0.0
 
     def is_set(self) -> bool:
         """Asked: is it to stop?"""
@@ -57,16 +54,6 @@ class Meter:
     def end(self) -> None:
         """The work is done."""
         self._note("the end")
-
-    def leave_out(self, seconds: float) -> None:
-        """So much of the present stretch was a network's."""
-        self._since += seconds
-        self._in_networks = max(self._in_networks, seconds)
-
-    @property
-    def longest_network(self) -> float:
-        """Longest look of a network [s]."""
-        return self._in_networks
 
     def _note(self, where: str) -> None:
         now = time.thread_time()
@@ -88,10 +75,10 @@ def main() -> None:
     make = frames(Path(given.frame) if given.frame else asset_path("samples/room"), given.size)
     chance = random.Random(given.seed)
     names = given.only or list(KINDS)
-    print(f"{given.size}; longest stretch of work that cannot be cancelled, and of a network, processor time [ms];")
-    print(f"longest time from cancelling until the window goes on, and until the work is over, over {given.moments} ")
-    print("random moments, wall time [ms]")
-    print(f"{'':16} {'stretch':>8} {'network':>8} {'window':>8} {'over':>8}")
+    print(f"{given.size}; longest stretch of work that cannot be cancelled, processor time [ms]; longest time from")
+    print(f"cancelling until the window goes on, and until the work is over, over {given.moments} random moments, ")
+    print("wall time [ms]")
+    print(f"{'':16} {'stretch':>8} {'window':>8} {'over':>8}")
     for name in names:
         make_work = KINDS[name]
         _warm_up(make_work)
@@ -100,7 +87,7 @@ def main() -> None:
         waits = [cancelled(make_work(make()), moment) for moment in moments]
         goes_on, over = (max(times) for times in zip((0.0, 0.0), *waits, strict=True))
         longest = max(stretch for stretch, *_ in meter.stretches)
-        times = (longest, meter.longest_network, goes_on, over)
+        times = (longest, goes_on, over)
         print(f"{name:16}", *(f"{1000 * seconds:8.0f}" for seconds in times), flush=True)
         if given.stacks:
             for stretch, begin, end in sorted(meter.stretches, reverse=True)[:6]:
@@ -116,19 +103,9 @@ def measured(work: Work) -> tuple[Meter, float]:
         meter = Meter()
         meters.append(meter)
         heed(meter)  # type: ignore[arg-type]
-        look = OnnxNetwork._results
-
-        def timed_look(self: OnnxNetwork, inputs: dict[str, np.ndarray]) -> list[np.ndarray]:
-            begun = time.thread_time()
-            found = look(self, inputs)
-            meter.leave_out(time.thread_time() - begun)
-            return found
-
-        OnnxNetwork._results = timed_look  # type: ignore[method-assign]
         try:
             work()
         finally:
-            OnnxNetwork._results = look  # type: ignore[method-assign]
             meter.end()
 
     begun = time.perf_counter()

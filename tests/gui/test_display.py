@@ -192,6 +192,24 @@ def test_a_package_that_is_not_installed_is_named_with_its_extra(package: str) -
     assert run.stderr.count("\n") == 1
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_the_program_ends_quietly_while_it_is_still_importing() -> None:
+    run = _child(
+        "import os, signal, sys\n"
+        "class AskedMeanwhile:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name.startswith('PySide6'):\n"
+        "            os.kill(os.getpid(), signal.SIGINT)\n"
+        "            while True: pass\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "sys.meta_path.insert(0, AskedMeanwhile())\n"
+        "from gui.app import main\n"
+        "main(['--sample'])\n",
+        QT_QPA_PLATFORM="offscreen",
+    )
+    assert (run.returncode, run.stderr) == (130, "ilf-gui: error: interrupted\n")
+
+
 def test_the_command_line_takes_over_without_importing_qt(tmp_path: Path) -> None:
     """Where libraries that Qt needs are missing, importing it would fail before anything could be said."""
     run = _child(

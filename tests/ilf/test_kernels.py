@@ -112,9 +112,12 @@ def test_spread(shape: tuple[int, int], dtype: type[np.floating]) -> None:
 @pytest.mark.parametrize("shape", SHAPES)
 def test_letting_go(shape: tuple[int, int]) -> None:
     u, scale = _arrays(shape, 2)
-    expected, *others = (way(_weights(shape), u, scale, np.float32(0.3)) for way in _ways("let_go"))
-    for found in others:
-        assert_allclose(found, expected, rtol=1e-5, atol=1e-7)
+    expected, *others = found = [_weights(shape) for _ in _ways("let_go")]
+    for way, weights in zip(_ways("let_go"), found, strict=True):
+        way(weights, u, scale, np.float32(0.3))
+    assert shape == (1, 1) or not np.array_equal(expected, _weights(shape))
+    for weights in others:
+        assert_allclose(weights, expected, rtol=1e-5, atol=1e-7)
 
 
 def test_parts_are_taken_in() -> None:

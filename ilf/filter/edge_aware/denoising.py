@@ -143,7 +143,7 @@ class Denoising:
 
 @dataclass(frozen=True, eq=False)
 class Round:
-    """One round: samples, weights, where they let go if they do, and steps at most."""
+    """One round: samples, weights of its own, where they let go if they do, and steps at most."""
 
     counts: Array
     totals: Array
@@ -152,6 +152,7 @@ class Round:
     steps: int
 
     def energy(self, u: Array) -> SmoothnessEnergy:
-        """What the round minimises, from the surface at its start."""
-        weights = self.weights if self.scale is None else self.weights.loosened(u, self.scale, _SLOPE_JUMPS)
-        return SmoothnessEnergy(self.counts, self.totals, weights)
+        """What the round minimises, from the surface at its start; once."""
+        if self.scale is not None:
+            self.weights.loosen(u, self.scale, _SLOPE_JUMPS)
+        return SmoothnessEnergy(self.counts, self.totals, self.weights)

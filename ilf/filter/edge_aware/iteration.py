@@ -128,23 +128,24 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         drawn: NDArray[np.bool_] | None = None,
     ) -> None:
         self._start = time.perf_counter()
-        self._parameters = parameters
-        self._view = _View(frame, block, parameters, drawn)
+        self._frame, self._block, self._parameters = frame, block, parameters
+        view = _View(frame, block, parameters, drawn)
+        self._window, self._gap = view.window, view.gap
         guide = fit_guide(frame)
-        depth = self._view.mean_depth(guide)
-        noise = parameters.noise or noise_of(self._view.depth, self._view.mask)
-        shaped = parameters.trend and self._view.gap >= WIDE
+        depth = view.mean_depth(guide)
+        noise = parameters.noise or noise_of(view.depth, view.mask)
+        shaped = parameters.trend and view.gap >= WIDE
         found = None if parameters.mode == "fill" else self._noise(frame)
-        explained = polynomial_trend(self._view.raw, self._view.mask, found) if found and parameters.trend else None
+        explained = polynomial_trend(view.raw, view.mask, found) if found and parameters.trend else None
         if explained is not None:
-            trend, stiffness, follows = explained[self._view.place], 1.0, True
+            trend, stiffness, follows = explained[view.place], 1.0, True
         else:
-            trend, stiffness, follows = self._view.trend(depth, noise, shaped)
+            trend, stiffness, follows = view.trend(depth, noise, shaped)
         if guide is not None:
-            trend = self._view.guided(trend, guide)
+            trend = view.guided(trend, guide)
         self._denoising = None
         if found is not None:
-            self._denoising = Denoising.of(self._view.raw[self._view.place], trend, found, parameters, follows)
+            self._denoising = Denoising.of(view.raw[view.place], trend, found, parameters, follows)
         self._least = parameters.s_criteria
         self._finest_steps = _FINEST_STEPS if self._denoising is None else _BEFORE_ROUNDS
         weights = parameters.smoothness * stiffness
@@ -152,19 +153,19 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self._levelling = np.float32(_LEVELLING * max(1.0, self._slope, self._bending))
         self._jump = max(noise, parameters.jump_share * max(depth, _NEAREST)) if parameters.jump_share else math.inf
 
-        self._grids = [self._view.grid(np.ascontiguousarray(trend), edges, parameters)]
-        finest = self._grids[0]
+        self._finest = finest = view.grid(np.ascontiguousarray(trend), edges, parameters)
         self._known_squares = inner(finest.totals, finest.totals)
         self._held_out_squares = inner(finest.held_out[1], finest.held_out[1]) if finest.held_out else 0.0
-        while len(self._grids) <= _HALVINGS or self._grids[-1].counts.size > _DIRECT_CELLS:
-            self._grids.append(self._grids[-1].halved())
-        levels = tuple(grid.level for grid in self._grids)
-        self._all = self._view.pixels(levels, finest.trend)
-        self._changing = self._view.pixels(levels, finest.trend, changing=True)
+        grids = [finest]
+        while len(grids) <= _HALVINGS or grids[-1].counts.size > _DIRECT_CELLS:
+            grids.append(grids[-1].halved())
+        self._levels = tuple(grid.level for grid in grids)
+        self._coarser = grids[1:]
+        self._changing = self._pixels_of(changing=parameters.mode == "fill")
         self._current = finest, np.zeros(finest.counts.shape, np.float32)
         raw = frame.depth[block.box][block.mask]
         # all of it is known: the window is around the gaps
-        self._outside = float(raw[~self._view.seen].sum(dtype=np.float64))
+        self._outside = float(raw[~_seen(block, view.window)].sum(dtype=np.float64))
         self._pixels = raw.size
         self._iterations = 0
         self._stage = self._round = 0
@@ -177,13 +178,22 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self.notes = edges.notes if guide is None else (*edges.notes, *guide.notes)
         if found is not None and not parameters.noise:
             self.notes += (found.note,)
-        if self._view.beyond is not None:
-            self.notes += (_OUT_OF_RANGE.format(self._view.beyond.limit),)
+        if view.beyond is not None:
+            self.notes += (_OUT_OF_RANGE.format(view.beyond.limit),)
 
     @property
     def surface(self) -> NDArray[np.float64]:
         """P_i at the block's pixels [m], in the order of `block.mask`'s True values; the trend before i = 1."""
         return self._held(self._all).surface
+
+    @cached_property
+    def _all(self) -> _Pixels:
+        """All of the block's pixels in the window; only found where someone looks, since they take much memory."""
+        return self._pixels_of()
+
+    def _pixels_of(self, changing: bool = False) -> _Pixels:
+        """The block's pixels in the window, all or those without depth."""
+        return _Pixels.of(self._frame, self._block, self._window, self._levels, self._finest.trend, changing)
 
     def snapshot(self) -> Snapshot:
         """The surface as it stands, where it may become depth; at other pixels, raw depth.
@@ -194,9 +204,8 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
 
     def _held(self, pixels: _Pixels) -> Snapshot:
         grid, u = self._current
-        coarseness = self._grids.index(grid)
-        held = u.copy() if coarseness else pixels.of(u)  # u lies in memory that holds other iterations, too
-        return Snapshot(partial(pixels.on_block, coarseness, held), held.nbytes, pixels.nbytes)
+        held = u.copy() if grid.coarseness else pixels.on(u)  # u lies in memory that holds other iterations, too
+        return Snapshot(partial(pixels.on_block, grid.coarseness, held), held.nbytes, pixels.nbytes)
 
     @property
     def explained(self) -> bool:
@@ -257,33 +266,36 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         if self._denoising is None:
             yield from self._fill()
         else:
-            yield from self._denoise(self._grids[0], self._denoising)
+            yield from self._denoise(self._finest, self._denoising)
         self.settled = True
 
     def _fill(self) -> Generator[_Step, None, Array]:
-        """From the coarsest grid to the finest, and there the rounds in which jumps let go."""
-        coarsest, *others = reversed(self._grids)
+        """From the coarsest grid to the finest, and there the rounds in which jumps let go.
+
+        Grids that are done with are let go, and weights have one memory on the finest: those of windows that are as
+        large as the frame are most of what a run takes.
+        """
+        finest, grid = self._finest, self._coarser.pop()
         self._stage = 1
-        u = self._energy(coarsest, self._weights(coarsest)).minimum()
-        yield coarsest, u, coarsest.sums(u, coarsest.start)
-        for coarser, grid in pairwise((coarsest, *others)):
-            limit = _STEPS if grid is not self._grids[0] else self._finest_steps
+        u = self._energy(grid, self._weights(grid)).minimum()
+        yield grid, u, grid.sums(u, grid.start)
+        while grid is not finest:
+            level, grid = grid.level, self._coarser.pop() if self._coarser else finest
+            limit = self._finest_steps if grid is finest else _STEPS
             weights = self._weights(grid)
-            energy, start = self._energy(grid, weights), coarser.level.enlarged(u, grid.level)
-            u = yield from self._descend(grid, energy, start, limit)
-        finest = self._grids[0]
+            u = yield from self._descend(grid, self._energy(grid, weights), level.enlarged(u, grid.level), limit)
         if math.isfinite(self._jump) and self._denoising is None:
-            scale = np.full(u.shape, self._jump, np.float32)
             for self._round in range(1, _ROUNDS + 1):
-                energy = self._energy(finest, weights.loosened(u, scale, _SLOPE_JUMPS))
-                u = yield from self._descend(finest, energy, u, _ROUND_STEPS)
+                weights = self._weights(finest, weights)
+                weights.loosen(u, np.full(u.shape, self._jump, np.float32), _SLOPE_JUMPS)
+                u = yield from self._descend(finest, self._energy(finest, weights), u, _ROUND_STEPS)
         return u
 
     def _denoise(self, grid: _Grid, known: Denoising) -> Iterator[_Step]:
         """The gaps first, unless the trend says what is there, and then the rounds that take the noise off."""
         filled = None
         stiffer = self._parameters.smoothness > 1
-        if stiffer or (self._view.gap > 0 and not known.explained):
+        if stiffer or (self._gap > 0 and not known.explained):
             filled = yield from self._fill()
         parameters = self._parameters
         smooth = grid.smooth(parameters.edge_scale)
@@ -305,18 +317,18 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         """One stage: until steady, or so many steps."""
         self._stage += 1
         told = Told(grid.inside, grid.trend, grid.counts, grid.totals, self._pixels * self._least**2)
-        better = u
-        for better, sums in energy.descend(u, told, min(limit, self._parameters.max_iterations - self._iterations)):
-            yield grid, better, sums
-        return better
+        steps = energy.descend(u, told, min(limit, self._parameters.max_iterations - self._iterations))
+        for u, sums in steps:
+            yield grid, u, sums
+        return u
 
     def _energy(self, grid: _Grid, weights: Weights) -> SmoothnessEnergy:
         return SmoothnessEnergy(grid.counts + self._levelling, grid.totals, weights)
 
-    def _weights(self, grid: _Grid) -> Weights:
+    def _weights(self, grid: _Grid, out: Weights | None = None) -> Weights:
         # of a surface on cells of c pixels, slopes add up to the same, bending to c^2 times as much
         smooth = grid.smooth(self._parameters.edge_scale)
-        return make_weights(*smooth, self._slope, self._bending / grid.cell**2, grid.stiff)
+        return make_weights(*smooth, self._slope, self._bending / grid.cell**2, grid.stiff, out)
 
 
 class _Level(NamedTuple):
@@ -351,6 +363,11 @@ class _Grid:
     creases: Array | None
     held_out: tuple[Array, Array] | None
     parting: Parting | None
+
+    @property
+    def coarseness(self) -> int:
+        """How many levels it is above the finest."""
+        return self.cell.bit_length() - 1
 
     @cached_property
     def samples(self) -> float:
@@ -406,15 +423,14 @@ _Step = tuple[_Grid, Array, Sums]
 
 
 class _View:
-    """What the stepper sees of a frame: the window, and the block in it."""
+    """What the stepper sees of a frame: the window, and the block in it. It serves to begin with, and is let go."""
 
     def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters, drawn: NDArray[np.bool_] | None) -> None:
         self._frame = frame
         self._block = block
-        self._fills = parameters.mode == "fill"
-        self._window = _window(frame, block, parameters.mode)
-        around = union(block.box, self._window)
-        self.place = within(self._window, around)
+        self.window = _window(frame, block, parameters.mode)
+        self._around = around = union(block.box, self.window)
+        self.place = within(self.window, around)
         """The window in the box around block and window."""
         self.mask = np.zeros(frame.depth[around].shape, bool)
         """The block's pixels in the box around block and window."""
@@ -436,9 +452,6 @@ class _View:
         self.depth = np.where(trusted, frame.depth[around], np.float32(np.nan))
         """Depth [m] in that box, without flying pixels and what is held out."""
         self.depth[self.place][self._held_out] = np.nan
-        self.raw = frame.depth[around].copy()
-        """Depth [m] in the box around block and window, without what is held out."""
-        self.raw[self.place][self._held_out] = np.nan
         unknown = np.isnan(self.depth[self.place])
         self._distance = cv2.distanceTransform(unknown.astype(np.uint8), cv2.DIST_L2, 5).astype(np.float32, copy=False)
         self.gap = float(self._distance[self._mask].max())
@@ -446,10 +459,13 @@ class _View:
         wanted = parameters.out_of_range and self.gap >= WIDE
         self.beyond = beyond_reach(frame, block) if wanted else None
         """What of the block lies beyond the sensor's reach; None if nothing."""
-        seen = np.zeros(self.mask.shape, bool)
-        seen[self.place] = True
-        self.seen = seen[self.mask]
-        """Which of the block's pixels lie in the window, in the order of `block.mask`'s True values."""
+
+    @cached_property
+    def raw(self) -> Array:
+        """Depth [m] in the box around block and window, without what is held out."""
+        raw = self._frame.depth[self._around].copy()
+        raw[self.place][self._held_out] = np.nan
+        return raw
 
     def mean_depth(self, guide: FittedGuide | None) -> float:
         """Of the block's known depth [m]; of what its guide says where there is none."""
@@ -477,15 +493,15 @@ class _View:
         if not wide.any():
             return trend
         away = cv2.distanceTransform((~wide).astype(np.uint8), cv2.DIST_L2, 5)
-        share = guide.shares(self._block, self._window) * np.clip(2 - away / np.float32(_AROUND), 0, 1)
-        return np.where(share > 0, trend + share * (guide.depth[self._window] - trend), trend)
+        share = guide.shares(self._block, self.window) * np.clip(2 - away / np.float32(_AROUND), 0, 1)
+        return np.where(share > 0, trend + share * (guide.depth[self.window] - trend), trend)
 
     def grid(self, trend: Array, found: FrameEdges, parameters: Parameters) -> _Grid:
         """The finest grid."""
         counts, totals = _samples(self.depth[self.place] - trend)
         held_out = None
         if self._held_out.any():
-            rest = self._frame.depth[self._window] - trend
+            rest = self._frame.depth[self.window] - trend
             held_out = _samples(np.where(self._held_out, rest, np.float32(np.nan)))
         mask = self._mask.astype(np.uint8)
         cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
@@ -495,9 +511,9 @@ class _View:
         if parameters.own_word:
             distance = own_distance(distance, self._mask)
         fade = np.minimum(distance / np.float32(parameters.trust_distance), 1)
-        edges = fade * np.maximum(found.strength[self._window], np.float32(parameters.boundary_strength) * boundary)
+        edges = fade * np.maximum(found.strength[self.window], np.float32(parameters.boundary_strength) * boundary)
         if self.beyond is not None:
-            edges[self.beyond.in_front[self._window]] = _APART
+            edges[self.beyond.in_front[self.window]] = _APART
         return _Grid(
             cell=1,
             counts=counts,
@@ -505,17 +521,10 @@ class _View:
             inside=mask.astype(np.float32),
             trend=trend,
             edges=edges.astype(np.float32),
-            creases=None if found.crease is None else fade * found.crease[self._window],
+            creases=None if found.crease is None else fade * found.crease[self.window],
             held_out=held_out,
             parting=None if self._drawn is None else Parting.around(self._mask, self._drawn),
         )
-
-    def pixels(self, levels: tuple[_Level, ...], trend: Array, changing: bool = False) -> _Pixels:
-        """The block's pixels in the window, all or those that may change, for surfaces on grids of these levels."""
-        among = self._mask & np.isnan(self._frame.depth[self._window]) if changing and self._fills else self._mask
-        places = np.flatnonzero(among)
-        seen = np.flatnonzero(self.seen)[among[self._mask]]
-        return _Pixels(levels, places, seen, trend.ravel()[places], self._frame, self._block)
 
 
 @dataclass(frozen=True, eq=False)
@@ -532,12 +541,33 @@ class _Pixels:
     frame: RGBDFrame
     block: Block
 
+    @classmethod
+    def of(
+        cls,
+        frame: RGBDFrame,
+        block: Block,
+        window: Box,
+        levels: tuple[_Level, ...],
+        trend: Array,
+        changing: bool = False,
+    ) -> _Pixels:
+        """The block's pixels in a window, all or those without depth, for surfaces on grids of these levels and a trend
+        on the window."""
+        around = union(block.box, window)
+        mask = np.zeros(tuple(side.stop - side.start for side in around), bool)
+        mask[within(block.box, around)] = block.mask
+        inside = mask[within(window, around)]
+        among = inside & np.isnan(frame.depth[window]) if changing else inside
+        places = np.flatnonzero(among)
+        seen = np.flatnonzero(_seen(block, window))[among[inside]]
+        return cls(levels, places, seen, trend.ravel()[places], frame, block)
+
     @property
     def nbytes(self) -> int:
         """Memory of what is not the frame's or the block's."""
         return self.places.nbytes + self.seen.nbytes + self.trend.nbytes
 
-    def of(self, surface: Array) -> Array:
+    def on(self, surface: Array) -> Array:
         """A surface on the window, at the pixels."""
         return surface.ravel()[self.places]
 
@@ -548,7 +578,7 @@ class _Pixels:
         for coarser, finer in pairwise(reversed(self.levels[: coarseness + 1])):
             u = coarser.enlarged(u, finer)
         result = self.frame.depth[self.block.box][self.block.mask].astype(np.float64)
-        result[self.seen] = (self.of(u) if coarseness else u) + self.trend
+        result[self.seen] = (self.on(u) if coarseness else u) + self.trend
         return result
 
 
@@ -564,6 +594,16 @@ def _window(frame: RGBDFrame, block: Block, mode: str) -> Box:
         places = np.flatnonzero(wanted.any(axis=1 - axis)) + side.start
         found.append(slice(max(int(places[0]) - margin, 0), min(int(places[-1]) + 1 + margin, size)))
     return found[0], found[1]
+
+
+def _seen(block: Block, window: Box) -> NDArray[np.bool_]:
+    """Which of a block's pixels lie in a window, in the order of `block.mask`'s True values."""
+    rows, columns = (
+        slice(max(a.start - b.start, 0), max(a.stop - b.start, 0)) for a, b in zip(window, block.box, strict=True)
+    )
+    seen = np.zeros(block.mask.shape, bool)
+    seen[rows, columns] = True
+    return seen[block.mask]
 
 
 def _samples(values: Array) -> tuple[Array, Array]:

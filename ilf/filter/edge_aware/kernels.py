@@ -278,30 +278,23 @@ def spread(weights: Array, out: NDArray[Any]) -> None:
         diagonal[:, :-2] += bend[:, :-2]
 
 
-def _let_go(weights: Array, u: Array, scale: Array, times: Any) -> Array:
-    out = np.zeros_like(weights)
+def _let_go(weights: Array, u: Array, scale: Array, times: Any) -> None:
     values, scales, size = u.reshape(-1), scale.reshape(-1), np.uint64(u.size)
     row, rows, two = np.uint64(u.shape[1]), np.uint64(2 * u.shape[1]), np.float32(2)
     for kind in range(2):
         step = row if kind else np.uint64(1)
-        slope, bend, looser, softer = (
-            weights[kind].reshape(-1),
-            weights[2 + kind].reshape(-1),
-            out[kind].reshape(-1),
-            out[2 + kind].reshape(-1),
-        )
+        slope, bend = weights[kind].reshape(-1), weights[2 + kind].reshape(-1)
         for i in range(max(size, step) - step):
             ratio = (values[i + step] - values[i]) / (times * scales[i + step])
-            looser[rows + i] = slope[rows + i] / (np.float32(1) + ratio * ratio)
+            slope[rows + i] = slope[rows + i] / (np.float32(1) + ratio * ratio)
         for i in range(max(size, step + step) - step - step):
             ratio = (values[i + step + step] - two * values[i + step] + values[i]) / scales[i + step]
-            softer[rows + i] = bend[rows + i] / (np.float32(1) + ratio * ratio)
-    return out
+            bend[rows + i] = bend[rows + i] / (np.float32(1) + ratio * ratio)
 
 
 @compiled(_let_go)
-def let_go(weights: Array, u: Array, scale: Array, times: np.float32) -> Array:
-    """Weights of differences by Cauchy's rule: halved where a difference is as large as its scale.
+def let_go(weights: Array, u: Array, scale: Array, times: np.float32) -> None:
+    """Lessen weights of differences by Cauchy's rule, in place: halved where a difference is as large as its scale.
 
     Parameters
     ----------
@@ -311,20 +304,12 @@ def let_go(weights: Array, u: Array, scale: Array, times: np.float32) -> Array:
         The scale is that of second differences.
     times : float32
         How many times larger it is for first ones.
-
-    Returns
-    -------
-    ndarray of float32, shape (4, H + 4, W)
     """
-    out = np.zeros_like(weights)
-    inside, kept = out[:, 2:-2], weights[:, 2:-2]
+    inside = weights[:, 2:-2]
     for kind, (values, width) in enumerate(((u, scale), (u.T, scale.T))):
-        slope, bend, looser, softer = (
-            part.T if kind else part for part in (kept[kind], kept[2 + kind], inside[kind], inside[2 + kind])
-        )
+        slope, bend = (part.T if kind else part for part in (inside[kind], inside[2 + kind]))
         step = values[:, 1:] - values[:, :-1]
         ratio = step / (times * width[:, 1:])
-        looser[:, :-1] = slope[:, :-1] / (1 + ratio * ratio)
+        slope[:, :-1] /= 1 + ratio * ratio
         ratio = (step[:, 1:] - step[:, :-1]) / width[:, 1:-1]
-        softer[:, :-2] = bend[:, :-2] / (1 + ratio * ratio)
-    return out
+        bend[:, :-2] /= 1 + ratio * ratio

@@ -93,8 +93,8 @@ class Weights:
         """Weights with those of second differences so many times as large."""
         return Weights(self.framed * np.array([1, 1, times, times], np.float32)[:, None, None])
 
-    def loosened(self, u: Array, scale: Array, slope_jumps: float) -> Weights:
-        """Weights by Cauchy's rule: differences of u far above the scale let go.
+    def loosen(self, u: Array, scale: Array, slope_jumps: float) -> None:
+        """Lessen them by Cauchy's rule, in place: differences of u far above the scale let go.
 
         Parameters
         ----------
@@ -104,10 +104,17 @@ class Weights:
         slope_jumps : float
             The same for first differences, in units of `scale`.
         """
-        return Weights(kernels.let_go(self.framed, u, scale, np.float32(slope_jumps)))
+        kernels.let_go(self.framed, u, scale, np.float32(slope_jumps))
 
 
-def make_weights(smooth_x: Array, smooth_y: Array, slope: float, bending: float, stiff: Array | None = None) -> Weights:
+def make_weights(
+    smooth_x: Array,
+    smooth_y: Array,
+    slope: float,
+    bending: float,
+    stiff: Array | None = None,
+    out: Weights | None = None,
+) -> Weights:
     """Weights from how much of the smoothness is left between neighbours.
 
     Parameters
@@ -120,8 +127,10 @@ def make_weights(smooth_x: Array, smooth_y: Array, slope: float, bending: float,
     stiff : ndarray of float32, shape (H, W), optional
         How much of the second difference around a pixel counts, from 1, all, to 0, none, where the surface has a
         crease: it may bend there, but not tear.
+    out : Weights, optional
+        Of this grid, no longer needed: takes the new ones, since memory that is new takes time.
     """
-    made = Weights.none((smooth_x.shape[0], smooth_y.shape[1]))
+    made = out or Weights.none((smooth_x.shape[0], smooth_y.shape[1]))
     np.multiply(np.float32(slope), smooth_x, out=made.slope_x)
     np.multiply(np.float32(slope), smooth_y, out=made.slope_y)
     bend_x, bend_y = made.bend_x, made.bend_y
@@ -152,22 +161,22 @@ class SmoothnessEnergy:
         self._totals = totals
         self._weights = weights
 
-    def descend(self, start: Array, told: Told, limit: int) -> Iterator[tuple[Array, Sums]]:
-        """Conjugate gradients with a diagonal preconditioner: one approximation of the minimum after the other, each
-        with what there is to tell of it.
+    def descend(self, u: Array, told: Told, limit: int) -> Iterator[tuple[Array, Sums]]:
+        """Conjugate gradients with a diagonal preconditioner: from u on, one approximation of the minimum after the
+        other, each with what there is to tell of it.
 
         Ends after so many steps, where they are steady, and where float32 can come no nearer. Small ones are made
         several at a time.
         """
-        weights, direction = self._weights.framed, kernels.framed(start)
-        inverse = np.reciprocal(self._diagonal(np.float32))
-        image = np.empty_like(start)
+        weights, direction = self._weights.framed, kernels.framed(u)
+        inverse = self._diagonal(np.float32)
+        np.reciprocal(inverse, out=inverse)
+        image = np.empty_like(u)
         kernels.pull(self._counts, weights, direction, image)
         direction[:] = 0
         residual = self._totals - image
         size, ratio = inner(residual, inverse * residual), 0.0
-        least = _CONVERGED * size
-        u, changes = start, math.inf
+        least, changes = _CONVERGED * size, math.inf
         while limit > 0 and size > least and changes >= told.steady:
             many = min(limit, max(1, _CELLS_AT_A_TIME // u.size))
             found, sums = np.empty((many, *u.shape), np.float32), np.empty((many, len(Sums._fields)))

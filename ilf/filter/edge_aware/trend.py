@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import cv2
@@ -39,6 +39,9 @@ _STIFFNESS = 1e9
 _MIXED = 30
 """Weight of mixed third differences, in that of the others: a profile goes on as it is across a wide hole."""
 
+
+_AT_ONCE = 1 << 18
+"""Pixels that the shape is worked out of at a time, so that it takes little memory beside what is found."""
 
 _POWERS = tuple((a, b) for a in range(3) for b in range(3 - a))
 """Of y and x, in the terms of a quadric."""
@@ -123,17 +126,19 @@ def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) 
     known = mask & np.isfinite(depth)
     height, width = depth.shape
     cell = max(1, math.ceil(math.sqrt(height * width / _CELLS)))
-    medians = _medians(np.where(known, depth, np.float32(np.nan)), cell)
-    known &= np.abs(depth - medians) < np.maximum(_FAR_SHARE * medians, 3 * noise)
-    counts = cell_sums(known.astype(np.float64), cell)
-    totals = cell_sums(np.where(known, depth, 0.0), cell)
+    strips = _strips(height, width, cell)
+    for rows in strips:
+        medians = _medians(np.where(known[rows], depth[rows], np.float32(np.nan)), cell)
+        known[rows] &= np.abs(depth[rows] - medians) < np.maximum(_FAR_SHARE * medians, 3 * noise)
+    counts = np.concatenate([cell_sums(known[rows].astype(np.float64), cell) for rows in strips])
+    totals = np.concatenate([cell_sums(np.where(known[rows], depth[rows], 0.0), cell) for rows in strips])
     held = counts > 0
     if np.count_nonzero(held) < 3 * len(_POWERS):
         return None
     values, weights = totals[held] / counts[held], counts[held]
     near = np.maximum(_NEAR_SHARE * values, 3 * noise / np.sqrt(weights))
-    rows, columns = (np.linspace(-1, 1, size) for size in counts.shape)
-    basis = np.stack([(rows**a)[:, None] * (columns**b)[None, :] for a, b in _POWERS], axis=2)
+    y, x = (np.linspace(-1, 1, size) for size in counts.shape)
+    basis = np.stack([(y**a)[:, None] * (x**b)[None, :] for a, b in _POWERS], axis=2)
     trust = np.ones(values.size)
     for _ in range(_ROUNDS):
         root = np.sqrt(weights * trust)
@@ -145,25 +150,34 @@ def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) 
         return None
 
     # off the quadric, a cell's mean may stand for its middle wherever in the cell the known pixels are
-    surface = _quadric(coefficients, (height, width), cell)
-    rest = np.where(known, depth - surface, 0.0)
-    rests = cell_sums(rest, cell)
+    quadric = partial(_quadric, coefficients, (height, width), cell)
+    rests = np.concatenate(
+        [cell_sums(np.where(known[rows], depth[rows] - quadric(rows), 0.0), cell) for rows in strips]
+    )
     trusted = counts.copy()
     trusted[held] = np.where(lies_on_it, weights, 0.0)
     sheet = _sheet(trusted, rests, cell)
     size = counts.shape[1] * cell, counts.shape[0] * cell
-    surface += cv2.resize(sheet, size, interpolation=cv2.INTER_CUBIC)[:height, :width]
+    refined = cv2.resize(sheet, size, interpolation=cv2.INTER_CUBIC)
     low, high = float(values[lies_on_it].min()), float(values[lies_on_it].max())
     reach = _REACH * (high - low)
-    surface = np.clip(surface, low - reach, high + reach)
-    return Trend(surface.astype(np.float32), _spread(rests, counts, sheet, noise))
+    surface = np.empty((height, width), np.float32)
+    for rows in strips:
+        surface[rows] = np.clip(quadric(rows) + refined[rows, :width], low - reach, high + reach)
+    return Trend(surface, _spread(rests, counts, sheet, noise))
 
 
-def _quadric(coefficients: NDArray[np.floating], shape: tuple[int, int], cell: int) -> NDArray[np.float64]:
-    """The quadric at every pixel; -1 and 1 are the middles of the first and the last cell."""
+def _strips(height: int, width: int, cell: int) -> list[slice]:
+    """Rows of so many whole cells that what is worked out of them, in float64, takes little memory."""
+    rows = cell * max(1, _AT_ONCE // (cell * width))
+    return [slice(first, min(first + rows, height)) for first in range(0, height, rows)]
+
+
+def _quadric(coefficients: NDArray[np.floating], shape: tuple[int, int], cell: int, rows: slice) -> NDArray[np.float64]:
+    """The quadric at the pixels of some rows; -1 and 1 are the middles of the first and the last cell."""
     y, x = ((np.arange(size) - (cell - 1) / 2) / (cell * max(-(-size // cell) - 1, 1) / 2) - 1 for size in shape)
     terms = zip(coefficients, _POWERS, strict=True)
-    return np.sum([value * (y**a)[:, None] * (x**b)[None, :] for value, (a, b) in terms], axis=0)
+    return np.sum([value * (y[rows] ** a)[:, None] * (x**b)[None, :] for value, (a, b) in terms], axis=0)
 
 
 def _sheet(counts: NDArray[np.float64], totals: NDArray[np.float64], cell: int) -> NDArray[np.float64]:
