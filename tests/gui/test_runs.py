@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
+from gui.blocks.block_rows import block_rows
 from gui.work import frame_runs as runs_module
 from gui.work.runs import RunState
 from ilf import preset
@@ -333,6 +334,9 @@ def test_blocks_that_wait_for_the_correction_stay_when_a_run_is_cancelled(bench:
     assert set(bench.session.valid_results()) == {1, 2}
     assert bench.session.changed_blocks() == [2]
     assert "2 blocks" in bench.said[0]
+    assert bench.said[0].endswith(" 1 block still without the learned correction: run what changed.")
+    row = next(row for row in block_rows(bench.session, bench.runs) if row.label == 2)
+    assert row.detail.startswith("The result, completed, waits for the learned correction.")
 
 
 def test_a_block_that_is_done_as_the_run_is_cancelled_stays(

@@ -21,6 +21,7 @@ from ilf.correction.features import CHANNELS, correction_features
 from ilf.correction.network import CELL, LARGEST, _weighted, smoothed
 from ilf.correction.spreading import factors_of, load_of, solve, spread
 from ilf.edges import questions
+from ilf.edges.onnx_network import LEAST_SIDE
 from ilf.errors import Cancelled, FormatError, InputError
 from ilf.filter.stepper import is_guided
 from ilf.models import CORRECTION
@@ -364,6 +365,18 @@ def test_frames_of_any_size_are_looked_at(shape: tuple[int, int]) -> None:
     found = load_correction_network().change(rgb, depth, np.full(shape, 2, np.float32), np.zeros(shape, np.float32))
     assert found.shape == shape
     assert np.isfinite(found).all()
+
+
+def test_a_small_frame_is_looked_at_large_enough_to_come_out_the_same_every_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    network, seen = load_correction_network(), []
+    real = network._results
+    monkeypatch.setattr(network, "_results", lambda inputs: (seen.extend(inputs.values()), real(inputs))[1])
+    shape = (24, 80)
+    depth, none = np.full(shape, 2, np.float32), np.zeros(shape, np.float32)
+    network.change(np.zeros((*shape, 3), np.uint8), depth, depth, none)
+    assert [one.shape[2:] for one in seen] == [(LEAST_SIDE, 96)] * 2
 
 
 def test_presets_of_the_paper_and_older_parameters_are_not_corrected() -> None:
