@@ -2,9 +2,10 @@
 
     python -m tests.bench.cancel [FRAME] [--size 1920x1080] [--only extraction best ...] [--moments 5] [--stacks]
 
-Each kind of work is done once as a whole, and the longest processor time is taken that it spends without asking whether
-it is to go on, which is the worst case of a cancel at any moment; the least of two times, since memory that a machine is
-short of takes time to be had. Then the work is begun as the window does, and cancelled at some random moments. With `--stacks`, where the longest stretches lie.
+Each kind of work is done as a whole, and the longest processor time is taken that it spends without asking whether it
+is to go on, which is the worst case of a cancel at any moment; of two times the better one, as memory takes time to be
+had where a machine is short of it. Then the work is begun as the window does, and cancelled at some random moments.
+With `--stacks`, where the longest stretches lie.
 """
 
 from __future__ import annotations
