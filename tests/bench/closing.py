@@ -72,7 +72,8 @@ def _export(window: MainWindow, folder: Path) -> Over:
 def _batch(window: MainWindow, folder: Path) -> Over:
     open_frame(window, folder / "frame")
     (part,) = (part for part in window.parts if isinstance(part, BatchPart))
-    part.dialog.folder.setText(str(folder / "batch"))
+    # in the same folder nothing would be left to do
+    part.dialog.folder.setText(str(folder / f"batch-{time.time_ns()}"))
     part.dialog.jobs.setValue(2)
     part.ask()
     part.start()
