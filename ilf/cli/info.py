@@ -239,4 +239,4 @@ def _guide_facts(path: str | Path | None, depth: NDArray[np.float32]) -> list[tu
 
 def _print_facts(facts: Iterable[tuple[str, str]]) -> None:
     for name, fact in facts:
-        print(f"{name + ':':13} {fact}")
+        print(f"{name + ':':14} {fact}")
