@@ -24,7 +24,7 @@ _HEADERS = (
     ("Message", "Why it failed, or what there is to know of the result"),
 )
 _FRAME, _STATUS, _MISSING, _ERROR, _SECONDS, _MESSAGE = range(len(_HEADERS))
-_WIDTHS = (150, 84, 110, 140, 70)
+_WIDTHS = (170, 84, 110, 140, 70)
 
 
 class OutcomeModel(RowModel[FrameOutcome]):

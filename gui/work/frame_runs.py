@@ -252,7 +252,8 @@ class FrameRuns(QObject):
         def job() -> Generator[Step, None, None]:
             with make() as steps:
                 for progress in steps:
-                    check_stopped()  # what comes after that is of no interest
+                    if progress.result is None:
+                        check_stopped()  # records after that are of no interest
                     yield progress, self._due_previews(steps)
 
         self._worker.start(job, paused, lambda step: step[0] is not NO_BLOCK)

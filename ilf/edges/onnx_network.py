@@ -17,7 +17,7 @@ from ..io.files import read_file
 from ..stopping import check_stopped, out_of_signals_way, taking
 from ..trial import in_child
 from .external_data import has_external_data
-from .proven import is_proven, remember
+from .proven import Shapes, is_bundled, is_proven, last_looks, looking, remember
 from .questions import ASKED, first_input, with_questions
 
 _LARGE = 1_000_000
@@ -49,7 +49,11 @@ class OnnxNetwork:
         self.path = path
         self.sha256 = hashlib.sha256(content.data).hexdigest()
         """Of the very bytes that the network was read from, in hexadecimal digits."""
+        self._harmless: set[tuple[tuple[int, ...], ...]] | None = None
+        """Shapes of inputs that this network has looked at; None if there is no need to know."""
         self._try()
+        if not is_bundled(self.sha256):
+            self._harmless = set()
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -83,7 +87,8 @@ class OnnxNetwork:
     def read(cls, content: NDArray[np.uint8], path: Path) -> Self:
         """The network in a file's content, tried with small images but not kept.
 
-        What is not known to be harmless is tried in a process of its own first: the reader of networks can be crashed.
+        What is not known to be harmless is tried in a process of its own first: the reader of networks can be
+        crashed. If the program came to a sudden end while this network looked at an image, so is that size.
 
         Parameters
         ----------
@@ -94,13 +99,24 @@ class OnnxNetwork:
         Raises
         ------
         FormatError
-            If it is no ONNX network, or not one of this kind, takes weights from other files, or crashes the reader.
+            If it is no ONNX network, or not one of this kind, takes weights from other files, crashes the reader, or
+            has crashed the program and would again.
         """
         cls._check_content(content, path)
         sha256, kind = hashlib.sha256(content.data).hexdigest(), cls.__name__
         if not is_proven(sha256, kind):
             in_child(cls._prove, content, path, file=path.name)
             remember(sha256, kind)
+        for mark, shapes in last_looks(sha256, kind):
+            try:
+                in_child(cls._look_again, content, path, shapes, file=path.name)
+            except FormatError as error:
+                height, width = next(iter(shapes.values()))[-2:]
+                raise FormatError(
+                    f"{path.name} had the program end suddenly when it looked at an image of about {width} x {height} "
+                    f"pixels, and fails again. {error} Or choose another network."
+                ) from error
+            mark.unlink(missing_ok=True)
         return cls(content, path)
 
     @staticmethod
@@ -121,19 +137,35 @@ class OnnxNetwork:
         """Open it once, where it may crash the process."""
         cls(content, path)
 
+    @classmethod
+    def _look_again(cls, content: NDArray[np.uint8], path: Path, shapes: Shapes) -> None:
+        """Look at empty images of these shapes, where that may crash the process."""
+        cls(content, path)._results({name: np.zeros(shape, np.float32) for name, shape in shapes.items()})
+
     def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         """All outputs; raises cv2.error where the network does not take these inputs. "" is the first input."""
         with taking(self._lock):
             check_stopped()
             whole = False
             try:
-                found = out_of_signals_way(lambda: self._finite_results(inputs))
+                found = out_of_signals_way(lambda: self._watched(inputs))
                 whole = True
                 return found
             finally:
                 if not whole or any(values[0, 0].size >= _LARGE for values in inputs.values()):
                     # only with the net goes what it has worked in
                     self._net = self._fresh_net()
+
+    def _watched(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
+        """Look, with a note of that if it may crash the program, as images of a new size may."""
+        shapes = {name: values.shape for name, values in inputs.items()}
+        key = tuple(shapes.values())
+        if self._harmless is None or key in self._harmless:
+            return self._finite_results(inputs)
+        with looking(self.sha256, type(self).__name__, shapes):
+            found = self._finite_results(inputs)
+        self._harmless.add(key)
+        return found
 
     def _finite_results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         found = self._results(inputs)
