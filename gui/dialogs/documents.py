@@ -260,7 +260,7 @@ class Documents(QObject):
 
     def _note_exported(self, written: Written) -> None:
         folder = written.files[0].parent if written.files else ""
-        self._notes.tell(f"Exported {len(written.files)} files to {folder}")
+        self._notes.tell(". ".join((f"Exported {len(written.files)} files to {folder}", *written.remarks)))
         self._notes.warn("Exported, with warnings", written.notes)
         self.exported.emit(written)
 

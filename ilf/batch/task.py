@@ -174,7 +174,7 @@ def _completed(task: Task, frame: BatchFrame, threads: int | None) -> FrameRecor
     (folder / FRAME_FILE).unlink(missing_ok=True)  # it does not speak of what comes now
     written = write(folder, run, completion, options)
     preview = write_preview(folder, loaded, completion.depth, task.levels)
-    notes += [*completion.notes, *written.notes]
+    notes += [*completion.notes, *written.notes, *written.remarks]
     return FrameRecord(
         replace(outcome, message=" ".join(dict.fromkeys(notes))),
         task.sha256,

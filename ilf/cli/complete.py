@@ -97,7 +97,7 @@ def run(arguments: argparse.Namespace) -> None:
     seconds = time.perf_counter() - started
     verdict = () if job.again is None else job.again.verdict(completion)
     written = write(folder, job.run, completion, job.options)
-    warn([*job.notes, *job.run.notes, *completion.notes, *verdict, *written.notes])
+    warn([*job.notes, *job.run.notes, *completion.notes, *verdict, *written.notes, *written.remarks])
     if not arguments.quiet:
         print(completion_report(job.run, completion, seconds, folder, written.files))
         if job.again is not None and not verdict:

@@ -123,7 +123,7 @@ def run_export(arguments: argparse.Namespace) -> None:
             folder = Path(arguments.out) / _folder_name(frame, folders)
             options, notes = fitting(asked_for, state.frame, arguments)
             written = write(folder, stored_run(state), stored_completion(state), options)
-            warn(f"{frame.name}: {note}" for note in (*notes, *written.notes))
+            warn(f"{frame.name}: {note}" for note in (*notes, *written.notes, *written.remarks))
             print(f"{frame.name}: {counted(len(state.results), 'block')}, written to {folder}")
 
 

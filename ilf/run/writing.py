@@ -57,10 +57,13 @@ class Written:
         In the order of `filenames`.
     notes : tuple of str
         What was lost on the way into the files, and how to keep it.
+    remarks : tuple of str
+        What the files say of the result: nothing to be mended.
     """
 
     files: tuple[Path, ...]
     notes: tuple[str, ...]
+    remarks: tuple[str, ...] = ()
 
 
 def filenames(run: Run, options: ExportOptions) -> tuple[str, ...]:
@@ -129,7 +132,7 @@ def write(
     check_write(target, run, chosen, overwrite=overwrite)
     names = filenames(run, chosen)
     with staging(target) as staged:
-        notes = _write_results(staged, run, completion, chosen)
+        notes, remarks = _write_results(staged, run, completion, chosen)
         if COLOUR_FILE in names:
             # the encoder takes colours with blue first
             write_bytes(staged / COLOUR_FILE, encode_image(".png", run.frame.rgb[..., ::-1]))
@@ -143,7 +146,7 @@ def write(
                 notes.append(f"{RECORD_FILE} cannot be replayed without {LABELS_FILE}: the blocks were edited.")
         if names:
             move_in(staged, target, names)
-    return Written(tuple(target / name for name in names), tuple(notes))
+    return Written(tuple(target / name for name in names), tuple(notes), tuple(remarks))
 
 
 def check_write(
@@ -206,13 +209,16 @@ def _already_there(paths: Sequence[Path], sources: Sequence[Path]) -> list[Path]
     return [path for path in paths if os.path.exists(path) and any(path.samefile(source) for source in there)]
 
 
-def _write_results(folder: Path, run: Run, completion: Completion, options: ExportOptions) -> list[str]:
-    """Write the results, without what describes them; returns notes."""
+def _write_results(
+    folder: Path, run: Run, completion: Completion, options: ExportOptions
+) -> tuple[list[str], list[str]]:
+    """Write the results, without what describes them; returns notes and remarks."""
     notes: list[str] = []
+    remarks: list[str] = []
     if run.dense:
         write_mask(folder / GUESSED_FILE, completion.guessed)
         if count := np.count_nonzero(completion.guessed):
-            notes.append(f"{count} pixels of the depth are guesses, which no block vouches for: see {GUESSED_FILE}.")
+            remarks.append(f"{count} pixels of the depth are guesses, which no block vouches for: see {GUESSED_FILE}.")
     for name, mask in _masks(run).items():
         write_mask(folder / name, mask)
     if run.frame.guide is not None:
@@ -227,33 +233,20 @@ def _write_results(folder: Path, run: Run, completion: Completion, options: Expo
     error = doubtful = None
     if options.expected_error and (options.depth_formats or options.cloud or options.mesh):
         error, doubtful = expected_error(run.frame, completion), unvouched(run.frame, completion)
-        notes += _write_errors(folder, completion, options, error, doubtful)
+        for depth_format in options.depth_formats:
+            name = ERROR_FILES[depth_format]
+            found = write_expected_error(folder / name, error, options.depth_units)
+            notes += [f"{name}: {note}" for note in found]
+        if options.depth_formats:
+            write_mask(folder / UNVOUCHED_FILE, doubtful)
+            if count := np.count_nonzero(doubtful & ~completion.guessed):
+                remarks.append(f"Nothing measured vouches for {count} pixels of the depth: see {UNVOUCHED_FILE}.")
     if options.labels:
         write_labels(folder / LABELS_FILE, run.blocks)
     if options.curves:
         write_curves(folder / CURVES_FILE, completion.history)
     notes += write_space(folder, run, completion, options, error, doubtful)
-    return notes
-
-
-def _write_errors(
-    folder: Path,
-    completion: Completion,
-    options: ExportOptions,
-    error: NDArray[np.float32],
-    doubtful: NDArray[np.bool_],
-) -> list[str]:
-    """Write the files of expected errors beside those of the depth, if there are any; returns notes."""
-    notes: list[str] = []
-    for depth_format in options.depth_formats:
-        name = ERROR_FILES[depth_format]
-        found = write_expected_error(folder / name, error, options.depth_units)
-        notes += [f"{name}: {note}" for note in found]
-    if options.depth_formats:
-        write_mask(folder / UNVOUCHED_FILE, doubtful)
-        if count := np.count_nonzero(doubtful & ~completion.guessed):
-            notes.append(f"Nothing measured vouches for {count} pixels of the depth: see {UNVOUCHED_FILE}.")
-    return notes
+    return notes, remarks
 
 
 def _masks(run: Run) -> dict[str, NDArray[np.bool_]]:

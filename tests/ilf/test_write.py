@@ -175,7 +175,7 @@ def test_guesses_and_distrusted_depth_have_masks(run, tmp_path):
     assert np.isfinite(depth).all()
     np.testing.assert_array_equal(distrusted, dense.frame.distrusted)
     np.testing.assert_array_equal(guessed, ~dense.frame.known & (dense.blocks == 1))
-    assert f"{guessed.sum()} pixels" in found.notes[0]
+    assert f"{guessed.sum()} pixels" in found.remarks[0]
     assert {"guessed.png", "distrusted.png"} <= set(filenames(dense, BARE))
     assert not {"guessed.png", "distrusted.png"} & set(filenames(run, BARE))
 
@@ -183,7 +183,7 @@ def test_guesses_and_distrusted_depth_have_masks(run, tmp_path):
 def test_a_dense_run_without_a_gap_left_has_nothing_to_note(run, completion, tmp_path):
     assert np.isfinite(completion.depth).all()
     dense = replace(run, dense=True)
-    assert write(tmp_path / "out", dense, dense.complete(), BARE).notes == ()
+    assert write(tmp_path / "out", dense, dense.complete(), BARE).remarks == ()
     assert not read_colour(tmp_path / "out" / "guessed.png").any()
 
 
@@ -200,7 +200,7 @@ def test_expected_errors_come_in_the_formats_and_units_of_the_depth(run, complet
     np.testing.assert_array_equal(read_colour(out / "unvouched.png")[..., 0] > 0, unvouched(run.frame, completion))
     outside = replace(completion, depth=np.where(completion.filled, 50, completion.depth).astype(np.float32))
     count = np.count_nonzero(completion.filled)
-    assert write(out, run, outside, BARE).notes == (
+    assert write(out, run, outside, BARE).remarks == (
         f"Nothing measured vouches for {count} pixels of the depth: see unvouched.png.",
     )
     np.testing.assert_array_equal(read_colour(out / "unvouched.png")[..., 0] > 0, completion.filled)
