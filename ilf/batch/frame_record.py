@@ -108,10 +108,15 @@ class FrameRecord:
     run: str | None = None
     outputs: tuple[str, ...] = ()
 
+    @property
+    def is_completed(self) -> bool:
+        """Whether there is a set that it speaks of; otherwise the frame failed."""
+        return self.outcome.status is FrameStatus.COMPLETED
+
     def is_whole(self, folder: Path) -> bool:
         """Whether the set is there that it speaks of."""
         there = all(os.path.exists(folder / name) for name in self.outputs)
-        if self.outcome.status is not FrameStatus.COMPLETED or not there:
+        if not self.is_completed or not there:
             return False
         return self.run is None or file_sha256(folder / RECORD_FILE) == self.run
 

@@ -17,11 +17,15 @@ from ..io.files import read_file
 from ..stopping import check_stopped, out_of_signals_way, taking
 from ..trial import in_child
 from .external_data import has_external_data
-from .proven import is_proven, remember
+from .proven import Shapes, is_bundled, is_proven, last_looks, looking, remember
 from .questions import ASKED, first_input, with_questions
 
 _LARGE = 1_000_000
 """Pixels of an input from which on a net is read anew after use: it keeps what it works in, some 400 bytes for each."""
+
+LEAST_SIDE = 64
+"""Of the input of a network that halves it five times [px]: where a row or column of one pixel is left, OpenCV 5.0
+reads memory that nobody has written, and what comes out differs from one process to the next."""
 
 _networks: dict[tuple[type, Path], tuple[tuple[int, int], OnnxNetwork]] = {}
 _networks_lock = Lock()
@@ -45,7 +49,11 @@ class OnnxNetwork:
         self.path = path
         self.sha256 = hashlib.sha256(content.data).hexdigest()
         """Of the very bytes that the network was read from, in hexadecimal digits."""
+        self._harmless: set[tuple[tuple[int, ...], ...]] | None = None
+        """Shapes of inputs that this network has looked at; None if there is no need to know."""
         self._try()
+        if not is_bundled(self.sha256):
+            self._harmless = set()
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -79,7 +87,8 @@ class OnnxNetwork:
     def read(cls, content: NDArray[np.uint8], path: Path) -> Self:
         """The network in a file's content, tried with small images but not kept.
 
-        What is not known to be harmless is tried in a process of its own first: the reader of networks can be crashed.
+        What is not known to be harmless is tried in a process of its own first: the reader of networks can be
+        crashed. If the program came to a sudden end while this network looked at an image, so is that size.
 
         Parameters
         ----------
@@ -90,13 +99,24 @@ class OnnxNetwork:
         Raises
         ------
         FormatError
-            If it is no ONNX network, or not one of this kind, takes weights from other files, or crashes the reader.
+            If it is no ONNX network, or not one of this kind, takes weights from other files, crashes the reader, or
+            has crashed the program and would again.
         """
         cls._check_content(content, path)
         sha256, kind = hashlib.sha256(content.data).hexdigest(), cls.__name__
         if not is_proven(sha256, kind):
             in_child(cls._prove, content, path, file=path.name)
             remember(sha256, kind)
+        for mark, shapes in last_looks(sha256, kind):
+            try:
+                in_child(cls._look_again, content, path, shapes, file=path.name)
+            except FormatError as error:
+                height, width = next(iter(shapes.values()))[-2:]
+                raise FormatError(
+                    f"{path.name} had the program end suddenly when it looked at an image of about {width} x {height} "
+                    f"pixels, and fails again. {error} Or choose another network."
+                ) from error
+            mark.unlink(missing_ok=True)
         return cls(content, path)
 
     @staticmethod
@@ -117,19 +137,35 @@ class OnnxNetwork:
         """Open it once, where it may crash the process."""
         cls(content, path)
 
+    @classmethod
+    def _look_again(cls, content: NDArray[np.uint8], path: Path, shapes: Shapes) -> None:
+        """Look at empty images of these shapes, where that may crash the process."""
+        cls(content, path)._results({name: np.zeros(shape, np.float32) for name, shape in shapes.items()})
+
     def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         """All outputs; raises cv2.error where the network does not take these inputs. "" is the first input."""
         with taking(self._lock):
             check_stopped()
             whole = False
             try:
-                found = out_of_signals_way(lambda: self._finite_results(inputs))
+                found = out_of_signals_way(lambda: self._watched(inputs))
                 whole = True
                 return found
             finally:
                 if not whole or any(values[0, 0].size >= _LARGE for values in inputs.values()):
                     # only with the net goes what it has worked in
                     self._net = self._fresh_net()
+
+    def _watched(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
+        """Look, with a note of that if it may crash the program, as images of a new size may."""
+        shapes = {name: values.shape for name, values in inputs.items()}
+        key = tuple(shapes.values())
+        if self._harmless is None or key in self._harmless:
+            return self._finite_results(inputs)
+        with looking(self.sha256, type(self).__name__, shapes):
+            found = self._finite_results(inputs)
+        self._harmless.add(key)
+        return found
 
     def _finite_results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         found = self._results(inputs)
@@ -166,7 +202,9 @@ def _unreadable(path: Path) -> FormatError:
     )
 
 
-def reflected(image: NDArray[np.generic], multiple: int, margin: int = 0) -> tuple[NDArray, tuple[slice, slice]]:
+def reflected(
+    image: NDArray[np.generic], multiple: int, margin: int = 0, least: int = 0
+) -> tuple[NDArray, tuple[slice, slice]]:
     """Reflect an image at its borders to sides that are multiples of a number.
 
     Parameters
@@ -175,6 +213,8 @@ def reflected(image: NDArray[np.generic], multiple: int, margin: int = 0) -> tup
     multiple : int
     margin : int
         So many pixels at least are added on every side [px].
+    least : int
+        The sides are at least so long [px].
 
     Returns
     -------
@@ -183,7 +223,8 @@ def reflected(image: NDArray[np.generic], multiple: int, margin: int = 0) -> tup
         Rows and columns of the image within the padded one.
     """
     height, width = image.shape[:2]
-    after = (margin + -(length + 2 * margin) % multiple for length in (height, width))
+    sides = (max(length + 2 * margin, least) for length in (height, width))
+    after = (side + -side % multiple - margin - length for side, length in zip(sides, (height, width), strict=True))
     rest = ((0, 0),) * (image.ndim - 2)
     padded = np.pad(image, (*((margin, size) for size in after), *rest), mode="reflect")
     return padded, (slice(margin, margin + height), slice(margin, margin + width))

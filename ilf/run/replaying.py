@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..ebs import extract
+from ..ebs import found_blocks
 from ..errors import InputError
 from ..frame import InputFile, RGBDFrame
 from ..guide import Guide
@@ -107,8 +107,8 @@ def replay(
     Parameters
     ----------
     path : path-like
-        The run.json. Label map, guide, masks of distrusted depth and drawn borders, and input files that are no longer
-        where they were are looked for beside it.
+        The run.json. Label map, guide, masks (of distrusted depth, of drawn borders, of what is outside the view), and
+        input files that are no longer where they were are looked for beside it.
     rgb, depth : path-like, optional
         Where the input files are now; of a frame of a recording, `rgb` is where that is.
 
@@ -208,6 +208,9 @@ def _recorded_frame(
         raise InputError("The colour or the depth file of the recorded run changed while it was read. Try again.")
     pose = frame.pose if record.pose is None else np.array(record.pose)
     frame = dataclasses.replace(frame, inputs=dataclasses.replace(inputs, truth=None), pose=pose)
+    if record.outside_view is not None:
+        outside = _recorded_mask(record.outside_view, "what lies outside the view", folder, frame.shape)
+        frame = dataclasses.replace(frame, outside_view=outside)
     distrusted = _recorded_mask(record.distrusted, "distrusted depth", folder, frame.shape)
     return frame.distrusting(distrusted).with_guide(_recorded_guide(record.guide, folder))
 
@@ -301,7 +304,7 @@ def _recorded_blocks(
                 f"({record.labels_file or LABELS_FILE}) is not beside the record, or has changed. Put it there."
             )
         return saved, network, ()
-    again = extract(frame, record.extraction)
+    again = found_blocks(frame, record.extraction)
     if array_sha256(again.blocks) == record.labels_sha256:
         return again.blocks, again.network, again.notes
     versions = version_differences(record)

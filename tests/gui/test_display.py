@@ -16,6 +16,7 @@ from gui import display
 from gui.app import main
 from gui.display import PLATFORM_LIBRARIES, QT_LIBRARIES
 from ilf import extras
+from ilf.assets import asset_path
 from ilf.extras import SYSTEM_PACKAGES
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -150,6 +151,21 @@ def test_without_display_the_sample_is_completed_by_the_command_line(
     assert "no display" in capsys.readouterr().err
     assert main([]) == 1
     assert "ilf complete" in capsys.readouterr().err
+
+
+def test_without_display_a_frame_goes_on_by_its_key(
+    bare_linux: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    called: list[list[str]] = []
+    bare_linux.setattr("ilf.cli.main", lambda arguments: called.append(arguments) or 0)
+    samples = str(asset_path("samples"))
+    assert main([samples, "--frame", "room", "--min-confidence", "2"]) == 0
+    assert called == [["complete", samples, "--frame", "room", "--min-confidence", "2.0"]]
+    assert main([samples, "--frame", "hall"]) == 1
+    assert "hall" in capsys.readouterr().err.splitlines()[-1]
+    for arguments in ([samples, samples, "--frame", "room"], [samples, "--sample", "--frame", "room"]):
+        with pytest.raises(SystemExit):
+            main(arguments)
 
 
 def test_a_picture_of_the_window_that_qt_cannot_make_is_one_line(
