@@ -54,7 +54,8 @@ class RecentOrigins:
     def _set(self, origins: list[Origin]) -> None:
         self.origins = origins
         if self._remembers:
-            QSettings().setValue(self._key, json.dumps([_entry(origin) for origin in origins]))
+            entries = [entry for origin in origins if (entry := _entry(origin)) is not None]
+            QSettings().setValue(self._key, json.dumps(entries))
 
 
 def key_of(origin: Origin) -> str:

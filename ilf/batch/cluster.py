@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Generator, Sequence
 from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
 from ..extras import optional
+from ..io.files import read_json
+from ..sections import Section
 from ..threads import available_cores
 from .frame_record import FRAME_FILE, FrameOutcome, FrameStatus
 from .frames import BatchFrame
@@ -46,12 +49,21 @@ def outcomes_on_cluster(task: Task, frames: Sequence[BatchFrame], address: str) 
     yield from outcomes_here(task, again)
 
 
+def scheduler_address(address: str) -> str:
+    """An address, or what the file of that name has; raises FormatError if a scheduler has not written that."""
+    if not os.path.isfile(address):
+        return address
+    content = read_json(address)
+    found: str = Section(f"file {address}", content if isinstance(content, dict) else {}).get("address", str)
+    return found
+
+
 def _client(distributed: Any, address: str) -> Any:
-    where = {"scheduler_file": address} if Path(address).is_file() else {"address": address}
+    found = scheduler_address(address)
     try:
-        if "address" in where and "://" not in address:
-            distributed.comm.get_address_host_port(address)  # a client of no address waits for a minute when it ends
-        return distributed.Client(**where, timeout=_PATIENCE_S, set_as_default=False)
+        if "://" not in found or found.startswith(("tcp://", "tls://")):
+            distributed.comm.get_address_host_port(found)  # a client of no address waits for a minute when it ends
+        return distributed.Client(found, timeout=_PATIENCE_S, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise InputError(
             f"There is no Dask scheduler at {address} ({' '.join(str(error).split())}). Start one by `dask scheduler`, "

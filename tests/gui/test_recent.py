@@ -8,6 +8,7 @@ import pytest
 from PySide6.QtCore import QSettings
 
 from gui.recent.store import MOST, RecentOrigins, is_missing, name_of
+from ilf.camera import CameraIntrinsics
 from ilf.io.frame_source import FrameSource
 
 pytestmark = pytest.mark.usefixtures("qapp")
@@ -29,6 +30,13 @@ def test_the_last_comes_first_once_and_how_it_was_read_is_kept(tmp_path: Path) -
     for number in range(MOST + 3):
         later.note(FrameSource(str(tmp_path / str(number))))
     assert len(later.origins) == MOST
+
+
+def test_what_settings_cannot_hold_costs_no_other(tmp_path: Path) -> None:
+    frames = RecentOrigins("frames", remembers=True)
+    frames.note(FrameSource(str(tmp_path)))
+    frames.note(FrameSource("a.png", "b.png", intrinsics=CameraIntrinsics(1, 1, 0, 0)))
+    assert RecentOrigins("frames", remembers=True).origins == [FrameSource(str(tmp_path))]
 
 
 def test_a_window_that_does_not_remember_neither_reads_nor_writes(tmp_path: Path) -> None:

@@ -37,7 +37,7 @@ from ilf.batch.pictures import depth_levels, read_preview
 from ilf.batch.reading import read_frame
 from ilf.batch.settings import read_settings, write_settings
 from ilf.batch.steady import steady_depth
-from ilf.batch.task import complete_frame
+from ilf.batch.task import Task, complete_frame
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.io.frame_source import FrameSource
@@ -262,6 +262,15 @@ def test_damaged_records_of_a_batch(source, tmp_path, in_this_process):
         (out / "batch.json").write_text(json.dumps(settings | {"levels": levels}))
         with pytest.raises(FormatError, match="not of a batch"):
             read_settings(out)
+
+
+@pytest.mark.parametrize("content", ["{", "[]", '{"address": 7}', '{"address": "tcp://x"}', '"address"', "\0"])
+def test_damaged_files_of_schedulers(source, tmp_path, content):
+    path = tmp_path / "scheduler.json"
+    path.write_text(content)
+    task = Task(str(tmp_path / "out"), SETTINGS, "", (0.0, 1.0))
+    with pytest.raises(InputError, match=str(path)):
+        list(outcomes_on_cluster(task, frames_in(source), str(path)))
 
 
 def test_previews_share_their_colours(source, tmp_path, in_this_process):

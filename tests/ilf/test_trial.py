@@ -24,6 +24,8 @@ from ilf.trial import in_child
 from ilf.unfinished import discard_unfinished
 
 from ..bench.fuzz.forked import run_forked
+from .small_frames import write_small_frame
+from .small_runs import contents
 from .tiny_onnx import message, node, number, write_network
 
 fork = pytest.mark.skipif(os.name != "posix", reason="forks")
@@ -185,3 +187,26 @@ def test_files_that_crashed_readers_give_one_line(tmp_path: Path, capsys: pytest
     assert not models_folder().exists()
     with pytest.raises(FormatError, match="is damaged: reading it"):
         read_split(next(HOSTILE.glob("*.mat")))
+
+
+PLACES = [
+    "info FILE", "complete FILE", "complete FILE FILE", "complete RGB FILE --out OUT", "complete --replay FILE",
+    *(f"complete RGB DEPTH --out OUT {flag} FILE" for flag in (
+        "--guide", "--blocks", "--drawn", "--distrust", "--truth", "--intrinsics", "--preset",
+    )),
+    "batch FILE --out OUT", "report FILE --out PAGE", "judge FILE", "blocks FILE --out OUT", "bench FILE",
+    "project info FILE", "rosbag FILE --out OUT", "nerfstudio FILE --out OUT",
+]  # fmt: skip
+"""Commands that take a file, and their options that do."""
+
+
+@pytest.mark.skipif(not HOSTILE.is_dir(), reason=f"no files that crashed readers in {HOSTILE}")
+@pytest.mark.parametrize("words", PLACES)
+def test_such_files_in_any_place_give_one_line(words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rgb, depth = write_small_frame(tmp_path)
+    before = contents(tmp_path)
+    for file in (next(HOSTILE.glob("*.onnx")), next(HOSTILE.glob("*.mat"))):
+        meant = {"FILE": file, "RGB": rgb, "DEPTH": depth, "OUT": tmp_path / "out", "PAGE": tmp_path / "a.html"}
+        assert main([str(meant.get(word, word)) for word in words.split()]) == 1
+        assert capsys.readouterr().err.count("\n") == 1
+        assert contents(tmp_path) == before

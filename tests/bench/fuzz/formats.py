@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from ilf.batch.cluster import scheduler_address
 from ilf.batch.pictures import read_preview
 from ilf.experiments.files import read_result
 from ilf.io import load_truth, read_labels
@@ -139,6 +140,7 @@ _ALL = (
     Format("batch-settings", "out/batch.json", kept_seeds.batch("batch.json"), of_json, readers.batch),
     Format("batch-frame", "out/rgb__0000/frame.json", kept_seeds.batch("rgb__0000/frame.json"), of_json, readers.batch),
     Format("batch-preview", "out/preview.png", seeds.colour_png, of_png, lambda path: read_preview(path.parent)),
+    Format("scheduler-file", "scheduler.json", seeds.scheduler, of_json, lambda path: scheduler_address(str(path))),
     Format("bench-result", "earlier.json", kept_seeds.earlier, of_json, readers.earlier),
     Format("interrupted-set", "names", kept_seeds.interrupted, of_text, readers.unfinished),
     Format("window-settings", "ILF Studio/ilf-studio.ini", seeds.window, of_text, readers.window),

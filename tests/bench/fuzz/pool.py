@@ -7,6 +7,7 @@ import queue
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 from collections import Counter
 from dataclasses import dataclass, field
@@ -54,13 +55,14 @@ def read_cases(name: str, seed: int, first: int, last: int, keep: Path | None) -
     """Have the cases from `first` up to, not including, `last` of a format read, by as many children as it takes."""
     tally = Tally()
     while first < last:
-        first = _one_child(name, seed, first, last, keep, tally)
+        with tempfile.TemporaryDirectory(prefix="ilf-fuzz-") as place:
+            first = _one_child(name, seed, first, last, place, keep, tally)
     return tally
 
 
-def _one_child(name: str, seed: int, first: int, last: int, keep: Path | None, tally: Tally) -> int:
+def _one_child(name: str, seed: int, first: int, last: int, place: str, keep: Path | None, tally: Tally) -> int:
     """The number of the case at which the next child is to begin."""
-    words = [sys.executable, "-m", "tests.bench.fuzz.worker", name, str(seed), str(first), str(last)]
+    words = [sys.executable, "-m", "tests.bench.fuzz.worker", name, str(seed), str(first), str(last), place]
     words += [str(keep)] if keep else []
     child = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     assert child.stdout is not None

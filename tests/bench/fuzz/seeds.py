@@ -386,6 +386,12 @@ def window(folder: Path) -> list[bytes]:
     return settings(folder)
 
 
+def scheduler(folder: Path) -> list[bytes]:
+    """What a scheduler of Dask writes of itself."""
+    said = {"type": "Scheduler", "id": "Scheduler-0", "address": "tcp://127.0.0.1:8786", "services": {}, "workers": {}}
+    return [json.dumps(said).encode()]
+
+
 def names(folder: Path) -> list[bytes]:
     """Names of colour and depth in every way that they can belong together; the files are sound."""
     with_colour(folder)

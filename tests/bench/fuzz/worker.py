@@ -1,6 +1,6 @@
 """The child that reads: cases of one format, one after the other, within limits; a line of JSON for each.
 
-python -m tests.bench.fuzz.worker FORMAT SEED FIRST LAST [KEEP]
+python -m tests.bench.fuzz.worker FORMAT SEED FIRST LAST FOLDER [KEEP]
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ import json
 import os
 import resource
 import sys
-import tempfile
 import time
 import traceback
 import warnings
@@ -61,46 +60,44 @@ def _where() -> str:
     return f"{Path(own[-1].filename).name}:{own[-1].lineno}"
 
 
-def work(form: Format, seed: int, first: int, last: int, keep: Path | None, out: TextIO) -> None:
-    """Read the cases from `first` up to, not including, `last`."""
-    with tempfile.TemporaryDirectory(prefix="ilf-fuzz-") as folder:
-        place = Path(folder)
-        for name in ("MODELS", "PRESETS", "AUTOSAVE", "FOLDERS"):
-            os.environ[f"ILF_{name}"] = str(place / name)
-        seeds = form.seeds(place)
-        path = place / form.file
-        path.parent.mkdir(parents=True, exist_ok=True)
-        for number, sound in enumerate(seeds):
-            path.write_bytes(sound)
-            found = outcome(form, path)
-            if found[0] != "ok":
-                raise SystemExit(f"{form.name}: seed {number} is not read: {found}")
-        print(json.dumps({"ready": len(seeds)}), file=out, flush=True)
-        for number in range(first, last):
-            content = case(form, seeds, seed, number)
-            path.write_bytes(content)
-            begun = time.perf_counter()
-            kind, what = outcome(form, path)
-            took = time.perf_counter() - begun
-            if keep is not None and kind not in {"ok", "told"}:
-                (keep / f"{form.name}-{number}{path.suffix}").write_bytes(content)
-            line = {"case": number, "kind": kind, "what": what if kind != "ok" else "", "seconds": took}
-            print(json.dumps(line), file=out, flush=True)
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-        print(json.dumps({"peak": peak}), file=out, flush=True)
+def work(form: Format, seed: int, first: int, last: int, place: Path, keep: Path | None, out: TextIO) -> None:
+    """Read the cases from `first` up to, not including, `last`, in an empty folder."""
+    for name in ("MODELS", "PRESETS", "AUTOSAVE", "FOLDERS"):
+        os.environ[f"ILF_{name}"] = str(place / name)
+    seeds = form.seeds(place)
+    path = place / form.file
+    path.parent.mkdir(parents=True, exist_ok=True)
+    for number, sound in enumerate(seeds):
+        path.write_bytes(sound)
+        found = outcome(form, path)
+        if found[0] != "ok":
+            raise SystemExit(f"{form.name}: seed {number} is not read: {found}")
+    print(json.dumps({"ready": len(seeds)}), file=out, flush=True)
+    for number in range(first, last):
+        content = case(form, seeds, seed, number)
+        path.write_bytes(content)
+        begun = time.perf_counter()
+        kind, what = outcome(form, path)
+        took = time.perf_counter() - begun
+        if keep is not None and kind not in {"ok", "told"}:
+            (keep / f"{form.name}-{number}{path.suffix}").write_bytes(content)
+        line = {"case": number, "kind": kind, "what": what if kind != "ok" else "", "seconds": took}
+        print(json.dumps(line), file=out, flush=True)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    print(json.dumps({"peak": peak}), file=out, flush=True)
 
 
 def main() -> None:
     """Read what is asked for; libraries write where nobody reads."""
     name, *numbers = sys.argv[1:5]
-    keep = Path(sys.argv[5]) if len(sys.argv) > 5 else None
+    place, keep = Path(sys.argv[5]), Path(sys.argv[6]) if len(sys.argv) > 6 else None
     out = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     cv2.setNumThreads(1)
     form = FORMATS[name]
     ilf.trial.run_apart = run_forked
     ilf.trial.limit_process(3600 * 24, MEMORY)
-    work(form, *map(int, numbers), keep, out)
+    work(form, *map(int, numbers), place, keep, out)
 
 
 if __name__ == "__main__":
