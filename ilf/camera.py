@@ -121,7 +121,7 @@ def checked_motion(matrix: ArrayLike, what: str) -> NDArray[np.float64]:
     if it is none that turns and shifts."""
     try:
         motion = np.array(matrix, np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{what} must be a 4 x 4 matrix of numbers.") from error
     if motion.shape != (4, 4) or not np.isfinite(motion).all() or not np.array_equal(motion[3], [0, 0, 0, 1]):
         raise InputError(f"{what} must be a 4 x 4 matrix of finite numbers that ends in 0 0 0 1.")
