@@ -282,7 +282,7 @@ class MainWindow(QMainWindow):
         add("filter", self.filter_presenter.show, (turned, infos, selected, values, self.filter_panel.scope_changed))
         add("sharing", self.sharing.show, (turned, values))
         shown_records = turned, blocks, infos, selected, values, results
-        shown_also = workspace.compared_changed, workspace.block_errors_changed, self.curves.shown
+        shown_also = workspace.compared_changed, self.curves.shown
         going_on = coming, workspace.records_added  # who draws at each batch takes time from what makes them
         add("curves", self.curve_presenter.show, (*shown_records, *shown_also), going_on)
         add("scrubbing", self.scrubbing.show, (turned, blocks, results, values), going_on)

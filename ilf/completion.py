@@ -21,19 +21,24 @@ from .correction import (
     load_correction_network,
     made_of,
 )
-from .ebs import extract
+from .ebs import found_blocks
 from .edges import FrameEdges
 from .errors import InputError
 from .filter.convergence import IterationRecord
 from .filter.history import CompactHistory
-from .filter.stepper import Stepper, edge_parameters, edges_for, guide_carries, is_guided, make_stepper
+from .filter.stepper import Stepper, edge_parameters, edges_for, guide_carries, is_guided, make_stepper, most_pixels
 from .frame import RGBDFrame
 from .guide import Guide
+from .memory import give_back
 from .number_words import counted
 from .outcomes import NO_BLOCK, BlockOutcome, BlockResult, Completion, Progress, Status, compose, notes_of
 from .parameters import BlockParameters, Parameters
 from .stopping import check_stopped
 from .threads import Steps, available_cores, one_by_one, side_by_side
+
+_AT_ONCE, _FRAMES_AT_ONCE = 1 << 24, 1.2
+"""Pixels that are worked on at a time, at most, or so many times those of the frame if that is more: each takes some 70
+bytes, however many threads there are."""
 
 ParameterChoice = Parameters | Mapping[int, Parameters]
 
@@ -104,8 +109,14 @@ class CompletionRun(Iterator[Progress]):
         }
         width = min(available_cores() if threads is None else threads, len(tasks))
         if width > 1:
-            largest_first = sorted(tasks, key=lambda label: self.blocks[label].mask.size, reverse=True)
-            self._steps = side_by_side([tasks[label] for label in largest_first], width)
+            sizes = {label: most_pixels(frame, self.blocks[label], self._parameters[label]) for label in tasks}
+            largest_first = sorted(tasks, key=lambda label: sizes[label], reverse=True)
+            self._steps = side_by_side(
+                [tasks[label] for label in largest_first],
+                width,
+                [sizes[label] for label in largest_first],
+                max(_AT_ONCE, _FRAMES_AT_ONCE * frame.depth.size),
+            )
         else:
             self._steps = one_by_one(tasks.values())
         if any(map(corrects, self._parameters.values())):
@@ -292,9 +303,9 @@ def _block_steps(
 ) -> Generator[Progress, None, None]:
     """All steps of one block; while they go on, its stepper stands in `live`."""
     refusal = _refusal(frame, block, parameters)
-    raw = frame.depth[block.box][block.mask]
     edges = edge_parameters(parameters, extraction)
     if refusal is not None:
+        raw = frame.depth[block.box][block.mask]
         yield Progress(block.label, result=BlockResult(block, raw, refusal, (), parameters, edges=edges, drawn=drawn))
         return
     stepper = make_stepper(frame, block, parameters, extraction, drawn, edges_of(parameters))
@@ -323,6 +334,8 @@ def _block_steps(
         drawn,
         explained=stepper.explained,
     )
+    del stepper
+    give_back(block.mask.size)
     yield Progress(block.label, result=result)
 
 
@@ -346,6 +359,7 @@ def _and_correct(
     if waiting:
         correction, notes = yield from _correction_steps(frame, extraction, list(uncorrected.values()), threads)
         for result in waiting:
+            check_stopped()  # each is either handed over or still waits
             del uncorrected[result.block.label]
             yield Progress(result.block.label, result=_corrected(frame, result, correction, notes))
 
@@ -386,7 +400,7 @@ def _correction_steps(
         return None, (f"Depth is not corrected: {error}",)
     if edges is None or edges.network is None:
         return None, ("Depth is not corrected: the network that does so needs those of the edge network.",)
-    labels = extract(frame, chosen).blocks
+    labels = found_blocks(frame, chosen).blocks
     check_stopped()
     results = _same_blocks(frame, find_blocks(labels), ready)
     rest = set(np.unique(labels[labels > 0]).tolist()) - set(results)
@@ -398,6 +412,7 @@ def _correction_steps(
         change = made_of(network.change(frame.rgb, frame.depth, completed, edges.detected), frame.known)
     except InputError as error:
         return None, (f"Depth is not corrected: {error}",)
+    give_back(change.size)
     return corrections.keep(frame, chosen, Correction(completed, change, network.sha256)), ()
 
 

@@ -19,6 +19,9 @@ from .stopping import check_stopped, taking
 _KEPT = 3
 """Of what a frame is asked for with ever other parameters, so many of the latest are kept."""
 
+_memories: dict[Callable[..., object], Memory[Any, Any]] = {}
+"""Function that remembers -> what it knows."""
+
 P = ParamSpec("P")
 T = TypeVar("T")
 Owner = TypeVar("Owner")
@@ -37,6 +40,12 @@ def once_per_image(work_out: Callable[Concatenate[Colour, P], T]) -> Callable[Co
     """As `once_per_frame`, for what depends on a frame's `rgb` alone: once for all frames with the very same array,
     as those have that `RGBDFrame.distrusting` makes of each other."""
     return _once(work_out)
+
+
+def forget(owner: object, *functions: Callable[..., object]) -> None:
+    """Give up what such functions know of a frame, or of a colour; who asks again waits again."""
+    for function in functions:
+        _memories[function].forget(owner)
 
 
 class Memory(Generic[Owner, T]):
@@ -66,6 +75,11 @@ class Memory(Generic[Owner, T]):
             if len(known) > _KEPT:
                 known.popitem(last=False)
         return value
+
+    def forget(self, owner: Owner) -> None:
+        """Know nothing of an owner any more."""
+        with self._lock:
+            self._of(owner).values.clear()
 
     def lock_of(self, owner: Owner) -> Lock:
         """What whoever works something out about an owner may hold, so that nobody else does it at the same time."""
@@ -102,6 +116,7 @@ def _once(work_out: Callable[Concatenate[Owner, P], T]) -> Callable[Concatenate[
                 check_stopped()
             return found[0]
 
+    _memories[remembered] = known
     return remembered
 
 

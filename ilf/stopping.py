@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any, TypeVar
@@ -63,6 +63,13 @@ def check_stopped() -> None:
     """Raise Cancelled if the work of this thread is to stop. It costs 0.1 us: call it every 50 ms of work or so."""
     if any(wish.is_set() for wish in _here.wishes):
         raise Cancelled("The work was stopped.")
+
+
+def stoppable(items: Iterable[T]) -> Iterator[T]:
+    """The same items; after each it is asked whether the work goes on."""
+    for item in items:
+        check_stopped()
+        yield item
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 import threading
@@ -37,7 +38,9 @@ def one_by_one(tasks: Iterable[Steps[T]]) -> Steps[T]:
         yield from task
 
 
-def side_by_side(tasks: Sequence[Steps[T]], width: int) -> Steps[T]:
+def side_by_side(
+    tasks: Sequence[Steps[T]], width: int, sizes: Sequence[float] | None = None, room: float = math.inf
+) -> Steps[T]:
     """All that the tasks yield, `width` of them at a time, each in its own order.
 
     A thread takes a task and goes on with it, slice by slice, until its end; no more than a slice ahead of who takes
@@ -47,11 +50,15 @@ def side_by_side(tasks: Sequence[Steps[T]], width: int) -> Steps[T]:
     Parameters
     ----------
     tasks : sequence of generator
-        In the order in which they are begun.
+        In the order in which they are begun, but for those that there is no room for at the time.
     width : int
         Number of threads.
+    sizes : sequence of float, optional
+        Of the tasks; none has any if left out.
+    room : float
+        A task is begun as long as the sizes of those under way add up to no more with it, or if there are none.
     """
-    team = _Team(tasks, width)
+    team = _Team(list(zip(sizes or [0.0] * len(tasks), tasks, strict=True)), width, room)
     wishes = *present_wishes(), team.stopped
     pool = ThreadPoolExecutor(width, thread_name_prefix="ilf-block", initializer=heed, initargs=wishes)
     _switching.begin()
@@ -93,10 +100,12 @@ _switching = _Switching()
 class _Team(Generic[T]):
     """Threads that share tasks, and what they hand over."""
 
-    def __init__(self, tasks: Sequence[Steps[T]], width: int) -> None:
+    def __init__(self, tasks: list[tuple[float, Steps[T]]], width: int, room: float) -> None:
         self._width = width
-        self._tasks = iter(tasks)
-        self._taking = threading.Lock()
+        self._tasks = tasks
+        self._room = room
+        self._under_way: list[float] = []
+        self._taking = threading.Condition()
         self.stopped = threading.Event()
         self._ahead = threading.Semaphore(2 * width)
         # slices of items; what a thread ends with, None or what went wrong
@@ -106,8 +115,10 @@ class _Team(Generic[T]):
         """What every thread does."""
         end: BaseException | None = None
         try:
-            while (task := self._next_task()) is not None:
+            while (taken := self._next_task()) is not None:
+                size, task = taken
                 self._finish(task)
+                self._make_room(size)
         except BaseException as error:  # for the thread that waits for it
             end = error
         self._done.put(end)
@@ -129,10 +140,24 @@ class _Team(Generic[T]):
         """Let the threads end, at the next item of their tasks."""
         self.stopped.set()
         self._ahead.release(self._width)
-
-    def _next_task(self) -> Steps[T] | None:
         with self._taking:
-            return None if self.stopped.is_set() else next(self._tasks, None)
+            self._taking.notify_all()
+
+    def _next_task(self) -> tuple[float, Steps[T]] | None:
+        with self._taking:
+            while self._tasks and not self.stopped.is_set():
+                taken = sum(self._under_way)
+                for place, (size, _) in enumerate(self._tasks):
+                    if not self._under_way or taken + size <= self._room:
+                        self._under_way.append(size)
+                        return self._tasks.pop(place)
+                self._taking.wait()
+            return None
+
+    def _make_room(self, size: float) -> None:
+        with self._taking:
+            self._under_way.remove(size)
+            self._taking.notify_all()
 
     def _finish(self, task: Steps[T]) -> None:
         ended = False

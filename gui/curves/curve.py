@@ -45,8 +45,8 @@ class Curve:
     remark : str
         What is to be said of that criterion.
     corrected : float
-        Error [m] against the truth after the learned correction, which comes after the last iteration; NaN where there
-        was none or it is not known.
+        Error [m] against the truth after the learned correction, which follows the last iteration; NaN where there was
+        none or the truth is not known.
     """
 
     name: str

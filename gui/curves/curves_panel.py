@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from PySide6.QtCore import QEvent, QSettings, Qt, Signal
@@ -15,7 +16,7 @@ from gui.curves.axes import LengthAxis, SumAxis
 from gui.curves.convergence_plot import AXIS, NAMED_AXIS, ConvergencePlot, HeldOutPlot, Line
 from gui.curves.criteria import CriterionLines
 from gui.curves.curve import FLOOR, Columns, Curve, legible
-from gui.curves.numbers import MEANINGS, readout_columns, readout_texts
+from gui.curves.numbers import readout_columns, readout_texts
 from gui.curves.readout import Readout, Row
 from gui.curves.scrub_bar import ScrubBar
 from gui.widgets.plain_text import PlainLabel
@@ -30,9 +31,13 @@ _LEAST_ROWS = 4  # of the readout over the plots
 _BESIDE = 330  # width of the readout beside the plots [px]
 _DECADES = 1.2  # in view, at least
 _BY_TIME = "curves/by_time"
+_OF_NUMBERS = (
+    "i: iteration. σ: deviation sigma_i. err: error against the truth; at present it is that of the table of blocks, "
+    "after the learned correction, and at an iteration that of the depth as it was then."
+)
 _OF_ERRORS = (
-    "Error against the truth where depth was missing, as each iteration leaves it. The point at the end is the error "
-    "after the learned correction, as the table of blocks has it."
+    "Error against the truth where depth was missing, as each iteration left it. The point at the end is the error "
+    "after the learned correction, which the table of blocks has."
 )
 
 
@@ -79,7 +84,7 @@ class CurvesPanel(QWidget):
         self._criteria = CriterionLines(self.sigma_plot)
         self.l1_plot.name_span("colour-weighted")
         self.readout = Readout()
-        self.readout.setToolTip(MEANINGS)
+        self.readout.setToolTip(_OF_NUMBERS)
         self.scrub_bar = ScrubBar()
         self._time_button = QToolButton(autoRaise=True)
         self._time_button.setCheckable(True)
@@ -305,12 +310,14 @@ class CurvesPanel(QWidget):
         for plot in self._plots:
             plot.point_at(cursor)
         records = [curve.records[self._place(columns)] for curve, columns in pairs]
-        ends = [self._place(columns) == columns.count - 1 for _, columns in pairs]
-        corrected = [curve.corrected if at_end else math.nan for (curve, _), at_end in zip(pairs, ends, strict=True)]
+        if not pointing:  # what there is at present has been corrected since
+            records = [
+                replace(record, error=curve.corrected) if math.isfinite(curve.corrected) else record
+                for record, (curve, _) in zip(records, pairs, strict=True)
+            ]
         has = {quantity: self._has(quantity) for quantity in ("error", "held_out")}
-        has["corrected"] = any(math.isfinite(curve.corrected) for curve, _ in pairs)
         table = readout_columns(records, has, self._by_time)
-        texts = readout_texts(records, corrected, has, self._by_time)
+        texts = readout_texts(records, has, self._by_time)
         self.readout.show_rows(
             table,
             [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 
 from gui.curves.readout import Column
@@ -12,12 +11,6 @@ from ilf.filter.pass_band.record import PassBandRecord
 from ilf.number_words import length_text
 
 _LENGTH = "0.000 mm"
-
-MEANINGS = (
-    "i: iteration. σ: deviation sigma_i. err: error against the truth as the iteration leaves it.\n"
-    "→: the same after the learned correction, which comes last; the table of blocks has this one."
-)
-"""What the first columns are of."""
 
 Numbers = Iterator[tuple[Column, str]]
 
@@ -30,26 +23,19 @@ def readout_columns(records: Sequence[IterationRecord], has: Mapping[str, bool],
     records : sequence of IterationRecord
         One of each curve.
     has : mapping of str to bool
-        Whether any of the curves has an "error", a "corrected" one, or a "held_out".
+        Whether any of the curves has an "error", or a "held_out".
     by_time : bool
         Whether the time matters most.
     """
-    return [column for column, _ in _numbers(records[0], math.nan, has, by_time, len(records) == 1)] if records else []
+    return [column for column, _ in _numbers(records[0], has, by_time, len(records) == 1)] if records else []
 
 
-def readout_texts(
-    records: Sequence[IterationRecord], corrected: Sequence[float], has: Mapping[str, bool], by_time: bool
-) -> list[tuple[str, ...]]:
-    """The texts in those columns, row by row; `corrected` has the errors [m] after the learned correction, where one
-    followed these very iterations."""
-    alone = len(records) == 1
-    return [
-        tuple(text for _, text in _numbers(record, error, has, by_time, alone))
-        for record, error in zip(records, corrected, strict=True)
-    ]
+def readout_texts(records: Sequence[IterationRecord], has: Mapping[str, bool], by_time: bool) -> list[tuple[str, ...]]:
+    """The texts in those columns, row by row."""
+    return [tuple(text for _, text in _numbers(record, has, by_time, len(records) == 1)) for record in records]
 
 
-def _numbers(record: IterationRecord, corrected: float, has: Mapping[str, bool], by_time: bool, alone: bool) -> Numbers:
+def _numbers(record: IterationRecord, has: Mapping[str, bool], by_time: bool, alone: bool) -> Numbers:
     time = Column("", "000.00 s"), f"{record.seconds:.2f} s"
     yield Column("i", "0000"), f"{record.i}"
     if by_time:
@@ -57,8 +43,6 @@ def _numbers(record: IterationRecord, corrected: float, has: Mapping[str, bool],
     yield Column("σ", _LENGTH), length_text(record.sigma_i)
     if has["error"]:
         yield Column("err", _LENGTH), length_text(record.error)
-    if has["corrected"]:
-        yield Column("→", _LENGTH), length_text(corrected)
     if has["held_out"]:
         yield Column("hold-out", _LENGTH), length_text(record.held_out)
     yield Column("L1", "000,000 m"), f"{record.l1:,.4g} m" if record.l1 < 1e4 else f"{record.l1:,.0f} m"

@@ -30,7 +30,8 @@ def blocks_from(source: BlockSource) -> LoadedBlocks:
     if filling is None:
         return blocks
     extraction = extract(frame, filling)
-    return LoadedBlocks(gaps_filled(blocks.labels, extraction, filling), blocks.names, blocks.notes + extraction.notes)
+    labels = gaps_filled(blocks.labels, extraction.blocks, filling)
+    return LoadedBlocks(labels, blocks.names, blocks.notes + extraction.notes)
 
 
 def save_blocks(path: Path, session: Session, format: str | None) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import gc
 import os
 import signal
 import socket
@@ -13,11 +15,14 @@ from types import FrameType
 
 from ..unfinished import discard_unfinished
 
-LIMIT_S = 0.5
-"""What has not ended so long after it was asked to is cut short: a network looks at a frame for seconds, and hears
-nothing meanwhile."""
+LIMIT_S = 0.2
+"""What has not ended so long after it was asked to is cut short: a library may be busy for longer, and hears nothing
+meanwhile."""
 
 _ASKING = tuple(signal.Signals[name] for name in ("SIGINT", "SIGTERM", "SIGHUP") if name in signal.Signals.__members__)
+
+# what is in memory need not be searched for circles when all of it goes: that takes half a second
+atexit.register(gc.freeze)
 
 
 class Interrupted(KeyboardInterrupt):

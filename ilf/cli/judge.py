@@ -11,7 +11,7 @@ from itertools import groupby
 
 from ..bench.result_files import write_table
 from ..declarations import Value
-from ..ebs import extract
+from ..ebs import found_blocks
 from ..errors import InputError, ParameterError
 from ..frame import RGBDFrame
 from ..io.label_files import read_mask
@@ -186,7 +186,7 @@ def _runs(
     made: dict[BlockParameters, Run] = {}
     for extraction in dict.fromkeys(extractions):
         if arguments.blocks is None or arguments.fill_gaps:
-            found = extract(frame, extraction)
+            found = found_blocks(frame, extraction)
             blocks = filled(given, found, extraction)
             run = Run(frame, blocks.labels, extraction=extraction, network=found.network, notes=blocks.notes)
         else:

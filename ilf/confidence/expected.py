@@ -10,13 +10,14 @@ from ..edges.frame_edges import find_edges
 from ..errors import ParameterError
 from ..filter.edge_aware.reach import beyond_reach
 from ..frame import RGBDFrame
+from ..memory import give_back
 from ..outcomes import Completion
 from ..per_frame import once_per_frame
 from ..stopping import check_stopped
 from .difficulty import frame_difficulty
 from .features import error_features, filled_pixels, usual_edges, walks_past
 from .fitted import MODELS
-from .walks import walk
+from .walks import Walks, walk
 
 Array = NDArray[np.float32]
 
@@ -147,16 +148,16 @@ def unvouched(frame: RGBDFrame, completion: Completion) -> NDArray[np.bool_]:
         return filled
     nearest, farthest = np.nanquantile(frame.depth, (_NEAREST, _FARTHEST))
     outside = (completion.depth > (1 + _OUTSIDE) * farthest) | (completion.depth < (1 - _OUTSIDE) * nearest)
-    steps, freely = walks_past(frame, _edges_of(frame, completion)).steps, _free_steps(frame)
+    steps, freely = walks_past(frame, _edges_of(frame, completion)).steps, _free_walks(frame).steps
     closed_in = (steps > _CLOSED_IN * freely) & (steps > _SOME_STEPS)
     beyond, by_guide = _beyond_reach(frame, completion), _by_guide_alone(frame, completion)
     return filled & (completion.guessed | outside | closed_in | beyond | by_guide)
 
 
 @once_per_frame
-def _free_steps(frame: RGBDFrame) -> Array:
-    """How long walks are that no edge turns back."""
-    return walk(frame.depth, np.zeros(frame.shape, np.float32)).steps
+def _free_walks(frame: RGBDFrame) -> Walks:
+    """Walks that no edge turns back."""
+    return walk(frame.depth, np.zeros(frame.shape, np.float32))
 
 
 def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint8], edges: Array) -> Array:
@@ -172,6 +173,8 @@ def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint
             values[own] = MODELS[name].shares(features[own], difficulty) * depth_there[own]
     error = np.full(frame.shape, np.nan, np.float32)
     error[filled] = values
+    del features
+    give_back(error.size)
     return error
 
 

@@ -140,22 +140,15 @@ def features_at(
     def there(values: NDArray) -> Array:
         return np.asarray(values.ravel()[places])
 
-    known = np.isfinite(known_depth)
-    distance, nearest = nearest_values(known_depth, known)
-    gap, distance_there = there(cv2.dilate(distance, np.ones((_RIM, _RIM), np.uint8))), there(distance)
+    z, nearest, slope, distance, gap = _beside(places, known_depth, depth)
     check_stopped()
-    dense = np.where(~known & np.isfinite(depth) & (depth > 0), depth, nearest).astype(np.float32)
-    square = np.ones((3, 3), np.uint8)
-    slope = there(cv2.dilate(dense, square) - cv2.erode(dense, square))
-    check_stopped()
-    z = there(dense)
-    logarithm, usual_width = np.log(z), np.float32(_WIDTH / max(known.shape))
-    jump = np.log(np.abs(z - there(nearest)) / z + FLOOR) - np.log(_LARGE_JUMP)
+    logarithm, usual_width = np.log(z), np.float32(_WIDTH / max(known_depth.shape))
+    jump = np.log(np.abs(z - nearest) / z + FLOOR) - np.log(_LARGE_JUMP)
     columns = [
         logarithm,
         np.log(gap * usual_width),
-        np.log(_bend(known_depth, distance_there, places) / z + FLOOR),
-        np.minimum(jump, 0) * distance_there**-_FADING,
+        np.log(_bend(known_depth, distance, places) / z + FLOOR),
+        np.minimum(jump, 0) * distance**-_FADING,
         np.maximum(jump, 0),
         np.log(slope / z + FLOOR),
         np.log(there(walks.spread) + _LEAST_SHARE),
@@ -167,6 +160,20 @@ def features_at(
         there(cv2.blur(edges, (_AROUND, _AROUND))),
     ]
     return np.stack(columns, dtype=np.float32).T  # a law looks at them column by column
+
+
+def _beside(places: NDArray[np.intp], known_depth: Array, depth: NDArray[np.floating]) -> list[Array]:
+    """At some pixels: depth, that of the nearest known pixel, the range of depth over 3 x 3 pixels [m]; the distance to
+    known depth, and the width of the gap [px]."""
+    known = np.isfinite(known_depth)
+    distance, nearest = nearest_values(known_depth, known)
+    gap = np.asarray(cv2.dilate(distance, np.ones((_RIM, _RIM), np.uint8)), np.float32)
+    check_stopped()
+    dense = np.where(~known & np.isfinite(depth) & (depth > 0), depth, nearest).astype(np.float32, copy=False)
+    square = np.ones((3, 3), np.uint8)
+    slope = np.asarray(cv2.dilate(dense, square), np.float32)
+    slope -= cv2.erode(dense, square)
+    return [values.ravel()[places] for values in (dense, nearest, slope, distance, gap)]
 
 
 def _bend(depth: Array, distance: Array, places: NDArray[np.intp]) -> Array:
@@ -195,22 +202,28 @@ def _bend(depth: Array, distance: Array, places: NDArray[np.intp]) -> Array:
 def _second_differences(count: Array, total: Array) -> tuple[Array, Array]:
     """Sum over both directions of half the second differences of means, and how many there are; where any is known."""
     known = count > 0
-    mean = np.where(known, total / np.maximum(count, 1), np.float32(0))
+    mean = np.divide(total, count, out=np.zeros_like(total), where=known)
     bends, seen = np.zeros_like(mean), np.zeros_like(mean)
     half = np.array([[0.5, -1, 0.5]], np.float32)
     for kernel in (half, half.T):
         three = np.ones(kernel.shape, np.uint8)
         whole = cv2.erode(known.astype(np.uint8), three, borderType=cv2.BORDER_CONSTANT, borderValue=0)
-        bends += whole * np.abs(cv2.filter2D(mean, cv2.CV_32F, kernel))
+        bend = np.asarray(cv2.filter2D(mean, cv2.CV_32F, kernel), np.float32)
+        np.abs(bend, out=bend)
+        bend *= whole
+        bends += bend
         seen += whole
     return bends, seen
 
 
 def _local_mean(sums: Array, counts: Array, usual: float) -> Array:
     """Mean around every place, in which `usual` counts once."""
-    window = (_WINDOW, _WINDOW)
-    area = _WINDOW * _WINDOW
     around, number = (
-        cv2.blur(values, window, borderType=cv2.BORDER_CONSTANT) * np.float32(area) for values in (sums, counts)
+        np.asarray(cv2.blur(values, (_WINDOW, _WINDOW), borderType=cv2.BORDER_CONSTANT), np.float32)
+        for values in (sums, counts)
     )
-    return (around + np.float32(usual)) / (number + 1)
+    for values, more in ((around, usual), (number, 1)):
+        values *= np.float32(_WINDOW * _WINDOW)
+        values += np.float32(more)
+    around /= number
+    return around

@@ -28,23 +28,50 @@ _LEAST = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class Walks:
-    """Where the walks from every pixel end, (H, W) each.
+    """Where the walks from every pixel end.
 
     Attributes
     ----------
-    depth, spread : ndarray of float32
-        Mean and standard deviation of the logarithm of the depth [m] that they end at.
-    steps : ndarray of float32
-        How long they are, in steps of a cell.
-    aside : ndarray of float32
-        How far [px] the mean of the places where they end is from where they begin: small in the middle of known
-        depth, large where it lies on one side only.
+    cells : ndarray of float32, shape (4, rows, columns)
+        What is known at the cells: `depth`, `spread`, `steps` and `aside`, in this order. Pictures of the frame's size
+        are only made of it when they are asked for.
+    cell : int
+        Side of a cell [px].
+    shape : (int, int)
+        Height and width of the frame [px].
     """
 
-    depth: Array
-    spread: Array
-    steps: Array
-    aside: Array
+    cells: Array
+    cell: int
+    shape: tuple[int, int]
+
+    @property
+    def depth(self) -> Array:
+        """Mean of the logarithm of the depth [m] that they end at, (H, W)."""
+        return self._on_pixels(0)
+
+    @property
+    def spread(self) -> Array:
+        """Standard deviation of that logarithm, (H, W)."""
+        return self._on_pixels(1)
+
+    @property
+    def steps(self) -> Array:
+        """How long they are, in steps of a cell, (H, W)."""
+        return self._on_pixels(2)
+
+    @property
+    def aside(self) -> Array:
+        """How far [px] the mean of the places where they end is from where they begin, (H, W): small in the middle of
+        known depth, large where it lies on one side only."""
+        return self._on_pixels(3)
+
+    def _on_pixels(self, number: int) -> Array:
+        """Values of cells at the pixels, bilinearly."""
+        values, (height, width) = self.cells[number], self.shape
+        size = values.shape[1] * self.cell, values.shape[0] * self.cell
+        full = cv2.resize(values, size, interpolation=cv2.INTER_LINEAR)
+        return np.asarray(full[:height, :width], np.float32)
 
 
 def walk(depth: Array, edges: Array) -> Walks:
@@ -68,7 +95,8 @@ def walk(depth: Array, edges: Array) -> Walks:
     mean_end, square_end, row_end, column_end = (values / np.maximum(arriving, 1e-12) for values in gathered)
     spread = np.sqrt(np.maximum(square_end - mean_end**2, 0))
     aside = cell * np.hypot(row_end - rows, column_end - columns)
-    return Walks(*(_on_pixels(values, cell, depth.shape) for values in (mean_end + middle, spread, steps, aside)))
+    height, width = depth.shape
+    return Walks(np.stack([mean_end + middle, spread, steps, aside]).astype(np.float32), cell, (height, width))
 
 
 def _sums(values: NDArray, cell: int) -> Array:
@@ -105,10 +133,3 @@ def _solve(
     diagonal[:, 1:] += right[:, :-1]
     diagonal[1:] += below[:-1]
     return solve_grid(diagonal, (-right,), (-below,), wanted)
-
-
-def _on_pixels(values: NDArray[np.float64], cell: int, shape: tuple[int, ...]) -> Array:
-    """Values of cells at the pixels, bilinearly."""
-    size = values.shape[1] * cell, values.shape[0] * cell
-    full = cv2.resize(values.astype(np.float32), size, interpolation=cv2.INTER_LINEAR)
-    return np.asarray(full[: shape[0], : shape[1]], np.float32)

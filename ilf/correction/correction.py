@@ -82,8 +82,10 @@ def changes_any(known: NDArray[np.bool_]) -> bool:
 
 def _faded(known: NDArray[np.bool_]) -> Array:
     """How much is left of changes, from 0 near known depth to 1."""
-    distance = cv2.distanceTransform((~known).astype(np.uint8), cv2.DIST_L2, 5)
-    return np.asarray(np.clip((distance - _FADED) / (_FAR - _FADED), 0, 1), np.float32)
+    faded = np.asarray(cv2.distanceTransform((~known).astype(np.uint8), cv2.DIST_L2, 5), np.float32)
+    faded -= np.float32(_FADED)
+    faded /= np.float32(_FAR - _FADED)
+    return np.clip(faded, 0, 1, out=faded)
 
 
 corrections = Memory[RGBDFrame, Correction]()

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..edges.frame_edges import find_edges
+from ..edges.frame_edges import find_edges, forget_evidence, lines_of, relief_of
 from ..frame import RGBDFrame
+from ..memory import give_back
 from ..parameters import BlockParameters, Parameters
-from ..per_frame import once_per_frame, once_per_image
+from ..per_frame import forget, once_per_frame, once_per_image
 from ..stopping import check_stopped
 from .boundaries import contract, dilate, regions_between, snap_to_jumps
 from .existence import keep_existing
-from .guide import find_boundaries
+from .guide import Boundaries, find_boundaries
 from .merging import Fitness, RegionGraph, numbered
 
 _USUAL_LIMIT = 0.2
@@ -26,6 +28,24 @@ _OF_MERGING = {
     name: getattr(BlockParameters(), name) for name in ("granularity", "min_size", "min_known_share", "existence_rate")
 }
 """Parameters that have a say only after the contraction, as the defaults have them."""
+
+
+class FoundBlocks(NamedTuple):
+    """What an extraction is made for.
+
+    Attributes
+    ----------
+    blocks : ndarray of int32, shape (H, W)
+        The label map: operation blocks 1, 2, ... from the largest down, 0 = none. Read-only: it is remembered.
+    network : str or None
+        SHA-256 of the edge network whose edges were really used; None where Canny's were.
+    notes : tuple of str
+        What the user should know of how it came about: none if all went as asked for.
+    """
+
+    blocks: NDArray[np.int32]
+    network: str | None
+    notes: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,27 +90,46 @@ def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extr
     parameters : BlockParameters, optional
     """
     chosen = parameters or BlockParameters()
-    all_edges = find_edges(frame, chosen)
-    found = find_boundaries(all_edges, chosen)
+    blocks, network, notes = found_blocks(frame, chosen)
+    boundaries = _boundaries(frame, chosen)
     return Extraction(
-        found.strength,
-        found.edges,
-        dilate(found.edges, chosen.dilation),
+        boundaries.strength,
+        boundaries.edges,
+        dilate(boundaries.edges, chosen.dilation),
         _regions(frame, chosen.replace(**_OF_MERGING)),
-        _blocks(frame, chosen).copy(),
-        all_edges.network,
-        all_edges.notes,
+        blocks.copy(),
+        network,
+        notes,
     )
+
+
+def found_blocks(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
+    """The same blocks without the pictures of the stages, which take time and memory."""
+    edges = find_edges(frame, parameters)
+    return FoundBlocks(_blocks(frame, parameters), edges.network, edges.notes)
+
+
+def forget_stages(frame: RGBDFrame) -> None:
+    """Give up what is remembered for other extractions of a frame: regions and what they follow from, a third of all
+    that is known of it. Blocks and edges stay."""
+    forget(frame, _regions)
+    forget_evidence(frame)
+
+
+def _boundaries(frame: RGBDFrame, parameters: BlockParameters) -> Boundaries:
+    edges, lines = find_edges(frame, parameters), lines_of(frame, parameters)
+    return find_boundaries(edges, lines, relief_of(frame, parameters), parameters)
 
 
 @once_per_frame
 def _blocks(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]:
     """The label map, int32 (H, W)."""
     regions = _regions(frame, parameters.replace(**_OF_MERGING))
-    found = find_boundaries(find_edges(frame, parameters), parameters)
+    found = _boundaries(frame, parameters)
     smallest = parameters.smallest_block(regions.size)
     check_stopped()
     graph = RegionGraph(regions, found.strength, frame, found.relief)
+    give_back(regions.size)
     check_stopped()
     graph.merge_below(_USUAL_LIMIT ** (2 * parameters.granularity))
     graph.take_in_unfit(Fitness(smallest, parameters.min_known_share, Parameters().min_known_pixels))
@@ -105,7 +144,7 @@ def _regions(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.int32]
     """The regions after the contraction, int32 (H, W)."""
     margins = find_margins(frame.rgb) if parameters.margin < 0 else (parameters.margin,) * 4
     inside = _inside(frame.shape, margins)
-    found = find_boundaries(find_edges(frame, parameters), parameters)
+    found = _boundaries(frame, parameters)
     seeds = regions_between(found.edges, parameters.dilation, inside)
     check_stopped()
     regions = contract(seeds, found.guide, inside)
@@ -143,10 +182,10 @@ def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None) 
     >>> blocks.dtype, blocks.shape, bool((blocks == 1).sum() >= (blocks == 2).sum())
     (dtype('int32'), (480, 640), True)
     """
-    extraction = extract(frame, parameters)
-    for note in extraction.notes:
+    blocks, _, notes = found_blocks(frame, parameters or BlockParameters())
+    for note in notes:
         warnings.warn(note, RuntimeWarning, stacklevel=2)
-    return extraction.blocks
+    return blocks.copy()
 
 
 @once_per_image

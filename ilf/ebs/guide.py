@@ -45,24 +45,28 @@ class Boundaries:
     relief: Relief | None
 
 
-def find_boundaries(found: FrameEdges, parameters: BlockParameters) -> Boundaries:
+def find_boundaries(
+    found: FrameEdges, lines: NDArray[np.bool_], relief: Relief, parameters: BlockParameters
+) -> Boundaries:
     """The boundaries that a frame's edges suggest.
 
     Parameters
     ----------
     found : FrameEdges
-        Of `find_edges` with the same parameters.
+    lines : ndarray of bool, shape (H, W)
+        Canny's.
+    relief : Relief
     parameters : BlockParameters
+        With which `find_edges`, `lines_of` and `relief_of` have found these.
     """
-    strength, edges, guide = found.detected, found.lines, found.canny
+    strength, edges, guide = found.detected, lines, found.detected
     if parameters.use_depth and parameters.use_creases and found.crease is not None:
         strength = np.maximum(strength, found.crease)
     if found.network is not None:
         edges = otsu_edges(strength, parameters.threshold)
-        guide = strength + np.where(found.lines, np.float32(_CANNY_RAISE), np.float32(0))
+        guide = strength + np.where(lines, np.float32(_CANNY_RAISE), np.float32(0))
     if not parameters.use_depth:
         return Boundaries(strength, edges, guide, None)
-    relief = found.relief
     if parameters.use_creases and found.crease is None:
         # single pixels are noise
         edges = edges | (cv2.morphologyEx((relief.bend > 1).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3))) > 0)

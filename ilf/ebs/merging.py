@@ -145,7 +145,7 @@ class RegionGraph:
         root = self._parent
         while not np.array_equal(root, root[root]):
             root = root[root]
-        return numbered(root[self._regions])
+        return numbered(root.astype(np.int32)[self._regions])
 
     def _cost(self, one: int, other: int) -> float:
         length, edge, jumps, judged, bend = self._borders[one][other]

@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..frame import RGBDFrame
 from ..models import BUNDLED, DEPTH_EDGES, model_path
 from ..parameters import BlockParameters
-from ..per_frame import once_per_frame, once_per_image
+from ..per_frame import forget, once_per_frame, once_per_image
 from .depth_network import DepthEdgeNetwork, DepthEdges
 from .detectors import canny_edges, colour_gradient, gradient_strength
 from .joining import joined
@@ -36,14 +36,9 @@ class FrameEdges:
     Attributes
     ----------
     detected : ndarray of float32, shape (H, W)
-        Strength in [0, 1] by the detector: the contours that a network or Canny finds in the colour, or the
-        probability of a depth jump, which a network finds in colour and known depth.
-    canny : ndarray of float32, shape (H, W)
-        That by Canny: 1 along its lines, below elsewhere.
-    lines : ndarray of bool, shape (H, W)
-        Canny's lines.
-    relief : Relief
-        What the known depth says.
+        Strength in [0, 1] by the detector: the contours that a network finds in the colour; those that Canny finds, 1
+        along its lines and below elsewhere; or the probability of a depth jump, which a network finds in colour and
+        known depth.
     strength : ndarray of float32, shape (H, W)
         The edges of the edge-aware filter: `detected`, of depth edges its crests joined with contours (`joined`), and
         depth jumps of any length at 1.
@@ -56,9 +51,6 @@ class FrameEdges:
     """
 
     detected: NDArray[np.float32]
-    canny: NDArray[np.float32]
-    lines: NDArray[np.bool_]
-    relief: Relief
     strength: NDArray[np.float32]
     network: str | None
     crease: NDArray[np.float32] | None = None
@@ -80,15 +72,26 @@ def find_edges(frame: RGBDFrame, parameters: BlockParameters) -> FrameEdges:
         Read-only. If the network that is asked for is missing or none, those of the next best detector, with a note.
     """
     network, notes = _working_network(frame, parameters)
-    jumps = parameters if parameters.use_depth else BlockParameters()
-    found = _find(
-        frame,
-        network,
-        isinstance(network, EdgeNetwork) and parameters.multiscale,
-        (parameters.canny_sigma, parameters.canny_high, parameters.canny_low_ratio),
-        (jumps.depth_jump, jumps.depth_jump_share),
-    )
+    multiscale = isinstance(network, EdgeNetwork) and parameters.multiscale
+    found = _find(frame, network, multiscale, _canny(parameters), _jump(parameters))
     return dataclasses.replace(found, notes=(*notes, *found.notes))
+
+
+def relief_of(frame: RGBDFrame, parameters: BlockParameters) -> Relief:
+    """What a frame's known depth says, remembered with it; where it does not count, with the smallest jumps of the
+    defaults."""
+    return _relief(frame, *_jump(parameters))
+
+
+def lines_of(frame: RGBDFrame, parameters: BlockParameters) -> NDArray[np.bool_]:
+    """Canny's lines in a frame's colour, bool (H, W), remembered with that."""
+    return _lines(frame.rgb, *_canny(parameters))
+
+
+def forget_evidence(frame: RGBDFrame) -> None:
+    """Give up what is remembered of relief and lines, for which only another extraction has a use; edges stay."""
+    forget(frame, _relief)
+    forget(frame.rgb, _lines)
 
 
 def load_depth_network() -> DepthEdgeNetwork:
@@ -129,6 +132,26 @@ def canny_strength(
 _canny_of_frame = once_per_image(canny_strength)
 
 
+@once_per_image
+def _lines(rgb: NDArray[np.uint8], sigma: float, high: float, low_ratio: float) -> NDArray[np.bool_]:
+    return canny_edges(*colour_gradient(rgb, sigma), high, low_ratio)
+
+
+@once_per_frame
+def _relief(frame: RGBDFrame, jump: float, share: float) -> Relief:
+    return find_relief(frame.depth, jump, share)
+
+
+def _canny(parameters: BlockParameters) -> tuple[float, float, float]:
+    return parameters.canny_sigma, parameters.canny_high, parameters.canny_low_ratio
+
+
+def _jump(parameters: BlockParameters) -> tuple[float, float]:
+    """Smallest jump [m], and as a share of depth."""
+    counts = parameters if parameters.use_depth else BlockParameters()
+    return counts.depth_jump, counts.depth_jump_share
+
+
 def _working_network(
     frame: RGBDFrame, parameters: BlockParameters
 ) -> tuple[DepthEdgeNetwork | EdgeNetwork | None, tuple[str, ...]]:
@@ -161,17 +184,15 @@ def _find(
     canny: tuple[float, float, float],
     jump: tuple[float, float],
 ) -> FrameEdges:
-    by_canny, lines = _canny_of_frame(frame.rgb, *canny)
-    detected = by_canny if network is None else _look(frame, network, multiscale)
+    detected = _canny_of_frame(frame.rgb, *canny)[0] if network is None else _look(frame, network, multiscale)
     strength, crease = detected, None
     notes: tuple[str, ...] = ()
     if isinstance(network, DepthEdgeNetwork):
         contours, notes = _bundled_contours(frame)
         strength, crease = joined(detected, contours), depth_edges(frame, network).crease
-    relief = find_relief(frame.depth, *jump)
-    strength = np.where(relief.edges, np.float32(1), strength)
+    strength = np.where(_relief(frame, *jump).edges, np.float32(1), strength)
     sha256 = None if network is None else network.sha256
-    return FrameEdges(detected, by_canny, lines, relief, strength, sha256, crease, notes)
+    return FrameEdges(detected, strength, sha256, crease, notes)
 
 
 def _bundled_contours(frame: RGBDFrame) -> tuple[NDArray[np.float32] | None, tuple[str, ...]]:

@@ -23,6 +23,10 @@ from .questions import ASKED, first_input, with_questions
 _LARGE = 1_000_000
 """Pixels of an input from which on a net is read anew after use: it keeps what it works in, some 400 bytes for each."""
 
+LEAST_SIDE = 64
+"""Of the input of a network that halves it five times [px]: where a row or column of one pixel is left, OpenCV 5.0
+reads memory that nobody has written, and what comes out differs from one process to the next."""
+
 _networks: dict[tuple[type, Path], tuple[tuple[int, int], OnnxNetwork]] = {}
 _networks_lock = Lock()
 
@@ -198,7 +202,9 @@ def _unreadable(path: Path) -> FormatError:
     )
 
 
-def reflected(image: NDArray[np.generic], multiple: int, margin: int = 0) -> tuple[NDArray, tuple[slice, slice]]:
+def reflected(
+    image: NDArray[np.generic], multiple: int, margin: int = 0, least: int = 0
+) -> tuple[NDArray, tuple[slice, slice]]:
     """Reflect an image at its borders to sides that are multiples of a number.
 
     Parameters
@@ -207,6 +213,8 @@ def reflected(image: NDArray[np.generic], multiple: int, margin: int = 0) -> tup
     multiple : int
     margin : int
         So many pixels at least are added on every side [px].
+    least : int
+        The sides are at least so long [px].
 
     Returns
     -------
@@ -215,7 +223,8 @@ def reflected(image: NDArray[np.generic], multiple: int, margin: int = 0) -> tup
         Rows and columns of the image within the padded one.
     """
     height, width = image.shape[:2]
-    after = (margin + -(length + 2 * margin) % multiple for length in (height, width))
+    sides = (max(length + 2 * margin, least) for length in (height, width))
+    after = (side + -side % multiple - margin - length for side, length in zip(sides, (height, width), strict=True))
     rest = ((0, 0),) * (image.ndim - 2)
     padded = np.pad(image, (*((margin, size) for size in after), *rest), mode="reflect")
     return padded, (slice(margin, margin + height), slice(margin, margin + width))

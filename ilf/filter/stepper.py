@@ -15,7 +15,7 @@ from ..frame import RGBDFrame
 from ..parameters import BlockParameters, Parameters
 from .convergence import IterationRecord
 from .edge_aware.guiding import fit_guide
-from .edge_aware.iteration import EdgeAwareIteration
+from .edge_aware.iteration import EdgeAwareIteration, widest_window
 from .pass_band.iteration import PassBandIteration
 from .snapshot import Snapshot
 
@@ -108,6 +108,14 @@ def make_stepper(
     if edges is None:
         return PassBandIteration(frame, block, parameters)
     return EdgeAwareIteration(frame, block, parameters, edges, drawn)
+
+
+def most_pixels(frame: RGBDFrame, block: Block, parameters: Parameters) -> int:
+    """How many pixels a block's stepper may take into account: the memory that it takes goes with them."""
+    if parameters.filter != "edge-aware":
+        return block.mask.size
+    rows, columns = widest_window(frame.shape, block.box, parameters.mode)
+    return (rows.stop - rows.start) * (columns.stop - columns.start)
 
 
 def guide_carries(frame: RGBDFrame, block: Block, parameters: Parameters) -> bool:

@@ -282,9 +282,12 @@ def _as_uint16(metres: NDArray[np.float32], units: float) -> tuple[NDArray[np.ui
             f"{fit.vanished} pixels are nearer than half a unit at {units:g} units per metre, "
             "were rounded to 0 and will read as missing. Use more units per metre; or write TIFF or NPY."
         )
-    values = np.minimum(_in_units(metres, units), UINT16_MAX)
-    return np.nan_to_num(values, nan=0.0).astype(np.uint16), warnings
+    values = _in_units(metres, units)
+    np.minimum(values, UINT16_MAX, out=values)
+    return np.nan_to_num(values, copy=False, nan=0.0).astype(np.uint16), warnings
 
 
 def _in_units(metres: NDArray[np.floating], units: float) -> NDArray[np.float64]:
-    return np.rint(metres.astype(np.float64) * units)
+    values = metres.astype(np.float64)
+    values *= units
+    return np.rint(values, out=values)

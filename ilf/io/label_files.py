@@ -17,7 +17,7 @@ from .images import encode_image, read_image
 
 def write_mask(path: str | os.PathLike[str], mask: NDArray[np.bool_]) -> None:
     """Write a mask (H, W) as 8-bit PNG, 255 where it is True; raises ExportError if the file cannot be written."""
-    write_bytes(path, encode_image(".png", np.where(mask, 255, 0).astype(np.uint8)))
+    write_bytes(path, encode_image(".png", 255 * mask.astype(np.uint8)))
 
 
 def read_mask(path: str | os.PathLike[str], shape: tuple[int, int] | None = None) -> NDArray[np.bool_]:

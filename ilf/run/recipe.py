@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
-from ..ebs import extract
+from ..ebs import forget_stages, found_blocks
 from ..ebs.gaps import gaps_filled
 from ..errors import InputError
 from ..frame import RGBDFrame
@@ -44,7 +42,7 @@ class Recipe:
     drawn: str | None = None
 
     def run_of(self, frame: RGBDFrame) -> Run:
-        """The run of a frame.
+        """The run of a frame. What only other extractions of it would need is not remembered.
 
         Raises
         ------
@@ -53,17 +51,18 @@ class Recipe:
         """
         given = self._given(frame)
         drawn = None if self.drawn is None else read_mask(self.drawn, frame.shape)
-        if self.blocks is None or self.fill_gaps:
-            found = extract(frame, self.extraction)
+        if given is None or self.fill_gaps:
+            found = found_blocks(frame, self.extraction)
+            forget_stages(frame)
             run = Run(
                 frame,
-                gaps_filled(given.labels, found, self.extraction),
+                found.blocks if given is None else gaps_filled(given.labels, found.blocks, self.extraction),
                 self.parameters,
                 dense=self.dense,
                 extraction=self.extraction,
                 edited=self.fill_gaps,
                 network=found.network,
-                notes=given.notes + found.notes,
+                notes=found.notes if given is None else given.notes + found.notes,
                 drawn=drawn,
             )
             way_out = "Lower min_size or min_known_share of the extraction, or give blocks."
@@ -74,7 +73,7 @@ class Recipe:
             raise InputError(f"There are no blocks, so there is nothing to complete. {way_out}")
         return run
 
-    def _given(self, frame: RGBDFrame) -> LoadedBlocks:
+    def _given(self, frame: RGBDFrame) -> LoadedBlocks | None:
         if self.blocks is None:
-            return LoadedBlocks(np.zeros(frame.shape, np.int32))
+            return None
         return read_blocks(self.blocks, frame.shape, image=None if frame.inputs is None else frame.inputs.rgb.path)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..blocks import checked_drawn, checked_labels
 from ..completion import CompletionRun, Watch
 from ..dense import guess_steps
-from ..ebs import extract
+from ..ebs import found_blocks
 from ..filter.convergence import IterationRecord
 from ..frame import RGBDFrame
 from ..masks import fixed
@@ -109,7 +109,7 @@ class Run:
         dense : bool
         """
         chosen = extraction or BlockParameters()
-        found = extract(frame, chosen)
+        found = found_blocks(frame, chosen)
         return cls(
             frame,
             found.blocks,

@@ -15,22 +15,27 @@ import tempfile
 import threading
 import time
 import traceback
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 from PySide6.QtCore import QCoreApplication
 
 import ilf
+from gui.report.job import write_steps
 from gui.work.worker import Worker
 from ilf.assets import asset_path
 from ilf.completion import CompletionRun
 from ilf.confidence import expected_error
 from ilf.dense import guess_steps
+from ilf.ebs.following import follow
+from ilf.io.frame_folders import write_frame
 from ilf.outcomes import compose
+from ilf.report import ReportOptions, Subject
 from ilf.run import ExportOptions
-from ilf.stopping import check_stopped, heed
+from ilf.stopping import heed, stoppable
 from ilf.suspicion import suspicious_places
 
 from .waiting import pause, wait
@@ -147,14 +152,14 @@ def frames(folder: Path, size: str) -> Callable[[], ilf.RGBDFrame]:
     return lambda: ilf.RGBDFrame(rgb.copy(), depth.copy(), camera)
 
 
-def _run(preset: str) -> Callable[[ilf.RGBDFrame], Work]:
+def _run(preset: str, **values: Any) -> Callable[[ilf.RGBDFrame], Work]:
     def make(frame: ilf.RGBDFrame) -> Work:
         blocks = ilf.extract_blocks(frame)
         fresh = ilf.RGBDFrame(frame.rgb.copy(), frame.depth.copy(), frame.intrinsics)
 
         def work() -> None:
-            with CompletionRun(fresh, blocks, ilf.preset(preset), threads=1) as run:
-                for _ in _asking(run):
+            with CompletionRun(fresh, blocks, ilf.preset(preset, **values), threads=1) as run:
+                for _ in stoppable(run):
                     pass
 
         return work
@@ -172,7 +177,7 @@ def _after_run(then: Callable[[ilf.RGBDFrame, np.ndarray, ilf.Completion], Work]
 
 def _guess(frame: ilf.RGBDFrame, completion: ilf.Completion) -> Work:
     def work() -> None:
-        for _ in _asking(guess_steps(frame, completion, None)):
+        for _ in stoppable(guess_steps(frame, completion, None)):
             pass
 
     return work
@@ -189,6 +194,34 @@ def _export(frame: ilf.RGBDFrame, blocks: np.ndarray, completion: ilf.Completion
     return work
 
 
+def _report(frame: ilf.RGBDFrame, blocks: np.ndarray, completion: ilf.Completion) -> Work:
+    subject = Subject(ilf.Run(frame, blocks), completion)
+
+    def work() -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            for _ in stoppable(write_steps(Path(folder, "report.html"), [subject], 1, ReportOptions())):
+                pass
+
+    return work
+
+
+def _follow(frame: ilf.RGBDFrame) -> Work:
+    blocks = ilf.extract_blocks(frame)
+    moved = ilf.RGBDFrame(np.roll(frame.rgb, 9, axis=1), np.roll(frame.depth, 9, axis=1), frame.intrinsics)
+    return lambda: follow(frame, blocks, moved)
+
+
+def _open(frame: ilf.RGBDFrame) -> Work:
+    folder = tempfile.TemporaryDirectory()
+    write_frame(folder.name, frame)
+
+    def work() -> None:
+        with folder:
+            ilf.load_frame(folder.name)
+
+    return work
+
+
 def _suspects(frame: ilf.RGBDFrame, blocks: np.ndarray, completion: ilf.Completion) -> None:
     suspicious_places(frame, blocks, ilf.edge_strength(frame), expected_error(frame, completion))
 
@@ -198,18 +231,15 @@ KINDS: dict[str, Callable[[ilf.RGBDFrame], Work]] = {
     "best": _run("best"),
     "paper": _run("paper"),
     "released-code": _run("released-code"),
+    "fill+denoise": _run("best", mode="fill+denoise"),
     "expected error": _after_run(lambda frame, blocks, completion: lambda: expected_error(frame, completion)),
     "suspects": _after_run(lambda frame, blocks, completion: lambda: _suspects(frame, blocks, completion)),
     "guess": lambda frame: _guess(frame, compose(frame, {})),
     "export": _after_run(_export),
+    "report": _after_run(_report),
+    "follow": _follow,
+    "open": _open,
 }
-
-
-def _asking(steps: Iterable[object]) -> Iterable[object]:
-    """Whoever drives steps asks after each whether to go on."""
-    for step in steps:
-        check_stopped()
-        yield step
 
 
 def _warm_up(make_work: Callable[[ilf.RGBDFrame], Work]) -> None:

@@ -14,7 +14,6 @@ from gui.curves.axes import LengthAxis, SumAxis
 from gui.curves.curve import FLOOR, Curve
 from gui.curves.curves_panel import EMPTY_TEXT, CurvesPanel
 from gui.curves.presenter import CurvesPresenter
-from gui.state.block_errors import HIDDEN_DEPTH, TRUTH, BlockErrors
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from ilf.completion import complete
@@ -153,17 +152,17 @@ def test_the_error_against_a_truth_has_a_plot_and_a_column(panel):
 
 def test_the_error_after_the_correction_stands_at_the_end(panel):
     records = [replace(record, error=0.2 / record.i) for record in linear()]
-    panel.show_curves([curve(records)])
-    assert "→" not in panel.readout.text
     panel.show_curves([curve(records, corrected=0.004)])
-    assert "err 5 mm   → 4 mm" in panel.readout.text
+    assert "err 4 mm" in panel.readout.text
     (at,), (value,) = panel.error_plot._points.getData()
     assert (at, 10**value) == (40, pytest.approx(0.004))
-    panel.look_at(20)
-    assert "err 10 mm   → –" in panel.readout.text, "only what follows the last iteration is corrected"
+    panel.look_at(40)
+    assert "err 5 mm" in panel.readout.text, "the last iteration was not corrected yet"
+    panel.look_at(None)
+    assert "err 4 mm" in panel.readout.text
 
 
-def test_a_corrected_block_has_the_error_of_the_table(panel: CurvesPanel) -> None:
+def test_a_corrected_block_has_the_error_of_its_depth(panel: CurvesPanel) -> None:
     depth = np.full((24, 32), 2.0, np.float32)
     depth[8:16, 8:24] = np.nan
     frame = RGBDFrame(np.zeros((24, 32, 3), np.uint8), depth, truth=np.full((24, 32), 2.01, np.float32))
@@ -172,11 +171,9 @@ def test_a_corrected_block_has_the_error_of_the_table(panel: CurvesPanel) -> Non
     session = workspace.session
     (result,) = complete(frame, session.labels).results.values()
     presenter = CurvesPresenter(workspace, panel)
-    for correction, source, expected in (("a" * 64, TRUTH, "→ 7 mm"), (None, TRUTH, ""), ("a" * 64, HIDDEN_DEPTH, "")):
-        workspace.store_results(session, [replace(result, correction=correction)])
-        workspace.set_block_errors(session, BlockErrors(source, {1: 0.007}))
+    for correction, expected in (("a" * 64, "err 20 mm"), (None, "err 10 mm")):
+        workspace.store_results(session, [replace(result, depth=result.depth - 0.01, correction=correction)])
         presenter.show()
-        assert ("→" in panel.readout.text) == bool(expected)
         assert expected in panel.readout.text
 
 

@@ -389,3 +389,28 @@ def test_a_truth_gives_every_record_its_error_and_changes_nothing_else(
         assert [dataclasses.replace(record, error=np.nan, seconds=0) for record in history] == [
             dataclasses.replace(record, seconds=0) for record in without.history[label]
         ]
+
+
+def test_tasks_are_begun_as_long_as_there_is_room_for_them() -> None:
+    sizes, under_way, loads = [12, 8, 4, 2, 1], [], []
+    lock = threading.Lock()
+
+    def task(size: int) -> Iterator[int]:
+        with lock:
+            under_way.append(size)
+            loads.append(sum(under_way))
+        time.sleep(0.01)
+        yield size
+        with lock:
+            under_way.remove(size)
+
+    assert sorted(side_by_side([task(size) for size in sizes], 3, sizes, room=10)) == sorted(sizes)
+    assert loads[0] == 12, "what there is never room for is begun alone"
+    assert max(loads[1:]) <= 10
+
+
+def test_a_thread_that_waits_for_room_ends_when_nobody_wants_more() -> None:
+    steps = side_by_side([iter(range(1000)), iter(range(1000))], 2, [1, 1], room=1)
+    next(steps)
+    steps.close()
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("ilf-block")]

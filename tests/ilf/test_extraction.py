@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import weakref
+
 import numpy as np
 import pytest
 from scipy.ndimage import label as components
 
 import ilf
-from ilf.ebs import extract
+from ilf.ebs import extract, forget_stages, found_blocks
 from ilf.ebs.boundaries import contract, dilate, outlines, regions_between, snap_to_jumps
 from ilf.ebs.existence import keep_existing
 from ilf.ebs.extraction import find_margins
 from ilf.edges.detectors import canny_edges, colour_gradient, gradient_strength, otsu_edges
+from ilf.edges.frame_edges import lines_of, relief_of
 from ilf.edges.pairs import mark
 from ilf.edges.relief import find_relief
 from ilf.frame import RGBDFrame
@@ -376,3 +379,18 @@ def test_outlines_are_between_labels() -> None:
     labels = np.ones((4, 6), np.int32)
     labels[:, 3:] = 2
     assert np.array_equal(np.flatnonzero(outlines(labels).any(axis=0)), [2])
+
+
+def test_what_other_extractions_would_need_can_be_forgotten_and_blocks_stay(frame: RGBDFrame) -> None:
+    parameters = BlockParameters(detector="canny")
+    pictures, found = extract(frame, parameters), found_blocks(frame, parameters)
+    assert np.array_equal(found.blocks, pictures.blocks)
+    assert (found.network, found.notes) == (pictures.network, pictures.notes)
+    stages = [weakref.ref(pictures.contracted), weakref.ref(relief_of(frame, parameters))]
+    stages.append(weakref.ref(lines_of(frame, parameters)))
+    del pictures
+    assert all(stage() is not None for stage in stages)
+    forget_stages(frame)
+    assert all(stage() is None for stage in stages)
+    assert found_blocks(frame, parameters).blocks is found.blocks
+    assert np.array_equal(extract(frame, parameters).blocks, found.blocks)

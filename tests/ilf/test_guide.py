@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 
@@ -13,11 +16,24 @@ from ilf.parameters import BlockParameters
 SHAPE = (20, 30)
 
 
+class Found(NamedTuple):
+    """What boundaries are found from."""
+
+    edges: FrameEdges
+    lines: np.ndarray
+    relief: Relief
+
+    @property
+    def detected(self) -> np.ndarray:
+        """Strength by the detector."""
+        return self.edges.detected
+
+
 @pytest.fixture
-def found() -> FrameEdges:
+def found() -> Found:
     """Strengths at random, some lines of Canny, a long line of jumps and a short one, a crease and a bent pixel."""
     rng = np.random.default_rng(1)
-    colour, canny = rng.uniform(0, 1, (2, *SHAPE)).astype(np.float32)
+    colour = rng.uniform(0, 1, (2, *SHAPE)).astype(np.float32)[0]
     lines = rng.random(SHAPE) < 0.2
     right = np.zeros((20, 29), bool)
     right[:, 8] = True
@@ -29,11 +45,11 @@ def found() -> FrameEdges:
     bend[2, 25] = 9.0
     bend[17, 3] = 0.9
     relief = Relief(np.ones(SHAPE, bool), (right, below), (long, below), np.ones(SHAPE, bool), bend)
-    return FrameEdges(colour, canny, lines, relief, colour, "0" * 64)
+    return Found(FrameEdges(colour, colour, "0" * 64), lines, relief)
 
 
-def test_network_lines_of_canny_and_long_jumps_make_boundaries(found: FrameEdges) -> None:
-    made = find_boundaries(found, BlockParameters(threshold=0.7))
+def test_network_lines_of_canny_and_long_jumps_make_boundaries(found: Found) -> None:
+    made = find_boundaries(*found, BlockParameters(threshold=0.7))
     jumps = np.zeros(SHAPE, bool)
     jumps[:, 8] = True
     np.testing.assert_array_equal(made.strength, np.where(jumps, 1, found.detected))
@@ -44,25 +60,25 @@ def test_network_lines_of_canny_and_long_jumps_make_boundaries(found: FrameEdges
     assert {made.strength.dtype, made.guide.dtype} == {np.dtype(np.float32)}
 
 
-def test_without_the_network_cannys_lines_are_the_edges(found: FrameEdges) -> None:
-    by_canny = FrameEdges(found.canny, found.canny, found.lines, found.relief, found.canny, None)
-    made = find_boundaries(by_canny, BlockParameters(threshold=0.7))
+def test_without_the_network_cannys_lines_are_the_edges(found: Found) -> None:
+    by_canny = found._replace(edges=replace(found.edges, network=None))
+    made = find_boundaries(*by_canny, BlockParameters(threshold=0.7))
     jumps = np.zeros(SHAPE, bool)
     jumps[:, 8] = True
-    np.testing.assert_array_equal(made.strength, np.where(jumps, 1, found.canny))
+    np.testing.assert_array_equal(made.strength, np.where(jumps, 1, found.detected))
     np.testing.assert_array_equal(made.edges, found.lines | jumps)
-    np.testing.assert_array_equal(made.guide, np.where(jumps, np.float32(1.5), found.canny))
+    np.testing.assert_array_equal(made.guide, np.where(jumps, np.float32(1.5), found.detected))
 
 
-def test_where_depth_does_not_count_colour_decides_alone(found: FrameEdges) -> None:
-    made = find_boundaries(found, BlockParameters(threshold=0.7, use_depth=False, use_creases=True))
+def test_where_depth_does_not_count_colour_decides_alone(found: Found) -> None:
+    made = find_boundaries(*found, BlockParameters(threshold=0.7, use_depth=False, use_creases=True))
     np.testing.assert_array_equal(made.strength, found.detected)
     np.testing.assert_array_equal(made.edges, found.detected >= np.float32(0.7))
     assert made.relief is None
 
 
-def test_creases_are_edges_but_not_single_pixels_and_stand_in_the_guide_by_their_sharpness(found: FrameEdges) -> None:
-    usual, made = (find_boundaries(found, BlockParameters(threshold=1.0, use_creases=on)) for on in (False, True))
+def test_creases_are_edges_but_not_single_pixels_and_stand_in_the_guide_by_their_sharpness(found: Found) -> None:
+    usual, made = (find_boundaries(*found, BlockParameters(threshold=1.0, use_creases=on)) for on in (False, True))
     crease = np.zeros(SHAPE, bool)
     crease[12:16, 10:25] = True
     np.testing.assert_array_equal(made.edges, usual.edges | crease)

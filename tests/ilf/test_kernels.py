@@ -55,8 +55,8 @@ def test_a_step(shape: tuple[int, int]) -> None:
     inverse, direction, image, u, residual = _arrays(shape, 5)
     found = []
     for advance, turn in zip(_ways("advance"), _ways("turn"), strict=True):
-        out, left, next_direction = np.empty_like(u), residual.copy(), direction.copy()
-        size = advance(inverse, direction, image, np.float32(0.3), u, out, left)
+        out, left, next_direction = image.copy(), residual.copy(), direction.copy()
+        size = advance(inverse, direction, out, np.float32(0.3), u, left)
         turn(inverse, left, np.float32(0.7), next_direction)
         found.append((size, out, left, next_direction))
     for other in found[1:]:
@@ -82,7 +82,7 @@ def test_steps_one_after_the_other(shape: tuple[int, int], monkeypatch: pytest.M
             monkeypatch.setattr(compiling, "is_compiled", lambda: False)
         direction, image = np.zeros_like(kernels.framed(start)), np.empty_like(start)
         kernels.pull(counts, weights, kernels.framed(start), image)
-        state = direction, totals - image, image
+        state = direction, totals - image
         told = inside, trend, counts, totals
         inverse, sizes = np.full_like(start, 0.1), (float(np.square(state[1]).sum()) / 10, 0.0, 0.0)
         found, sums = np.empty((4, *shape), np.float32), np.empty((4, 3))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.per_frame import Memory, once_per_frame
+from ilf.per_frame import Memory, forget, once_per_frame
 
 
 class Owner:
@@ -84,3 +84,19 @@ def test_frames_do_not_wait_for_each_other_and_nothing_is_worked_out_twice() -> 
         thread.join()
     assert found == {0: 1, 1: 2, 2: 1, 3: 2}
     assert len(worked_out) == 2
+
+
+def test_what_is_forgotten_of_one_owner_is_worked_out_again_and_others_stay() -> None:
+    worked_out = []
+
+    @once_per_frame
+    def nearest(frame: ilf.RGBDFrame) -> float:
+        worked_out.append(frame)
+        return float(frame.depth.min())
+
+    one, other = frame_of(1), frame_of(2)
+    for frame in (one, other):
+        nearest(frame)
+    forget(one, nearest)
+    assert (nearest(one), nearest(other)) == (1, 2)
+    assert worked_out == [one, other, one]

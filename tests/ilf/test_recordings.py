@@ -304,6 +304,18 @@ def test_messages_that_are_defined_in_another_way(tmp_path: Path) -> None:
             _read_first(path)
 
 
+@pytest.mark.parametrize(
+    ("ours", "other"), [("name: /camera/color/image_raw", "name:"), ("message_count: 1", "message_count: many")]
+)
+def test_topics_that_cannot_be_are_told_of(tmp_path: Path, ours: str, other: str) -> None:
+    path = write_aligned(tmp_path, "sqlite3", frames=1)
+    text = (path / "metadata.yaml").read_text()
+    assert ours in text
+    (path / "metadata.yaml").write_text(text.replace(ours, other))
+    with pytest.raises(FormatError, match="ros2 bag reindex"):
+        ilf.open_source(path)
+
+
 def test_messages_of_another_kind_under_a_usual_name_are_passed_over(tmp_path: Path) -> None:
     with bag(tmp_path, "ros1") as out:
         for name in ("/tf_static", "/color/camera_info"):

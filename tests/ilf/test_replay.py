@@ -11,7 +11,7 @@ import pytest
 
 import ilf
 from ilf.assets import asset_path
-from ilf.ebs import extract
+from ilf.ebs import found_blocks
 from ilf.errors import InputError
 from ilf.run import ExportOptions, Replay, Run, read_record, replay, write
 from ilf.run.checks import missing_or_changed
@@ -132,15 +132,31 @@ def test_replay_needs_the_masks_of_the_run(tmp_path, how, file, what):
         replay(path)
 
 
+@pytest.mark.parametrize("change", ["distrusted", "truth"])
+def test_names_that_no_file_can_have(tmp_path, change):
+    path = written(distrusting(small_run(tmp_path)), tmp_path / "out")
+    record = json.loads(path.read_text())
+    if change == "truth":
+        record["inputs"]["truth"] = {"path": "x" * 5000, "sha256": "0" * 64, "units": 1.0}
+    else:
+        record["distrusted"]["file"] = "x" * 5000
+    path.write_text(json.dumps(record))
+    if change == "truth":
+        assert "there is no such file" in replay(path).differences[0]
+    else:
+        with pytest.raises(InputError, match="is not beside the record"):
+            replay(path)
+
+
 def test_replay_where_the_extraction_has_changed(tmp_path, monkeypatch):
     """Another version of a library may find other blocks: the written ones are used, and the user is told."""
     run = small_run(tmp_path)
     path = changed(written(run, tmp_path / "out"), "versions", "scipy", "0.1")
 
     def one_block(frame, parameters):
-        return replace(extract(frame, parameters), blocks=np.ones(frame.shape, np.int32))
+        return found_blocks(frame, parameters)._replace(blocks=np.ones(frame.shape, np.int32))
 
-    monkeypatch.setattr("ilf.run.replaying.extract", one_block)
+    monkeypatch.setattr("ilf.run.replaying.found_blocks", one_block)
     again = replayed(path, tmp_path / "again")
     assert array_sha256(again.run.blocks) == array_sha256(run.blocks)
     (note,) = again.run.notes
@@ -272,7 +288,7 @@ def test_the_label_map_that_is_wanted_is_named(tmp_path, monkeypatch, recorded, 
     assert f"their label map ({named}) is not beside" in str(edited.value)
     changed(path, "blocks", "edited", False)
     monkeypatch.setattr(
-        "ilf.run.replaying.extract", lambda *_: replace(extract(*_), blocks=np.ones((60, 80), np.int32))
+        "ilf.run.replaying.found_blocks", lambda *_: found_blocks(*_)._replace(blocks=np.ones((60, 80), np.int32))
     )
     with pytest.raises(InputError) as extracted:
         replay(path)

@@ -132,6 +132,20 @@ def test_old_files_of_a_whole_set_that_are_half_gone_do_not_come_back(tmp_path, 
 
 
 @pytest.mark.skipif(os.name != "posix", reason="kills a process by a signal")
+@pytest.mark.parametrize("names", [b"../user\nseal", b"x\xff", b"x" * 5000, b"a\0", b"..", b"", b"sub/user"])
+def test_a_damaged_list_of_names_moves_no_other_file(tmp_path, names):
+    target = tmp_path / "out"
+    die_in_the_middle(target, moves=2)
+    (begun,) = interrupted(target)
+    (begun / ".names").write_bytes(names)
+    (tmp_path / "user").write_text("mine")
+    (target / "sub").mkdir()
+    (target / "sub" / "user").write_text("mine")
+    clear_interrupted(target)
+    assert (tmp_path / "user").read_text() == (target / "sub" / "user").read_text() == "mine"
+    assert interrupted(target) == []
+
+
 def test_the_next_set_clears_up_before_it_is_written(tmp_path):
     write_set(tmp_path, "old ")
     die_in_the_middle(tmp_path, 4)

@@ -15,6 +15,7 @@ from ilf.assets import asset_path
 from ilf.completion import CompletionRun, prepare
 from ilf.ebs import extract
 from ilf.edges import find_edges
+from ilf.edges.frame_edges import lines_of, relief_of
 from ilf.edges.network import EdgeNetwork
 from ilf.edges.relief import find_relief
 from ilf.edges.strength import DETECTORS
@@ -61,7 +62,9 @@ def test_a_frame_has_one_strength_that_cannot_be_changed() -> None:
     assert find_edges(frame, CANNY).strength is found.strength
     assert find_edges(other, CANNY).strength is not found.strength
     assert np.array_equal(find_edges(other, CANNY).strength, found.strength)
-    for array in (found.strength, found.relief.bend, found.relief.jumps[0]):
+    relief = relief_of(frame, CANNY)
+    assert relief_of(frame, CANNY) is relief
+    for array in (found.strength, relief.bend, relief.jumps[0], lines_of(frame, CANNY)):
         with pytest.raises(ValueError, match="read-only"):
             array[0, 0] = 1
 
@@ -94,19 +97,19 @@ def test_frames_of_the_same_colour_share_what_it_says_and_depth_is_looked_at_aga
     for parameters in (CANNY, NETWORK):
         found, other = find_edges(frame, parameters), find_edges(distrusted, parameters)
         assert other.detected is found.detected
-        assert other.canny is found.canny
-        assert found.relief.edges.any()
-        assert not other.relief.edges.any()
+        assert lines_of(distrusted, parameters) is lines_of(frame, parameters)
+        assert relief_of(frame, parameters).edges.any()
+        assert not relief_of(distrusted, parameters).edges.any()
         assert not np.array_equal(found.strength, other.strength)
 
 
 def test_what_colour_says_goes_with_the_last_frame_of_that_colour() -> None:
     frame = _frame()
-    left = weakref.ref(find_edges(frame, CANNY).canny)
+    left = weakref.ref(find_edges(frame, CANNY).detected)
     frame = frame.distrusting(frame.depth > 2)
     gc.collect()
     assert left() is not None
-    assert find_edges(frame, CANNY).canny is left()
+    assert find_edges(frame, CANNY).detected is left()
     del frame
     gc.collect()
     assert left() is None
@@ -204,14 +207,16 @@ def test_the_filter_sees_the_edges_of_the_extraction() -> None:
     frame = _frame()
     own = BlockParameters(canny_sigma=4.0, canny_high=0.3, canny_low_ratio=0.2, depth_jump=0.5, model="none")
     seen = edges_for(frame, ilf.preset(edges="canny"), own)
-    assert np.array_equal(seen.canny, find_edges(frame, own.replace(detector="canny")).canny)
-    assert not np.array_equal(seen.canny, edges_for(frame, ilf.preset(edges="canny")).canny)
+    assert np.array_equal(seen.detected, find_edges(frame, own.replace(detector="canny")).detected)
+    assert not np.array_equal(seen.detected, edges_for(frame, ilf.preset(edges="canny")).detected)
     assert edges_for(frame, ilf.preset(), own).network == find_edges(frame, NETWORK).network
     flat = edges_for(frame, ilf.preset(), BlockParameters(depth_jump=2.0))
-    assert not flat.relief.edges.any()
-    assert edges_for(frame, ilf.preset()).relief.edges.any()
+    assert np.array_equal(flat.strength, flat.detected), "no jump is that large"
+    usual = edges_for(frame, ilf.preset())
+    assert not np.array_equal(usual.strength, usual.detected)
     # where the extraction takes no notice of depth, its jumps are the usual ones for the filter
-    assert edges_for(frame, ilf.preset(), BlockParameters(use_depth=False, depth_jump=2.0)).relief.edges.any()
+    flat = edges_for(frame, ilf.preset(), BlockParameters(use_depth=False, depth_jump=2.0))
+    assert np.array_equal(flat.strength, usual.strength)
     assert edges_for(frame, ilf.preset("paper")) is None
 
 
@@ -296,7 +301,7 @@ def test_blocks_and_filter_see_as_many_scales_as_they_ask_for(multiscale: bool) 
     assert np.array_equal(find_edges(frame, BlockParameters(multiscale=multiscale)).detected, expected)
     assert np.array_equal(edges_for(frame, ilf.preset(multiscale=multiscale)).detected, expected)
     combined = ilf.edge_strength(frame, "combined", multiscale=multiscale)
-    assert np.array_equal(combined, np.where(find_edges(frame, CANNY).relief.edges, 1, expected))
+    assert np.array_equal(combined, np.where(relief_of(frame, CANNY).edges, 1, expected))
 
 
 def test_canny_stands_in_for_a_network_that_fails_on_the_image_too(monkeypatch: pytest.MonkeyPatch) -> None:

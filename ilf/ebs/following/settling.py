@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from skimage.measure import label as connected_regions
 
 from ...edges.detectors import colour_gradient, gradient_strength
-from ...edges.frame_edges import find_edges
+from ...edges.frame_edges import find_edges, relief_of
 from ...edges.pairs import mark
 from ...frame import RGBDFrame
 from ...parameters import BlockParameters
@@ -206,4 +206,5 @@ def _landscape(frame: RGBDFrame, chosen: BlockParameters) -> Field:
     knows to a pixel where it is. Jumps of the depth lie beside the true borders, and count where colour says little."""
     edges = find_edges(frame, chosen)
     gradient = gradient_strength(*colour_gradient(frame.rgb, _FINE))
-    return np.maximum((edges.detected + gradient) / 2, np.float32(_JUMPS) * mark(edges.relief.jumps)).astype(np.float32)
+    jumps = mark(relief_of(frame, chosen).jumps)
+    return np.maximum((edges.detected + gradient) / 2, np.float32(_JUMPS) * jumps).astype(np.float32)

@@ -588,12 +588,20 @@ def _window(frame: RGBDFrame, block: Block, mode: str) -> Box:
     wanted = block.mask & np.isnan(frame.depth[block.box]) if mode == "fill" else block.mask
     if not wanted.any():
         wanted = block.mask
-    margin = math.ceil(max(frame.shape) / _CONTEXT[mode])
     found = []
-    for axis, (side, size) in enumerate(zip((rows, columns), frame.shape, strict=True)):
+    for axis, side in enumerate((rows, columns)):
         places = np.flatnonzero(wanted.any(axis=1 - axis)) + side.start
-        found.append(slice(max(int(places[0]) - margin, 0), min(int(places[-1]) + 1 + margin, size)))
-    return found[0], found[1]
+        found.append(slice(int(places[0]), int(places[-1]) + 1))
+    return widest_window(frame.shape, (found[0], found[1]), mode)
+
+
+def widest_window(shape: tuple[int, int], box: Box, mode: str) -> Box:
+    """Where the surface is sought in a frame of this shape (H, W), if all that may change is in a box."""
+    margin = math.ceil(max(shape) / _CONTEXT[mode])
+    rows, columns = (
+        slice(max(side.start - margin, 0), min(side.stop + margin, size)) for side, size in zip(box, shape, strict=True)
+    )
+    return rows, columns
 
 
 def _seen(block: Block, window: Box) -> NDArray[np.bool_]:

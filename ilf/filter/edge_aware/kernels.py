@@ -104,15 +104,13 @@ def pull(counts: Array, weights: Array, u: Array, out: Array) -> float:
     return inner(inside, out)
 
 
-def _advance(
-    inverse: Array, direction: Array, image: Array, length: Any, u: Array, out: Array, residual: Array
-) -> float:
+def _advance(inverse: Array, direction: Array, image: Array, length: Any, u: Array, residual: Array) -> float:
     total = 0.0
     for y in range(u.shape[0]):
         part = np.float32(0)
         for x in range(u.shape[1]):
-            out[y, x] = u[y, x] + length * direction[y, x]
             left = residual[y, x] - length * image[y, x]
+            image[y, x] = u[y, x] + length * direction[y, x]
             residual[y, x] = left
             part += left * inverse[y, x] * left
         total += float(part)
@@ -120,18 +118,17 @@ def _advance(
 
 
 @compiled(_advance)
-def advance(
-    inverse: Array, direction: Array, image: Array, length: np.float32, u: Array, out: Array, residual: Array
-) -> float:
-    """A step of conjugate gradients: u + length * direction, written to `out`, and the residual that is left, in place.
+def advance(inverse: Array, direction: Array, image: Array, length: np.float32, u: Array, residual: Array) -> float:
+    """A step of conjugate gradients: the residual that is left, in place, and u + length * direction, in the place of
+    what the energy makes of the direction.
 
     Returns
     -------
     float
         Inner product of the residual with the preconditioned one.
     """
-    np.add(u, length * direction, out=out)
     residual -= length * image
+    np.add(u, length * direction, out=image)
     return inner(residual, inverse * residual)
 
 
@@ -182,7 +179,7 @@ def descend(
     counts: Array,
     weights: Array,
     inverse: Array,
-    state: tuple[Array, Array, Array],
+    state: tuple[Array, Array],
     sizes: tuple[float, float, float],
     told: tuple[Array, ...],
     steady: float,
@@ -201,8 +198,7 @@ def descend(
     inverse : ndarray
         The preconditioner.
     state : tuple of ndarray
-        Direction, `framed`, residual and what the energy makes of the direction; of the step before, and left for the
-        next.
+        Direction, `framed`, and residual; of the step before, and left for the next.
     sizes : tuple of float
         Squared size of the residual, its ratio to that of the step before, and the least at which to go on.
     told : tuple of ndarray
@@ -223,7 +219,7 @@ def descend(
     size, ratio : float
         See `sizes`. The size is 0 where rounding is all that is left.
     """
-    framed_direction, residual, image = state
+    framed_direction, residual = state
     direction = framed_direction[2:-2]
     inside, trend, samples, totals = told
     size, ratio, least = sizes
@@ -232,11 +228,11 @@ def descend(
         if not size > least:
             return step, size, ratio
         turn(inverse, residual, np.float32(ratio), direction)
-        curvature = pull(counts, weights, framed_direction, image)
+        better = found[step]
+        curvature = pull(counts, weights, framed_direction, better)
         if curvature <= 0:
             return step, 0.0, ratio
-        better = found[step]
-        left = advance(inverse, direction, image, np.float32(size / curvature), u, better, residual)
+        left = advance(inverse, direction, better, np.float32(size / curvature), u, residual)
         size, ratio = left, left / size
         sums[step, 0], sums[step, 1], sums[step, 2] = tally(better, u, inside, trend, samples, totals)
         u = better

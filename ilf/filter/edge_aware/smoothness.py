@@ -171,16 +171,16 @@ class SmoothnessEnergy:
         weights, direction = self._weights.framed, kernels.framed(u)
         inverse = self._diagonal(np.float32)
         np.reciprocal(inverse, out=inverse)
-        image = np.empty_like(u)
-        kernels.pull(self._counts, weights, direction, image)
+        residual = np.empty_like(u)
+        kernels.pull(self._counts, weights, direction, residual)
         direction[:] = 0
-        residual = self._totals - image
+        np.subtract(self._totals, residual, out=residual)
         size, ratio = inner(residual, inverse * residual), 0.0
         least, changes = _CONVERGED * size, math.inf
         while limit > 0 and size > least and changes >= told.steady:
             many = min(limit, max(1, _CELLS_AT_A_TIME // u.size))
             found, sums = np.empty((many, *u.shape), np.float32), np.empty((many, len(Sums._fields)))
-            state, sizes = (direction, residual, image), (size, ratio, least)
+            state, sizes = (direction, residual), (size, ratio, least)
             steps, size, ratio = kernels.descend(
                 self._counts, weights, inverse, state, sizes, told[:4], told.steady, u, found, sums
             )

@@ -57,6 +57,7 @@ class RosBag(Recording):
         try:
             kinds = (*_IMAGES, INFO, TRANSFORM, TRANSFORMS)
             check_definitions(path, self._reader.typestore.fielddefs, own, kinds)
+            self._check_connections()
         except FormatError:
             self.close()
             raise
@@ -65,6 +66,15 @@ class RosBag(Recording):
         self._stamps: dict[str, _Stamped] = {}
         self._paired: dict[Topics, StampedPairs] = {}
         self._cameras: dict[Topics, Cameras] = {}
+
+    def _check_connections(self) -> None:
+        """What a folder of ROS 2 says of its topics is what its metadata have, whatever that is."""
+        for one in self._reader.connections:
+            if not (isinstance(one.topic, str) and isinstance(one.msgcount, int)):
+                raise FormatError(
+                    f"{self.path}: a topic {one.topic!s:.60} of {one.msgcount!s:.60} messages cannot be: its "
+                    f"{_METADATA} is damaged. Run: ros2 bag reindex {self.path}"
+                )
 
     @classmethod
     def fits(cls, path: Path) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from ilf.batch.pictures import read_preview
 from ilf.experiments.files import read_result
 from ilf.io import load_truth, read_labels
 from ilf.io.label_files import read_mask
@@ -74,8 +75,8 @@ _ALL = (
     Format("trajectory", "groundtruth.txt", seeds.trajectory, of_text, readers.trajectory),
     Format("pose", "frame-000000.pose.txt", seeds.pose, of_text, readers.pose),
     Format("onnx", "net.onnx", seeds.onnx, of_bytes, readers.network),
-    Format("caffemodel", "hed.caffemodel", seeds.caffemodel, of_bytes, readers.network),
-    Format("keras-hdf5", "hed.h5", seeds.keras, of_bytes, readers.network),
+    Format("caffemodel", "hed.caffemodel", seeds.caffemodel, of_bytes, readers.weights),
+    Format("keras-hdf5", "hed.h5", seeds.keras, of_bytes, readers.weights),
     Format("split-mat", "splits.mat", seeds.split, of_bytes, read_split),
     Format("nyu-labelled", "nyu.mat", seeds.nyu_labelled, of_bytes, readers.labelled),
     Format("nyu-labelled-frames", "nyu.mat", seeds.nyu_labelled, of_bytes, readers.recording),
@@ -132,10 +133,15 @@ _ALL = (
     Format("split-list", "split.txt", seeds.split_list, of_text, read_split),
     Format("preset-folder", "PRESETS/own.json", kept_seeds.presets, of_json, readers.presets),
     Format("replay", "out/run.json", kept_seeds.replay, of_json, readers.replayed),
+    Format("result-record", "out/run.json", kept_seeds.result("run.json"), of_json, readers.result),
+    Format("result-meta", "out/meta.json", kept_seeds.result("meta.json"), of_json, readers.result),
+    Format("bench-frame", "meta.json", kept_seeds.bench_frame, of_json, readers.bench_frame),
     Format("batch-settings", "out/batch.json", kept_seeds.batch("batch.json"), of_json, readers.batch),
     Format("batch-frame", "out/rgb__0000/frame.json", kept_seeds.batch("rgb__0000/frame.json"), of_json, readers.batch),
+    Format("batch-preview", "out/preview.png", seeds.colour_png, of_png, lambda path: read_preview(path.parent)),
     Format("bench-result", "earlier.json", kept_seeds.earlier, of_json, readers.earlier),
     Format("interrupted-set", "names", kept_seeds.interrupted, of_text, readers.unfinished),
+    Format("window-settings", "ILF Studio/ilf-studio.ini", seeds.window, of_text, readers.window),
     Format("journal", "left/left.journal", kept_seeds.journal, of_bytes, readers.journal),
     Format("journal-log", "left/left.journal-wal", kept_seeds.journal_log, of_bytes, readers.journal_log),
 )

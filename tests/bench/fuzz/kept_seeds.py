@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import shutil
-import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -82,10 +81,10 @@ def earlier(folder: Path) -> list[bytes]:
 
 def interrupted(folder: Path) -> list[bytes]:
     """The list of a set that a process which is no more has begun to write; the folder is `sound`."""
-    gone = subprocess.Popen([sys.executable, "-c", ""])
-    gone.wait()
+    print_it = "from ilf.io.left_over import made_by; print(made_by())"
+    gone = subprocess.run([sys.executable, "-c", print_it], capture_output=True, check=True, text=True)
     target = folder / "sound"
-    begun = target / f".ilf-export-{socket.gethostname()}-{gone.pid}-0123abcd"
+    begun = target / f".ilf-export-{gone.stdout.strip()}"
     (begun / "before").mkdir(parents=True)
     for place in (target / "depth.npy", target / "other.txt", begun / "errors.npy", begun / "before" / "run.json"):
         place.write_text(place.name)
@@ -120,3 +119,24 @@ def _open_journal(folder: Path, path: Path) -> Journal:
     with open_project(folder / "sound.ilf") as opened:
         kept.commit({name: opened.parts.read(name) for name in opened.parts.names()})
     return kept
+
+
+def result(file: str) -> Seeds:
+    """run.json or meta.json of a result with a pose, its files beside it."""
+
+    def made(folder: Path) -> list[bytes]:
+        frame = dataclasses.replace(small_frame(folder / "frame"), pose=np.eye(4))
+        run = Run.extracted(frame, ilf.BlockParameters(detector="canny"), ilf.preset(**_QUICK))
+        write(folder / "out", run, run.complete(), ExportOptions(cloud=None))
+        return [(folder / "out" / file).read_bytes()]
+
+    return made
+
+
+def bench_frame(folder: Path) -> list[bytes]:
+    """meta.json of a frame whose truth is known, with the hole that is to be filled."""
+    (folder / "rgb.png").write_bytes(seeds.colour_png(folder)[0])
+    (folder / "depth.png").rename(folder / "gt.png")
+    (folder / "mask.png").write_bytes(seeds.mask(folder)[0])
+    said = {"gt": "measured", "gt_units_per_m": 1000.0, "name": "made", "sensor": "none", "rgb": "rgb.png"}
+    return [json.dumps(said).encode()]

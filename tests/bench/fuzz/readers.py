@@ -11,13 +11,16 @@ import numpy as np
 
 import ilf
 import ilf.batch.states
+import ilf.edges.network
 from ilf.batch.frames import frames_of_sources
 from ilf.batch.manifest import write_manifest
 from ilf.batch.settings import BatchSettings, differences, read_settings
 from ilf.batch.states import frame_states
 from ilf.batch.task import Task
 from ilf.bench.earlier import read_earlier
+from ilf.bench.frames import load_bench_frame
 from ilf.bench.methods import METHODS
+from ilf.cli.record_facts import record_facts
 from ilf.cloud import point_cloud
 from ilf.edges.importing import add_model
 from ilf.errors import IlfError, InputError
@@ -32,7 +35,10 @@ from ilf.models import models_folder
 from ilf.preset_files import list_presets
 from ilf.project.file import open_project, save_project
 from ilf.project.journals import copied_frames, left_work
+from ilf.run.nerfstudio import write_nerfstudio
+from ilf.run.record_file import read_record
 from ilf.run.staging import clear_interrupted
+from ilf.run.stamps import stamp_of
 from ilf.sources import open_source
 
 from .seeds import SHAPE
@@ -101,6 +107,12 @@ def network(path: Path) -> None:
         assert not (models_folder() / "fuzzed.onnx").exists(), "a refused network was written"
         raise
     (models_folder() / "fuzzed.onnx").unlink()
+
+
+def weights(path: Path) -> None:
+    """A network of which the program makes another, that is tried with smaller images: trying is not reading."""
+    ilf.edges.network._TRIAL_SHAPES = ((16, 16), (16, 32))
+    network(path)
 
 
 def labelled(path: Path) -> None:
@@ -176,6 +188,22 @@ def replayed(path: Path) -> None:
     again.verdict(again.run.complete())
 
 
+def result(path: Path) -> None:
+    """A run's folder, told of and handed on."""
+    record = read_record(path.parent / "run.json")
+    record_facts(record)
+    if record.inputs is not None:
+        stamp_of(record.inputs)
+    load_frame(path.parent)
+    again = path.parent.parent / "again"
+    shutil.rmtree(again, ignore_errors=True)
+    write_nerfstudio(again, [path.parent])
+
+
+def bench_frame(path: Path) -> None:
+    load_bench_frame(path.parent)
+
+
 def earlier(path: Path) -> None:
     read_earlier(path, list(METHODS))
 
@@ -204,6 +232,12 @@ def unfinished(path: Path) -> None:
     clear_interrupted(target)
     left = {entry.name for entry in target.iterdir()}
     assert {"other.txt"} <= left <= {"other.txt", "depth.npy", "errors.npy", "run.json"}, left
+
+
+def window(path: Path) -> None:
+    from .window import read_settings  # it makes a window
+
+    read_settings(path)
 
 
 def journal(path: Path) -> None:

@@ -379,6 +379,13 @@ def guide_png(folder: Path) -> list[bytes]:
     return [_encoded(".png", image) for image in (depth_values(), np.dstack([grey] * 3), large)]
 
 
+def window(folder: Path) -> list[bytes]:
+    """What a window that is closed leaves in its settings."""
+    from .window import settings  # it makes a window
+
+    return settings(folder)
+
+
 def names(folder: Path) -> list[bytes]:
     """Names of colour and depth in every way that they can belong together; the files are sound."""
     with_colour(folder)
