@@ -12,6 +12,9 @@ import numpy as np
 import pytest
 
 import ilf
+from ilf import RGBDFrame
+from ilf.batch.reading import Reading
+from ilf.batch.steady import steadied
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.io.recordings import is_recording
@@ -84,6 +87,22 @@ def test_a_run_is_replayed_as_long_as_the_calibration_is_the_same(tmp_path: Path
     ilf.io.recordings.close_all()
     with pytest.raises(InputError, match="is another"):
         ilf.replay(tmp_path / "done" / "run.json")
+
+
+def test_a_still_camera_gives_steady_depth_of_pairs(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        write_pair(tmp_path / "desk", f"colour/{name}.png", f"depth/{name}.png")
+    frame, other = (ilf.load_frame(tmp_path / "desk", frame=name) for name in ("a", "b"))
+    known = frame.outside_view.copy()
+    known[:36] = False  # a neighbour knows what lies in the lower half
+    knowing = RGBDFrame(other.rgb, np.where(known, 1.5, other.depth))
+    steady, _ = steadied(Reading(frame, (knowing,), "", {}), tmp_path / "out")
+    np.testing.assert_array_equal(steady.outside_view, frame.outside_view & ~known)
+    run = ilf.Run(steady, np.zeros(frame.shape, np.int32))
+    ilf.write(tmp_path / "out", run, run.complete())
+    again = ilf.replay(tmp_path / "out" / "run.json").run.frame
+    np.testing.assert_array_equal(again.outside_view, steady.outside_view)
+    np.testing.assert_array_equal(again.depth, steady.depth)
 
 
 @pytest.mark.parametrize(
