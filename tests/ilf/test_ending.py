@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -95,18 +94,6 @@ def test_a_reader_that_is_tried_ends_with_who_tries_it(tmp_path: Path) -> None:
         trying.kill()
     while _runs(int(note.read_text())):
         time.sleep(0.01)
-
-
-@pytest.fixture
-def heard() -> Iterator[object]:
-    """How signals are heard, wherever these tests run: what a shell starts in the background ignores SIGINT."""
-    before = {
-        number: signal.signal(number, signal.default_int_handler)
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    }
-    yield signal.default_int_handler
-    for number, handler in before.items():
-        signal.signal(number, handler)
 
 
 def _runs(process: int) -> bool:

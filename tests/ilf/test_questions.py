@@ -78,6 +78,7 @@ def test_a_look_stops_at_the_next_question(edges: EdgeNetwork, monkeypatch: pyte
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+@pytest.mark.usefixtures("heard")
 def test_a_signal_ends_a_look(edges: EdgeNetwork, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its handler raises in the main thread, and never inside OpenCV, which would never return."""
     whole = edges.strength(IMAGE)
