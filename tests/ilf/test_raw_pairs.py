@@ -5,9 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-import cv2
 import numpy as np
 import pytest
 
@@ -18,33 +16,9 @@ from ilf.batch.steady import steadied
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.io.recordings import is_recording
-from ilf.registration import Camera, RawPair, register
+from ilf.registration import register
 
-from .two_cameras import made_pair
-
-
-def numbers(camera: Camera) -> dict[str, Any]:
-    """A camera as a calibration has it."""
-    k = camera.intrinsics
-    return {"size": list(camera.size), "K": [k.fx, k.fy, k.cx, k.cy], "distortion": list(camera.distortion)}
-
-
-def calibration(pair: RawPair) -> dict[str, Any]:
-    return {
-        "colour": numbers(pair.colour_camera),
-        "depth": numbers(pair.depth_camera),
-        "depth_to_colour": pair.depth_to_colour.tolist(),
-        "depth_units_per_m": 10000,
-    }
-
-
-def write_pair(folder: Path, colour: str, depth: str) -> RawPair:
-    pair = made_pair()
-    for name, image in ((colour, pair.rgb[..., ::-1]), (depth, np.rint(10000 * pair.depth).astype(np.uint16))):
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        cv2.imwrite(str(folder / name), image)
-    (folder / "calibration.json").write_text(json.dumps(calibration(pair)))
-    return pair
+from .two_cameras import calibration, write_pair
 
 
 @pytest.mark.parametrize("colour", ["colour.png", "color.png", "rgb.png"])
@@ -125,6 +99,14 @@ def test_a_calibration_that_is_none_is_told(tmp_path: Path, change: Callable[[di
     (tmp_path / "calibration.json").write_text(json.dumps(stated))
     with pytest.raises(FormatError, match=told):
         ilf.open_source(tmp_path)
+
+
+def test_cameras_that_are_too_far_apart_are_told(tmp_path: Path) -> None:
+    stated = calibration(write_pair(tmp_path, "colour.png", "depth.png"))
+    stated["depth_to_colour"][0][3] = -1e200
+    (tmp_path / "calibration.json").write_text(json.dumps(stated))
+    with pytest.raises(InputError, match=r"cannot be 1e\+200 m apart"):
+        ilf.load_frame(tmp_path, frame="1")
 
 
 def test_without_a_pair_it_says_what_to_put_there(tmp_path: Path) -> None:
