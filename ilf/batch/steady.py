@@ -10,7 +10,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError
 from ..frame import RGBDFrame
 from ..io import load_frame, write_depth
 from ..io.atomic import write_bytes
@@ -44,14 +43,10 @@ def steadied(reading: Reading, folder: Path) -> tuple[RGBDFrame, tuple[str, ...]
 
     Raises
     ------
-    InputError
-        If the frame is registered from two cameras: what its depth camera could not see is not in such files.
     ExportError
         If they cannot be written.
     """
     frame = reading.frame
-    if frame.outside_view is not None:
-        raise InputError("The depth of a frame registered from two cameras cannot be made steady: leave out --steady.")
     made_folder((folder / DEPTH_FILE).parent)
     write_depth(folder / DEPTH_FILE, steady_depth(frame, reading.neighbours))
     inputs, files = frame.inputs, [DEPTH_FILE]
@@ -71,7 +66,8 @@ def steadied(reading: Reading, folder: Path) -> tuple[RGBDFrame, tuple[str, ...]
         warn=False,
     )
     told = f"Depth is the median of up to {counted(len(reading.neighbours) + 1, 'frame')} where nothing has changed."
-    return replace(read.with_guide(frame.guide), notes=(*frame.notes, told)), tuple(files)
+    steady = replace(read, outside_view=frame.outside_view, notes=(*frame.notes, told))
+    return steady.with_guide(frame.guide), tuple(files)
 
 
 def steady_depth(frame: RGBDFrame, others: Sequence[RGBDFrame]) -> NDArray[np.float32]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -132,7 +133,7 @@ class RawPair:
         object.__setattr__(
             self, "depth_to_colour", checked_motion(self.depth_to_colour, "The way from the depth to the colour camera")
         )
-        apart = float(np.linalg.norm(self.depth_to_colour[:3, 3]))
+        apart = math.hypot(*self.depth_to_colour[:3, 3])
         if apart > _FARTHEST_APART:
             raise InputError(
                 f"The depth and the colour camera cannot be {apart:.3g} m apart. Give their distance in metres."

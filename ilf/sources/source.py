@@ -191,7 +191,8 @@ def open_source(
     Paired folders and files, matched by name, number or time; a folder per frame; sequences of TUM, Bonn and ICL-NUIM;
     scenes of BOP; frames of SUN RGB-D; sequences of 7-Scenes; raw folders of NYU Depth. Recordings of ROS 1 (.bag) and
     ROS 2 (a folder, .db3, .mcap), of Azure Kinect and Femto (.mkv) and of RealSense cameras (.bag, .db3); captures of
-    Record3D (.r3d), Stray Scanner and ARKitScenes; ScanNet (.sens); the labelled file of NYU Depth (.mat).
+    Record3D (.r3d), Stray Scanner and ARKitScenes; ScanNet (.sens); the labelled file of NYU Depth (.mat); folders of
+    raw pairs with a calibration.json.
 
     Parameters
     ----------

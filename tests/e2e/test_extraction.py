@@ -392,12 +392,14 @@ def test_frames_change_and_close_while_a_preview_is_under_way(
     assert _summary(staged) == ""
 
 
-def test_closing_the_window_waits_for_the_preview(staged: MainWindow, qtbot: QtBot, gate: threading.Event) -> None:
+def test_closing_the_window_ends_the_preview(staged: MainWindow, qtbot: QtBot, gate: threading.Event) -> None:
     _slide(staged, "dilation", 5)
     assert staged.stages.busy
     gate.set()
     staged.close()
-    assert not [thread for thread in threading.enumerate() if thread.name == "ilf-worker"]
+    qtbot.waitUntil(
+        lambda: not [thread for thread in threading.enumerate() if thread.name == "ilf-worker"], timeout=WAIT_MS
+    )
 
 
 def test_a_preview_that_fails_says_why_without_a_dialog(

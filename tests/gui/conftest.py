@@ -20,6 +20,12 @@ from .scripted_runs import WAIT_MS, Bench, Script, ScriptedSteps, Until
 from .states import QUICK, SIGNALS
 
 
+@pytest.fixture(autouse=True)
+def _patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Threads have time to end, however busy the machine is: whether they do is what tests ask."""
+    monkeypatch.setattr("gui.work.worker.SHUTDOWN_LIMIT_S", 20.0)
+
+
 @pytest.fixture
 def script(monkeypatch: pytest.MonkeyPatch) -> Script:
     script = Script()

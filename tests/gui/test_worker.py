@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from pytestqt.qtbot import QtBot
 
-from gui.work.worker import SHUTDOWN_LIMIT_S, Worker
+from gui.work.worker import Worker
 from ilf.stopping import check_stopped
 
 WAIT_MS = 10_000
@@ -238,7 +238,8 @@ def test_work_within_a_step_stops(worker: Worker, said: list[Any], until: Until)
     assert said == ["cancelled"]
 
 
-def test_what_is_to_be_finished_is(qapp: object) -> None:
+def test_what_is_to_be_finished_is(qapp: object, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gui.work.worker.SHUTDOWN_LIMIT_S", 0.05)
     worker, begun, gate, done = Worker(finishes=True), threading.Event(), threading.Event(), []
 
     def job() -> Generator[None, None, None]:
@@ -250,7 +251,7 @@ def test_what_is_to_be_finished_is(qapp: object) -> None:
 
     worker.start(job)
     assert begun.wait(20)
-    later = threading.Timer(1.5 * SHUTDOWN_LIMIT_S, gate.set)
+    later = threading.Timer(0.2, gate.set)
     later.start()
     assert worker.shutdown()
     assert done

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+from typing import Any
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -53,3 +57,29 @@ def made_pair(colour: Camera = COLOUR, depth: Camera = DEPTH, to_colour: Floats 
     width, height = colour.size
     rgb = np.broadcast_to((255 * np.arange(width) // width).astype(np.uint8)[None, :, None], (height, width, 3))
     return RawPair(rgb, seen(rays(depth), moved).reshape(depth.shape), colour, depth, moved, "board")
+
+
+def _numbers(camera: Camera) -> dict[str, Any]:
+    """A camera as a calibration has it."""
+    k = camera.intrinsics
+    return {"size": list(camera.size), "K": [k.fx, k.fy, k.cx, k.cy], "distortion": list(camera.distortion)}
+
+
+def calibration(pair: RawPair) -> dict[str, Any]:
+    """What calibration.json says of a pair that `write_pair` writes."""
+    return {
+        "colour": _numbers(pair.colour_camera),
+        "depth": _numbers(pair.depth_camera),
+        "depth_to_colour": pair.depth_to_colour.tolist(),
+        "depth_units_per_m": 10000,
+    }
+
+
+def write_pair(folder: Path, colour: str = "colour.png", depth: str = "depth.png") -> RawPair:
+    """Write the scene as a folder of raw pairs."""
+    pair = made_pair()
+    for name, image in ((colour, pair.rgb[..., ::-1]), (depth, np.rint(10000 * pair.depth).astype(np.uint16))):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        cv2.imwrite(str(folder / name), image)
+    (folder / "calibration.json").write_text(json.dumps(calibration(pair)))
+    return pair

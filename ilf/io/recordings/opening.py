@@ -14,6 +14,7 @@ from .arkit_scenes import ARKitScenes
 from .azure_kinect import AzureKinect
 from .nyu import NyuLabelledFrames
 from .nyu_raw import NyuRawFolder
+from .raw_pairs import RawPairs
 from .record3d import Record3D
 from .recording import Recording
 from .ros import RosBag
@@ -29,6 +30,7 @@ KINDS: tuple[type[Recording], ...] = (
     StrayScanner,
     ARKitScenes,
     NyuRawFolder,
+    RawPairs,
 )
 """All kinds, in the order in which they are tried."""
 
@@ -73,7 +75,7 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
         is_there = os.path.lexists(found)
         raise InputError(
             f"{found} is no recording: one ends in {', '.join(recording_suffixes())}, or is a folder of ROS 2, Stray "
-            "Scanner, ARKitScenes or NYU's raw frames."
+            "Scanner, ARKitScenes, NYU's raw frames or raw pairs with a calibration.json."
             if is_there
             else f"{found}: there is no such recording. Check the name."
         )

@@ -121,6 +121,7 @@ _ALL = (
     Format("realsense-db3", "made.db3", recording_seeds.realsense_library, of_bytes, readers.recording),
     Format("nyu-raw-colour", "raw/r-1.5-1.ppm", recording_seeds.nyu_raw("r-1.5-1.ppm"), of_bytes, readers.unregistered),
     Format("nyu-raw-depth", "raw/d-1.5-2.pgm", recording_seeds.nyu_raw("d-1.5-2.pgm"), of_bytes, readers.unregistered),
+    Format("raw-pair", "pair/calibration.json", recording_seeds.raw_pair, of_json, readers.folder_around),
     Format("file-names", "names.txt", seeds.names, of_text, readers.names),
     Format("guide-npy", "guide.npy", seeds.guide_npy, of_bytes, readers.guide),
     Format("guide-png", "guide.png", seeds.guide_png, of_png, readers.guide),

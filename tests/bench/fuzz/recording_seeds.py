@@ -12,6 +12,7 @@ from tests.ilf import phone_files
 from tests.ilf.bags import path_of, storage_of, write_aligned
 from tests.ilf.matroska import write_azure
 from tests.ilf.realsense_bags import write_library_db3, write_viewer_bag
+from tests.ilf.two_cameras import write_pair
 
 from .seeds import Seeds, depth_values, with_colour
 
@@ -95,6 +96,12 @@ def nyu_raw(file: str) -> Seeds:
         return [content[file]]
 
     return made
+
+
+def raw_pair(folder: Path) -> list[bytes]:
+    """The calibration.json of a pair of one's own."""
+    write_pair(folder / "pair")
+    return [(folder / "pair" / "calibration.json").read_bytes()]
 
 
 def azure(folder: Path) -> list[bytes]:
