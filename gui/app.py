@@ -8,33 +8,41 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from gui.display import display_problem, qt_problem
-from gui.frames.paths import sorted_out
 from ilf.assets import asset_path
-from ilf.errors import InputError
+from ilf.cli.ending import ending_at_once
+from ilf.errors import IlfError, InputError
 from ilf.extras import optional
 from ilf.fault_log import note_crashes, note_fault
-from ilf.io.frame_source import FrameSource
 
 if TYPE_CHECKING:
     from gui.main_window import MainWindow
+    from ilf.io.frame_source import FrameSource
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point of `ilf-gui`."""
-    try:
-        return _main(arguments)
-    except Exception as error:
-        return _refused(note_fault(error))
+    # whatever takes long to import is imported after this
+    with ending_at_once("ilf-gui"):
+        try:
+            return _main(arguments)
+        except Exception as error:
+            return _refused(note_fault(error))
 
 
 def _main(arguments: Sequence[str] | None) -> int:
     parser = _parser()
     options = parser.parse_args(arguments)
+    if options.frame is not None and (len(options.frames) != 1 or options.sample):
+        parser.error("--frame is of a folder of frames, a data set or a recording: name just this one.")
+    try:
+        inputs = _inputs(options)
+    except IlfError as error:
+        return _refused(str(error))
     for name in ("truth", "guide"):
-        if getattr(options, name) and len(_inputs(options)[2]) != 1:
+        if getattr(options, name) and len(inputs.sources) != 1:
             parser.error(f"--{name} is of one frame: name just this one.")
     offscreen = options.screenshot is not None and not os.environ.get("QT_QPA_PLATFORM")
     problem = display_problem()
@@ -44,7 +52,7 @@ def _main(arguments: Sequence[str] | None) -> int:
         # the offscreen platform warns at every window that it cannot pass on size hints
         os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
     if problem:
-        return _without_display(options, problem) if options.screenshot is None else _refused(problem)
+        return _without_display(options, inputs, problem) if options.screenshot is None else _refused(problem)
     try:
         for package in ("PySide6.QtWidgets", "pyqtgraph", "qtawesome"):
             optional(package, "app", "The window")
@@ -75,7 +83,7 @@ def _main(arguments: Sequence[str] | None) -> int:
     Faults(window.notes).watch()
     window.show()
     if not options.run and options.screenshot is None:
-        _open(window, options)
+        _open(window, options, inputs)
         status = app.exec()
         return status if app is present else leave(status)
 
@@ -95,7 +103,7 @@ def _main(arguments: Sequence[str] | None) -> int:
     )
     if options.screenshot is not None:
         Faults(window.notes, unattended.finish).watch()
-    _open(window, options, None if options.screenshot is None else unattended.note_failure)
+    _open(window, options, inputs, None if options.screenshot is None else unattended.note_failure)
     QTimer.singleShot(0, unattended.start)
     status = app.exec()
     status = unattended.status or status
@@ -113,6 +121,9 @@ def _parser() -> argparse.ArgumentParser:
         type=Path,
         help="a project (.ilf), frame folders (with meta.json), folders of frames, run.json files, or a colour file "
         "and its depth file",
+    )
+    parser.add_argument(
+        "--frame", metavar="KEY", help="frame of a folder of frames, a data set or a recording, as for `ilf complete`"
     )
     parser.add_argument("--sample", action="store_true", help="open the bundled sample room")
     how = parser.add_mutually_exclusive_group()
@@ -144,13 +155,24 @@ def _size(text: str) -> tuple[int, int]:
     return width, height
 
 
-def _open(window: MainWindow, options: argparse.Namespace, refuse: Callable[[str], None] | None = None) -> None:
+class _Inputs(NamedTuple):
+    """What is named: project files, run records, frames, and a colour or depth file that has no partner."""
+
+    projects: list[Path]
+    records: list[Path]
+    sources: list[FrameSource]
+    single: list[Path]
+
+
+def _open(
+    window: MainWindow, options: argparse.Namespace, inputs: _Inputs, refuse: Callable[[str], None] | None = None
+) -> None:
     """Open what is named. A single file is asked about in the dialog, or, where nobody can answer, refused."""
     if options.view == "cloud":
         window.centre.show_cloud()
     if options.sample:
         window.documents.open_sample()
-    projects, records, sources, single = _inputs(options)
+    projects, records, sources, single = inputs
     for source in sources:
         window.documents.open_source(source)
     if refuse is not None:
@@ -164,18 +186,24 @@ def _no_partner(path: Path) -> str:
     return f"{path}: a frame needs a colour and a depth file, or a folder."
 
 
-def _inputs(options: argparse.Namespace) -> tuple[list[Path], list[Path], list[FrameSource], list[Path]]:
-    """Project files, run records, frames, and a colour or depth file that has no partner."""
-    how = FrameSource(
-        *("", None, options.depth_units, options.intrinsics, options.truth, options.truth_units, options.guide),
-        *(options.depth_encoding, options.invalid),
-        min_confidence=options.min_confidence,
-    )
+def _inputs(options: argparse.Namespace) -> _Inputs:
+    """Raises IlfError if there is no such frame as --frame names."""
+    from gui.frames.paths import sorted_out
+    from ilf.io.frame_source import FrameSource
+    from ilf.sources import open_source
+
+    reading = {name: getattr(options, name) for name in ("depth_units", "intrinsics", "invalid", "min_confidence")}
+    reading["encoding"] = options.depth_encoding
+    beside = {name: getattr(options, name) for name in ("truth", "truth_units", "guide")}
+    if options.frame is not None:
+        found = open_source(options.frames[0], **reading).frame_source(options.frame)
+        return _Inputs([], [], [replace(found, **beside)], [])
+    how = FrameSource("", **reading, **beside)
     projects, folders, records, files = sorted_out(options.frames)
     sources = [replace(how, rgb=str(path)) for path in folders]
     pairs = zip(files[::2], files[1::2], strict=False)
     sources += [replace(how, rgb=str(rgb), depth=str(depth)) for rgb, depth in pairs]
-    return projects, records, sources, files[len(files) // 2 * 2 :]
+    return _Inputs(projects, records, sources, files[len(files) // 2 * 2 :])
 
 
 def _refused(reason: str) -> int:
@@ -184,16 +212,19 @@ def _refused(reason: str) -> int:
     return 1
 
 
-def _without_display(options: argparse.Namespace, problem: str) -> int:
+def _without_display(options: argparse.Namespace, inputs: _Inputs, problem: str) -> int:
     """Say that no window can be shown, and do the job by the command line where frames are named."""
     from ilf.cli import main as command_line
 
     print(f"ilf-gui: {problem}", file=sys.stderr)
-    projects, records, sources, single = _inputs(options)
+    projects, records, sources, single = inputs
     for path in projects:
         print(f"ilf-gui: {path} can be looked at by: ilf project info {path}", file=sys.stderr)
     jobs = [["--replay", str(record)] for record in records]
-    jobs += [[source.rgb, source.depth] if source.depth else [source.rgb] for source in sources]
+    if options.frame is not None:
+        jobs.append([str(options.frames[0]), "--frame", options.frame])
+    else:
+        jobs += [[source.rgb, source.depth] if source.depth else [source.rgb] for source in sources]
     if options.sample:
         jobs.append([str(asset_path("samples/room")), "--out", "ilf-output"])
     for path in single:

@@ -179,7 +179,7 @@ class Docks(QObject):
     def size_window(self) -> None:
         """Give the window the size and place of the last time, or the default one, as far as the screen has room."""
         geometry = QSettings().value("window/geometry") if self.remembers else None
-        if geometry is None or not self._window.restoreGeometry(geometry):
+        if not isinstance(geometry, QByteArray) or not self._window.restoreGeometry(geometry):
             self._window.resize(DEFAULT_SIZE)
         if not self._window.isFullScreen() and not self._window.isMaximized():
             room = available_geometry(self._window)

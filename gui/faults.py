@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 import threading
@@ -13,7 +14,7 @@ from types import TracebackType
 from PySide6.QtCore import QObject, Qt, Signal
 
 from gui.widgets.notes import Notes
-from ilf.io.unfinished import discard_unfinished
+from ilf.unfinished import discard_unfinished
 
 _LEAVE_S = 0.3
 """How long what still runs is waited for after the window has closed."""
@@ -66,4 +67,5 @@ def leave(status: int) -> int:
         for stream in (sys.stdout, sys.stderr):
             stream.flush()
         os._exit(status)
+    gc.freeze()  # what is in memory need not be searched for circles when all of it goes
     return status

@@ -1,18 +1,13 @@
-"""ILF Studio's library: complete the missing depth in RGB-D frames by iterative low-pass filtering."""
+"""ILF Studio's library: complete the missing depth in RGB-D frames by iterative low-pass filtering.
 
-from .completion import complete, iterate
-from .confidence import expected_error, unvouched
-from .dense import fill_rest
-from .ebs import extract_blocks
-from .edges import edge_strength
-from .errors import DepthWarning, IlfError
-from .frame import CameraIntrinsics, RGBDFrame
-from .io import load_frame
-from .outcomes import Completion
-from .parameters import BlockParameters, Parameters, preset
-from .run import Run, replay, write
-from .sources import Source, open_source
+Names are imported when they are first used, from where `__init__.pyi` says: all of them take a second.
+"""
+
+import lazy_loader
+
 from .version import __version__
+
+__getattr__, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
 
 __all__ = [
     "BlockParameters",

@@ -121,12 +121,13 @@ def checked_motion(matrix: ArrayLike, what: str) -> NDArray[np.float64]:
     if it is none that turns and shifts."""
     try:
         motion = np.array(matrix, np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{what} must be a 4 x 4 matrix of numbers.") from error
     if motion.shape != (4, 4) or not np.isfinite(motion).all() or not np.array_equal(motion[3], [0, 0, 0, 1]):
         raise InputError(f"{what} must be a 4 x 4 matrix of finite numbers that ends in 0 0 0 1.")
     turn = motion[:3, :3]
-    if not np.allclose(turn @ turn.T, np.eye(3), atol=0.01) or np.linalg.det(turn) < 0:
+    is_small = np.abs(turn).max() < 2  # what is not has no products
+    if not is_small or not np.allclose(turn @ turn.T, np.eye(3), atol=0.01) or np.linalg.det(turn) < 0:
         raise InputError(f"{what} must turn and shift, and neither scale nor flip.")
     motion.setflags(write=False)
     return motion

@@ -359,6 +359,7 @@ def _and_correct(
     if waiting:
         correction, notes = yield from _correction_steps(frame, extraction, list(uncorrected.values()), threads)
         for result in waiting:
+            check_stopped()  # each is either handed over or still waits
             del uncorrected[result.block.label]
             yield Progress(result.block.label, result=_corrected(frame, result, correction, notes))
 

@@ -186,6 +186,10 @@ class RGBDFrame:
             return self
         return replace(self, depth=self.measured, distrusted=wanted)
 
+    def also_distrusting(self, mask: NDArray[np.bool_]) -> Self:
+        """The same frame with the depth of a mask's pixels, bool (H, W), distrusted beside what is already."""
+        return self.distrusting(mask if self.distrusted is None else mask | self.distrusted)
+
     def with_truth(self, truth: ArrayLike | None, file: TruthFile | None = None) -> Self:
         """The same frame with another truth [m], shape (H, W), and the file that it is from; or with none."""
         inputs = None if self.inputs is None else replace(self.inputs, truth=file)

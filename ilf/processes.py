@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
-import signal
-import threading
 import time
 from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Any, TypeVar
 
 from .errors import IlfError
-from .io.unfinished import discard_unfinished
+from .lifeline import live_by
 
 _GRACE_S = 0.3
 """What processes are given to take away what they were writing."""
@@ -39,7 +35,7 @@ def process_pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
     context = multiprocessing.get_context("spawn")
     # nothing is ever sent: its other end is only in this process, and closes with it
     lifeline, held = context.Pipe(duplex=False)
-    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=live_by, initargs=(lifeline,))
+    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=live_by, initargs=(lifeline.recv_bytes,))
     others = set(multiprocessing.active_children())
     try:
         yield pool
@@ -110,22 +106,6 @@ def run_units(
                 results[numbers[done]] = result_of(done)
                 report(numbers[done])
     return [results[number] for number in range(len(units))]
-
-
-def live_by(lifeline: Connection) -> None:
-    """Called in a process that has just begun: it ends when the other end of this pipe is closed, as it is when whoever
-    holds it ends."""
-    # Ctrl+C reaches every process of a terminal; it is answered once, by whoever began them
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with, args=(lifeline,), name="ilf-lifeline", daemon=True).start()
-
-
-def _end_with(lifeline: Connection) -> None:
-    try:
-        lifeline.recv_bytes()
-    except (EOFError, OSError):
-        discard_unfinished()
-        os._exit(1)
 
 
 def _end(processes: Collection[BaseProcess]) -> None:

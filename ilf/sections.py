@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
-from typing import Any
+from enum import StrEnum
+from typing import Any, get_args, get_type_hints
 
 from .errors import FormatError
 from .numbers import as_float
@@ -38,6 +40,26 @@ class Section:
         if name is not None and not is_plain(name):
             raise FormatError(f"{key!r} in the {self.name} must be a plain file name, not {name!r:.60}.")
         return name
+
+    def fields(self, kind: type) -> dict[str, Any]:
+        """Values for the fields of a dataclass, each of the types that it declares; those with a default may lack."""
+        types = get_type_hints(kind)
+        found: dict[str, Any] = {}
+        for field in dataclasses.fields(kind):
+            declared = types[field.name]
+            if field.name not in self.values and field.default is not dataclasses.MISSING:
+                continue
+            if isinstance(declared, type) and issubclass(declared, StrEnum):
+                found[field.name] = self._member(field.name, declared)
+            else:
+                found[field.name] = self.get(field.name, *(get_args(declared) or (declared,)))
+        return found
+
+    def _member(self, key: str, kind: type[StrEnum]) -> StrEnum:
+        value = self.get(key, str)
+        if value not in list(kind):
+            raise FormatError(f"{key!r} in the {self.name} must be {' or '.join(kind)}, not {value!r:.60}.")
+        return kind(value)
 
     def section(self, key: str) -> Section:
         """An object inside this one."""

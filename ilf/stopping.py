@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeVar
 
 from .errors import Cancelled
+
+T = TypeVar("T")
 
 _POLL_S = 0.02
 """How often whoever waits for others looks whether to go on waiting."""
@@ -62,6 +65,13 @@ def check_stopped() -> None:
         raise Cancelled("The work was stopped.")
 
 
+def stoppable(items: Iterable[T]) -> Iterator[T]:
+    """The same items; after each it is asked whether the work goes on."""
+    for item in items:
+        check_stopped()
+        yield item
+
+
 @contextmanager
 def taking(lock: Any) -> Iterator[None]:
     """Hold a lock in the block; whoever waits for it stops waiting if the work is to stop."""
@@ -71,3 +81,24 @@ def taking(lock: Any) -> Iterator[None]:
         yield
     finally:
         lock.release()
+
+
+def out_of_signals_way(work: Callable[[], T]) -> T:
+    """Do work that no exception may come into from outside: handlers of signals raise them in the main thread.
+
+    There, it is done in a thread of its own, and stops when such an exception comes; elsewhere it is just done.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return work()
+    left = threading.Event()
+    wishes = (*present_wishes(), left)
+
+    def heedful_work() -> T:
+        heed(*wishes)
+        return work()
+
+    with ThreadPoolExecutor(1, "ilf-aside") as thread:
+        try:
+            return thread.submit(heedful_work).result()
+        finally:
+            left.set()

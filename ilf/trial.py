@@ -9,15 +9,19 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from importlib.util import find_spec
 from typing import Any
 
 from .errors import FormatError, IlfError, InputError
+from .lifeline import live_by
 
 SECONDS, MEMORY = 60, 4 * 2**30
 """How long a reader may take [s], and how much memory [bytes] beyond what it takes to start it."""
 
 _VALUE, _ERROR, _BROKEN, _MEMORY = "value", "error", "broken", "memory"
+_LENGTH = 8
+"""Bytes of a number that says how many follow."""
 _WAY_OUT = "Copy or export it again."
 
 
@@ -74,19 +78,33 @@ def in_child(
 
 
 def run_apart(work: bytes, seconds: float) -> tuple[int, bytes]:
-    """Exit status and answer of a process that does the work (`answered`); raises as `subprocess.run` does."""
+    """Exit status and answer of a process that does the work (`answered`); raises as `subprocess.run` does.
+
+    It ends with this one, whatever ends that: what it reads the work from stays open until it has answered.
+    """
     # the same modules as here, and none of the folder that happens to be the current one
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path)), "OMP_NUM_THREADS": "1"}
-    done = subprocess.run(
-        [sys.executable, "-P", "-c", f"from {__name__} import main; main()"],
-        input=work,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        env=environment,
-        timeout=seconds,
-        check=False,
-    )
-    return done.returncode, done.stdout
+    reading, writing = os.pipe()
+    with open(writing, "wb", buffering=0) as held, open(reading, "rb", buffering=0) as stdin:
+        child = subprocess.Popen(
+            [sys.executable, "-P", "-c", f"from {__name__} import main; main()"],
+            stdin=stdin,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env=environment,
+        )
+        stdin.close()
+        with child:
+            try:
+                with suppress(BrokenPipeError):  # it has ended already; its status says how
+                    left = memoryview(len(work).to_bytes(_LENGTH) + work)
+                    while left:
+                        left = left[held.write(left) :]
+                out, _ = child.communicate(timeout=seconds)
+            except BaseException:
+                child.kill()
+                raise
+    return child.returncode, out
 
 
 def _own_errors() -> dict[str, type[IlfError]]:
@@ -151,6 +169,9 @@ def main() -> None:
     """What the child does; what libraries print goes where nobody reads."""
     out = os.dup(1)
     os.dup2(2, 1)
-    answer = answered(sys.stdin.buffer.read())
+    stdin = sys.stdin.buffer
+    work = stdin.read(int.from_bytes(stdin.read(_LENGTH)))
+    live_by(lambda: os.read(0, 1))
+    answer = answered(work)
     with open(out, "wb") as stream:
         stream.write(answer)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import signal
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -69,6 +70,18 @@ def _is_active(timer: object) -> bool:
         return bool(timer.isActive())  # type: ignore[attr-defined]
     except RuntimeError:  # its C++ part is gone
         return False
+
+
+@pytest.fixture
+def heard() -> Iterator[object]:
+    """How signals are heard, wherever these tests run: what a shell starts in the background ignores SIGINT."""
+    before = {
+        number: signal.signal(number, signal.default_int_handler)
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    }
+    yield signal.default_int_handler
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 @pytest.fixture

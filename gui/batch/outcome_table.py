@@ -18,12 +18,12 @@ _HEADERS = (
     ("Frame", "Its name in the batch"),
     ("Status", "Whether it was completed"),
     ("Missing", "Share of the pixels without depth, before and after"),
-    ("Expected error", "Of half of the filled pixels it is at most so large, in mm"),
+    ("Expected error [mm]", "Of half of the filled pixels it is at most so large"),
     ("Seconds", "How long it took"),
     ("Message", "Why it failed, or what there is to know of the result"),
 )
 _FRAME, _STATUS, _MISSING, _ERROR, _SECONDS, _MESSAGE = range(len(_HEADERS))
-_WIDTHS = (170, 84, 110, 110, 70)
+_WIDTHS = (170, 84, 110, 140, 70)
 
 
 class OutcomeModel(RowModel[FrameOutcome]):

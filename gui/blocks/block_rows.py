@@ -9,6 +9,7 @@ from gui.state.session import Session
 from gui.state.tally import BlockCounts
 from gui.work.runs import RunController
 from ilf.outcomes import BlockResult
+from ilf.parameters import Parameters
 from ilf.project.own_values import parameter_labels
 
 
@@ -30,10 +31,11 @@ def block_rows(session: Session, runs: RunController) -> list[BlockRow]:
             state, detail, iterations, sigma = "queued", "", 0, math.nan
         elif result is not None:
             outcome = result.outcome
-            outdated = not anew and not result.parameters.same_effect(session.parameters_of(label, session.common))
+            values = session.parameters_of(label, session.common)
+            outdated = not anew and not result.parameters.same_effect(values)
             state = "values changed" if outdated else str(outcome.status)
             iterations, sigma = outcome.iterations, outcome.sigma_i
-            detail = _detail(result, outdated)
+            detail = _detail(result, values if outdated else None)
         elif label in session.results.kept:
             state, detail, iterations, sigma = "edited", "The block has changed since it was run.", 0, math.nan
         else:
@@ -66,9 +68,14 @@ def _look(session: Session, label: int) -> str:
     return session.notes.reasons.get(label, f"it comes from {session.notes.carried_from or 'another frame'}")
 
 
-def _detail(result: BlockResult, outdated: bool) -> str:
+def _detail(result: BlockResult, wanted: Parameters | None) -> str:
+    """What became of a block, whose result is of other values than those that are wanted, unless these are None."""
     outcome = result.outcome
-    lines = [f"The result, {outcome.status}, is of other values than are set now."] if outdated else []
+    lines = []
+    if wanted is not None:
+        waits = wanted.correction and result.parameters.replace(correction=True).same_effect(wanted)
+        what = "waits for the learned correction" if waits else "is of other values than are set now"
+        lines.append(f"The result, {outcome.status}, {what}.")
     lines += [outcome.message] if outcome.message else []
     if outcome.iterations:
         lines.append(f"{outcome.iterations} iterations in {outcome.stages} stages, {outcome.recovered} pixels filled.")

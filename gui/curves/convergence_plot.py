@@ -119,18 +119,19 @@ class ConvergencePlot(pg.PlotWidget):
         while len(self.lines) < len(lines):
             self.lines.append(_Curve())
             self.addItem(self.lines[-1])
+        alone = sum(line.values.size > 1 for line in lines) == 1
         for item, line in zip(self.lines, lines, strict=False):
-            item.show_line(line, alone=len(lines) == 1)
+            item.show_line(line, alone)
         for item in self.lines[len(lines) :]:
             item.setVisible(False)
-        alone = [line for line in lines if np.count_nonzero(np.isfinite(line.values)) == 1]
-        self._points.setVisible(bool(alone))
-        if alone:
-            at = [int(np.flatnonzero(np.isfinite(line.values))[0]) for line in alone]
+        points = [line for line in lines if np.count_nonzero(np.isfinite(line.values)) == 1]
+        self._points.setVisible(bool(points))
+        if points:
+            at = [int(np.flatnonzero(np.isfinite(line.values))[0]) for line in points]
             self._points.setData(
-                [line.along[one] for line, one in zip(alone, at, strict=True)],
-                [line.values[one] for line, one in zip(alone, at, strict=True)],
-                brush=[line.colour for line in alone],
+                [line.along[one] for line, one in zip(points, at, strict=True)],
+                [line.values[one] for line, one in zip(points, at, strict=True)],
+                brush=[line.colour for line in points],
             )
 
         if lines:

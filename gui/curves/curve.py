@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -43,6 +44,9 @@ class Curve:
         The stop criterion [m] of the block; None where it has no part in a run.
     remark : str
         What is to be said of that criterion.
+    corrected : float
+        Error [m] against the truth after the learned correction, which follows the last iteration; NaN where there was
+        none or the truth is not known.
     """
 
     name: str
@@ -51,6 +55,7 @@ class Curve:
     dashed: bool = False
     s_criteria: float | None = None
     remark: str = ""
+    corrected: float = math.nan
 
     def looks_like(self, other: Curve) -> bool:
         """Whether the other has the same looks, whatever its records."""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
+import numpy as np
 from PySide6.QtCore import QEvent, QSettings, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QStackedWidget, QToolButton, QVBoxLayout, QWidget
@@ -13,7 +15,7 @@ from gui import theme
 from gui.curves.axes import LengthAxis, SumAxis
 from gui.curves.convergence_plot import AXIS, NAMED_AXIS, ConvergencePlot, HeldOutPlot, Line
 from gui.curves.criteria import CriterionLines
-from gui.curves.curve import Columns, Curve, legible
+from gui.curves.curve import FLOOR, Columns, Curve, legible
 from gui.curves.numbers import readout_columns, readout_texts
 from gui.curves.readout import Readout, Row
 from gui.curves.scrub_bar import ScrubBar
@@ -29,6 +31,14 @@ _LEAST_ROWS = 4  # of the readout over the plots
 _BESIDE = 330  # width of the readout beside the plots [px]
 _DECADES = 1.2  # in view, at least
 _BY_TIME = "curves/by_time"
+_OF_NUMBERS = (
+    "i: iteration. σ: deviation sigma_i. err: error against the truth; at present it is that of the table of blocks, "
+    "after the learned correction, and at an iteration that of the depth as it was then."
+)
+_OF_ERRORS = (
+    "Error against the truth where depth was missing, as each iteration left it. The point at the end is the error "
+    "after the learned correction, which the table of blocks has."
+)
 
 
 class CurvesPanel(QWidget):
@@ -70,9 +80,11 @@ class CurvesPanel(QWidget):
             plot.hovered.connect(self._hover)
             plot.moved.connect(self._move_all)
             plot.fit_wished.connect(self._follow)
+        self.error_plot.setToolTip(_OF_ERRORS)
         self._criteria = CriterionLines(self.sigma_plot)
         self.l1_plot.name_span("colour-weighted")
         self.readout = Readout()
+        self.readout.setToolTip(_OF_NUMBERS)
         self.scrub_bar = ScrubBar()
         self._time_button = QToolButton(autoRaise=True)
         self._time_button.setCheckable(True)
@@ -195,13 +207,24 @@ class CurvesPanel(QWidget):
         self.l1_plot.set_label("L1 [m]" if len(pairs) == 1 else "ΔL1 [%]")
         self.l1_plot.show_lines(self._lines("l1" if len(pairs) == 1 else "l1_left", l1))
         if self._has("error"):
-            self.error_plot.show_lines(self._lines("error", series.error))
+            self._draw_errors(series.error)
         if self._has("held_out"):
             alone = self._lines("residual", residual)[0] if len(pairs) == 1 else None
             iterations = pairs[0][1].along(by_time=False)
             self.held_out_plot.show_errors(self._lines("held_out", held_out), alone, iterations)
         self._arrange()
         self._update_readout()
+
+    def _draw_errors(self, colour: QColor) -> None:
+        """Errors after the iterations, and at their end those after the correction."""
+        lines = self._lines("error", colour)
+        curves = [curve for curve, columns in zip(self._curves, self._columns, strict=True) if columns.count]
+        ends = [
+            line._replace(along=line.along[-1:], values=np.log10(np.maximum([curve.corrected], FLOOR)))
+            for line, curve in zip(lines, curves, strict=True)
+            if math.isfinite(curve.corrected)
+        ]
+        self.error_plot.show_lines([*lines, *ends])
 
     def _has(self, quantity: str) -> bool:
         return any(columns.has(quantity) for columns in self._columns)
@@ -287,6 +310,11 @@ class CurvesPanel(QWidget):
         for plot in self._plots:
             plot.point_at(cursor)
         records = [curve.records[self._place(columns)] for curve, columns in pairs]
+        if not pointing:  # what there is at present has been corrected since
+            records = [
+                replace(record, error=curve.corrected) if math.isfinite(curve.corrected) else record
+                for record, (curve, _) in zip(records, pairs, strict=True)
+            ]
         has = {quantity: self._has(quantity) for quantity in ("error", "held_out")}
         table = readout_columns(records, has, self._by_time)
         texts = readout_texts(records, has, self._by_time)

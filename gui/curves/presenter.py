@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
+import numpy as np
 from PySide6.QtCore import QObject
 
 from gui.curves.curve import Curve
 from gui.curves.curves_panel import EMPTY_TEXT, CurvesPanel
 from gui.state.session import Session
 from gui.state.workspace import Workspace
+from ilf.frame import RGBDFrame
 from ilf.number_words import length_text
+from ilf.outcomes import BlockResult
 from ilf.parameters import Parameters
 
 MOST_CURVES = 8
@@ -73,6 +77,7 @@ def _of_block(session: Session, label: int) -> Curve:
         session.records_of(label),
         s_criteria=metres,
         remark=", ".join(remarks),
+        corrected=math.nan if result is None else _corrected_error(result, session.frame),
     )
 
 
@@ -84,8 +89,19 @@ def _of_compared(session: Session, labels: Sequence[int]) -> list[Curve]:
             result = kept.results.get(label)
             if result is not None and result.history:
                 name = kept.name if len(labels) == 1 else f"{kept.name}: {session.info(label).name}"
-                curves.append(Curve(name, kept.colour, result.history, dashed=True))
+                corrected = _corrected_error(result, kept.run.frame)
+                curves.append(Curve(name, kept.colour, result.history, dashed=True, corrected=corrected))
     return curves
+
+
+def _corrected_error(result: BlockResult, frame: RGBDFrame) -> float:
+    """What `IterationRecord.error` says of iterations, of the depth after the learned correction; NaN without one."""
+    if result.correction is None or frame.truth is None:
+        return math.nan
+    box, mask = result.block.box, result.block.mask
+    off = (result.depth - frame.truth[box][mask])[~frame.known[box][mask]].astype(np.float64)
+    off = off[np.isfinite(off)]
+    return float(np.sqrt(np.mean(off * off))) if off.size else math.nan
 
 
 def _hint(session: Session, label: int) -> str:

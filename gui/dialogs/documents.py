@@ -17,6 +17,7 @@ from gui.dialogs.saving import save_folder
 from gui.extraction.found_blocks import describe_blocks
 from gui.frames.loader import FrameLoader
 from gui.frames.paths import sorted_out
+from gui.frames.several import FirstLook, holds_frames, look_into
 from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.state.workspace import Workspace
@@ -24,14 +25,16 @@ from gui.widgets.notes import Notes
 from gui.work.latest_question import LatestQuestion
 from gui.work.worker import Worker
 from ilf.assets import asset_path
-from ilf.errors import IlfError
-from ilf.io import BLOCK_FORMATS, META_NAME, LoadedBlocks
+from ilf.errors import IlfError, InputError
+from ilf.io import BLOCK_FORMATS, LoadedBlocks
 from ilf.io.frame_source import FrameSource
-from ilf.io.recordings import is_recording
 from ilf.outcomes import compose
 from ilf.run import ExportOptions, Written, output_folder_name, write
 
 _IMAGES = "PNG image (*.png)"
+_TOO_MANY = (
+    "A colour file and its depth file are opened at a time. For several frames, drop the folder that holds them."
+)
 
 
 class Documents(QObject):
@@ -76,6 +79,7 @@ class Documents(QObject):
         self._loader = loader
         self._notes = notes
         self._block_questions = LatestQuestion[BlockSource, LoadedBlocks](blocks_from, self)
+        self._looks = LatestQuestion[FrameSource, FirstLook](look_into, self)
         self._exporter = Worker(self)
         self._exporter.finished.connect(self._note_exported)
         self._exporter.failed.connect(lambda error: notes.report("Export failed", error))
@@ -115,14 +119,16 @@ class Documents(QObject):
             self.open_source(FrameSource(str(folder)))
         for record in records:
             self._loader.open_run(record)
-        if files:
+        if len(files) > 2:
+            self._notes.report("Open", InputError(_TOO_MANY))
+        elif files:
             self._open_dialog(str(files[0]), str(files[1]) if len(files) > 1 else None)
 
     def open_source(self, source: FrameSource) -> None:
         """Open a frame, or the frames of a folder or a recording; ask first if it would replace the same frame, read in
         another way, and the work done there, saved or not."""
         source = source.absolute()
-        if _has_frames(source):
+        if source.depth is None and source.frame is None and holds_frames(source.rgb):
             self.folder_wished.emit(source)
             return
         entry = self._workspace.entries.of_key(source.key)
@@ -132,7 +138,7 @@ class Documents(QObject):
             self.remove([entry], lambda: self._loader.open(source))
 
     def _open_dialog(self, rgb: str | None, depth: str | None) -> None:
-        dialog = OpenFrameDialog(self._window)
+        dialog = OpenFrameDialog(self._looks, self._window)
         if rgb is not None:
             dialog.set_files(rgb, depth)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -276,15 +282,8 @@ class Documents(QObject):
     def shutdown(self) -> None:
         """Wait for an export that is under way, before the window closes."""
         self._block_questions.shutdown()
+        self._looks.shutdown()
         self._exporter.shutdown()
-
-
-def _has_frames(source: FrameSource) -> bool:
-    """Whether it is a folder of frames or a recording, and no frame itself."""
-    if source.depth is not None or source.frame is not None:
-        return False
-    path = Path(source.rgb)
-    return is_recording(path) or (path.is_dir() and not (path / META_NAME).is_file())
 
 
 def _export_folder(session: Session) -> Path:

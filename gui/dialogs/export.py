@@ -55,7 +55,7 @@ def stored_options() -> ExportOptions:
     if stored:
         try:
             return ExportOptions(**json.loads(str(stored)))
-        except (ValueError, TypeError):
+        except (ValueError, TypeError, RecursionError):
             # written by another version or by hand: the defaults are as good a start
             QSettings().remove(_OPTIONS_KEY)
     return ExportOptions()

@@ -7,9 +7,13 @@ from pathlib import Path
 
 from ilf.io import GUIDE_SUFFIXES
 from ilf.io.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
+from ilf.io.recordings import recording_suffixes
 
 GUIDE_FILES = f"Guides ({' '.join(f'*{suffix}' for suffix in GUIDE_SUFFIXES)});;All files (*)"
 """What a file dialog offers for a guide."""
+
+RECORDING_FILES = f"Recordings ({' '.join(f'*{suffix}' for suffix in recording_suffixes())})"
+"""The same for recordings."""
 
 _COLOUR_WORDS = ("rgb", "colour", "color", "image")
 _DEPTH_WORDS = ("depth",)

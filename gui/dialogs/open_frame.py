@@ -21,10 +21,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from gui.dialogs.frame_files import GUIDE_FILES, colour_beside, depth_beside
+from gui.dialogs.frame_files import GUIDE_FILES, RECORDING_FILES, colour_beside, depth_beside
 from gui.dialogs.preview import Preview
+from gui.frames.several import FirstLook, holds_frames
 from gui.widgets.messages import Message, last_folder
 from gui.widgets.plain_text import PlainLabel
+from gui.widgets.problems import error_text
+from gui.work.latest_question import LatestQuestion
 from ilf.camera import INTRINSICS
 from ilf.errors import IlfError, InputError
 from ilf.frame import RGBDFrame
@@ -34,10 +37,12 @@ from ilf.io.encodings import MEANINGS, encoding_of_inputs, is_name
 from ilf.io.frame_source import FrameSource
 from ilf.io.frames import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
 from ilf.io.recordings import is_recording
+from ilf.number_words import counted
 
 _Result = TypeVar("_Result")
 
-_NOTHING_CHOSEN = "Choose a colour file and its depth file, or a folder with meta.json."
+_NOTHING_CHOSEN = "Choose a colour file and its depth file, a folder of frames, or a recording."
+_NO_DEPTH = "Choose the depth file that belongs to this colour image."
 _FOLDER_KEY = "open/folder"
 _DELAY_MS = 200
 
@@ -50,20 +55,30 @@ _FROM_META, _NUMBERS, _FILE = (
 
 
 class OpenFrameDialog(QDialog):
-    """Choose a frame and see what it is before it is opened.
+    """Choose a frame, a folder of frames or a recording, and see what it is before it is opened.
 
-    Open is enabled only while `ilf.io.load_frame` takes what is chosen.
+    Open is enabled only while `ilf.io.load_frame` takes what is chosen, or nothing speaks against its having frames.
+
+    Parameters
+    ----------
+    looks : LatestQuestion
+        Which takes the `FirstLook` into a folder of frames or a recording.
     """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, looks: LatestQuestion[FrameSource, FirstLook], parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self._looks = looks
+        self._wanted: FrameSource | None = None
+        """What is looked into."""
+        looks.answered.connect(self._show_first)
+        looks.failed.connect(self._refuse_several)
         self.setWindowTitle("Open Frame")
         self._reading_delay = QTimer(self, singleShot=True, interval=_DELAY_MS)
         self._reading_delay.timeout.connect(self.read)
 
-        self.colour_path = QLineEdit(placeholderText="Colour image, or a folder with meta.json")
+        self.colour_path = QLineEdit(placeholderText="Colour image, folder of frames, or recording")
         self.depth_path = QLineEdit(placeholderText="Raw depth: 16-bit or float, one channel")
-        self.guide_path = QLineEdit(placeholderText="Depth or inverse depth from elsewhere, to be followed (optional)")
+        self.guide_path = QLineEdit(placeholderText="Depth or inverse depth from elsewhere (optional)")
         self.encoding = QComboBox(editable=True)
         self.encoding.addItems([_AUTOMATIC, *(f"{name} ({meaning})" for name, meaning in MEANINGS.items())])
         self.encoding.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
@@ -122,7 +137,7 @@ class OpenFrameDialog(QDialog):
         self.read()
 
     def set_files(self, rgb: str, depth: str | None = None) -> None:
-        """Choose files as if by hand: two files in either order, one file, or a folder with meta.json.
+        """Choose files as if by hand: two files in either order, one file, a folder, or a recording.
 
         The other file of a pair is proposed where only one is given.
         """
@@ -142,7 +157,7 @@ class OpenFrameDialog(QDialog):
             intrinsics are not numbers.
         """
         colour, depth = self._paths()
-        is_whole = _is_folder(colour) or is_recording(colour)
+        is_whole = _is_whole(colour)
         if not colour or not (depth or is_whole):
             raise InputError(_NOTHING_CHOSEN)
         guide = self.guide_path.text().strip() or None
@@ -156,34 +171,64 @@ class OpenFrameDialog(QDialog):
     def read(self) -> None:
         """Read what is chosen now, and say what it is."""
         self._reading_delay.stop()
+        self._wanted = None
+        self._looks.forget()
         colour, depth = self._paths()
-        self.depth_path.setEnabled(not (_is_folder(colour) or is_recording(colour)))
+        self.depth_path.setEnabled(not _is_whole(colour))
         if not colour and not depth:
             self._refuse(_NOTHING_CHOSEN, "muted")
             return
-        if is_recording(colour):
-            self._take_recording()
-            return
         try:
+            if not (depth or _is_whole(colour)):
+                read_colour(colour)  # what is wrong with it is told before more is asked for
+                self._refuse(_NO_DEPTH, "muted")
+                return
             source = self.request()
+            if holds_frames(colour):
+                self._look_into(source)
+                return
             frame = source.load()
         except IlfError as error:
             self._refuse(str(error), "error")
         else:
-            self.colour_preview.show_rgb(frame.rgb)
-            self.depth_preview.show_depth(frame.depth)
             text = " ".join(filter(None, (_reading(frame), source.beside())))
-            self.message.say("\n".join((text, *frame.notes)), "warning" if frame.notes else "good")
-            self._propose(source.read_depth().doubts if frame.notes else ())
-            self.open_button.setEnabled(True)
+            self._show(frame, text, source.read_depth().doubts if frame.notes else ())
 
-    def _take_recording(self) -> None:
-        """It can be opened: it will be found out then what frames it has."""
+    def _show(self, frame: RGBDFrame, text: str, doubts: Iterable[Doubt]) -> None:
+        self.colour_preview.show_rgb(frame.rgb)
+        self.depth_preview.show_depth(frame.depth)
+        self.message.say("\n".join((text, *frame.notes)), "warning" if frame.notes else "good")
+        self._propose(doubts)
+        self.open_button.setEnabled(True)
+
+    def _look_into(self, source: FrameSource) -> None:
+        """Find out what frames there are; until then it can be opened, and it will be found out then."""
+        if source.guide is not None:
+            raise InputError("A guide is of one frame. Leave it out here, and load one for each frame.")
+        self._show_nothing()
+        self.message.say("Looking for its frames…", "text")
+        self.open_button.setEnabled(True)
+        self._wanted = source
+        self._looks.ask(source)
+
+    def _show_first(self, source: FrameSource, look: FirstLook) -> None:
+        if source != self._wanted:
+            return
+        frames = f"{counted(len(look.listing.sources), 'frame')} for the list."
+        text = " ".join((frames, *look.listing.notes))
+        if look.frame is None:
+            self.message.say(f"{text}\nThe first cannot be read: {look.problem}", "warning")
+        else:
+            self._show(look.frame, f"{text} The first:\n{_reading(look.frame)}", look.doubts)
+
+    def _refuse_several(self, source: FrameSource, error: Exception) -> None:
+        if source == self._wanted:
+            self._refuse(error_text(error), "error")
+
+    def _show_nothing(self) -> None:
         self.colour_preview.show_rgb(None)
         self.depth_preview.show_depth(None)
         self._propose(())
-        self.message.say("This is a recording: its frames come into the list.", "text")
-        self.open_button.setEnabled(True)
 
     def accept(self) -> None:
         # a change may still be waiting to be read
@@ -193,6 +238,7 @@ class OpenFrameDialog(QDialog):
 
     def done(self, result: int) -> None:
         self._reading_delay.stop()
+        self._looks.forget()
         super().done(result)
 
     def _form(self) -> QGridLayout:
@@ -261,7 +307,10 @@ class OpenFrameDialog(QDialog):
         what, suffixes = ("depth", DEPTH_FILE_SUFFIXES) if is_depth else ("colour", COLOUR_SUFFIXES)
         patterns = " ".join(f"*{suffix}" for suffix in suffixes)
         path, _ = QFileDialog.getOpenFileName(
-            self, f"Choose {what} file", last_folder(_FOLDER_KEY), f"{what.capitalize()} ({patterns});;All files (*)"
+            self,
+            f"Choose {what} file",
+            last_folder(_FOLDER_KEY),
+            f"{what.capitalize()} ({patterns});;{'' if is_depth else f'{RECORDING_FILES};;'}All files (*)",
         )
         if path:
             self._choose(Path(path), is_depth)
@@ -398,6 +447,11 @@ def _number(field: QLineEdit, demand: str) -> float | None:
 
 def _is_folder(path: str) -> bool:
     return bool(path) and Path(path).is_dir()
+
+
+def _is_whole(path: str) -> bool:
+    """Whether nothing else need be chosen with it."""
+    return _is_folder(path) or is_recording(path)
 
 
 def _looks_like_depth(path: Path) -> bool:

@@ -18,7 +18,7 @@ def save_folder() -> Path:
     """Where files go unless the user says otherwise: beside the last export, or into the working folder."""
     last = QSettings().value("export/folder")
     folder = Path(str(last)) if last else Path.cwd()
-    return folder if os.access(folder, os.W_OK) else Path.home()
+    return folder if os.path.isdir(folder) and os.access(folder, os.W_OK) else Path.home()
 
 
 def ask_path(window: QWidget, title: str, name: str, kinds: str) -> str:

@@ -14,7 +14,7 @@ from ilf.errors import ExportError, IlfError
 from ilf.experiments import EXPERIMENTS, Progress, Settings, run_experiment, write_result
 from ilf.experiments.sources import find_sources
 from ilf.io.folders import made_folder
-from ilf.processes import live_by
+from ilf.lifeline import live_by
 
 _POLL_S = 0.1
 """Longest time until a wish to stop is noticed."""
@@ -99,7 +99,7 @@ def run_apart(names: Sequence[str], settings: Settings, folder: Path) -> Generat
 def _work(
     names: tuple[str, ...], settings: Settings, folder: Path, connection: Connection, lifeline: Connection
 ) -> None:
-    live_by(lifeline)
+    live_by(lifeline.recv_bytes)
     try:
         # what is wrong with data or folder is said before anything is run
         if any(EXPERIMENTS[name].needs_frames for name in names):

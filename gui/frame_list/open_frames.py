@@ -44,7 +44,7 @@ class OpenFrames(QObject):
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
-        self.most = max(int(str(QSettings().value(_KEY, MOST_OPEN))), 1)
+        self.most = max(int(str(QSettings().value(_KEY, MOST_OPEN, int))), 0) or MOST_OPEN
         self._workspace = workspace
         self._is_busy = is_busy
         self._is_left = is_left

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QFileDialog, QMenu
 
 from gui import theme
 from gui.desk import Desk, Part
+from gui.dialogs.frame_files import RECORDING_FILES
 from gui.frame_list.commands import COMMANDS
 from gui.frame_list.frames_panel import FramesPanel
 from gui.frame_list.open_frames import OpenFrames
@@ -22,7 +23,6 @@ from gui.state.session import Session
 from gui.widgets.messages import last_folder
 from ilf.io import Listing
 from ilf.io.frame_source import FrameSource
-from ilf.io.recordings import recording_suffixes
 from ilf.project import Stage
 from ilf.project.thumbnail import thumbnail_part
 
@@ -205,9 +205,8 @@ class FramesPart(Part):
 
     def ask_recording(self) -> None:
         """Open a recording that the user chooses."""
-        patterns = " ".join(f"*{suffix}" for suffix in recording_suffixes())
         chosen, _ = QFileDialog.getOpenFileName(
-            self.desk.window, "Open recording", last_folder(_FOLDER_KEY), f"Recordings ({patterns})"
+            self.desk.window, "Open recording", last_folder(_FOLDER_KEY), RECORDING_FILES
         )
         if chosen:
             QSettings().setValue(_FOLDER_KEY, str(Path(chosen).parent))

@@ -14,13 +14,14 @@ from PySide6.QtCore import QObject, Signal
 
 from gui.extraction.found_blocks import Found, describe_blocks, find
 from gui.frames.job_line import Job, JobLine
+from gui.frames.several import frames_of
 from gui.project.restore import restore
 from gui.state.entries import Entry
 from gui.state.session import Session
 from gui.state.workspace import Workspace
 from ilf.completion import prepare
 from ilf.frame import RGBDFrame
-from ilf.io import Listing, list_frames
+from ilf.io import Listing
 from ilf.io.frame_source import FrameSource
 from ilf.parameters import BlockParameters, preset
 from ilf.project import FrameState
@@ -364,14 +365,7 @@ def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
 
 
 def _list(how: FrameSource) -> tuple[Listing, list[Entry]]:
-    listing = list_frames(
-        how.rgb,
-        depth_units=how.depth_units,
-        encoding=how.encoding,
-        invalid=how.invalid,
-        intrinsics=how.intrinsics,
-        min_confidence=how.min_confidence,
-    )
+    listing = frames_of(how)
     return listing, [Entry.of(source, of_folder=True) for source in listing.sources]
 
 

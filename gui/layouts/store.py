@@ -85,7 +85,7 @@ class LayoutStore:
                 str(name): Arrangement.unpacked(packed)
                 for name, packed in json.loads(str(settings.value(_CHANGED, "{}"))).items()
             }
-        except (ValueError, TypeError, KeyError, AttributeError):
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
             return  # what is not as it should be gives way to what there is from the first
         self.layouts |= {layout.name: layout for layout in own if layout.name in OWN}
         self.changed = {name: left for name, left in changed.items() if name in self.layouts}

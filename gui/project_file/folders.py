@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -79,7 +80,7 @@ class FolderProjects(QObject):
     def _home(self, folder: Path) -> Path:
         """The file that the folder's project was saved to last, or one in the user's data folder."""
         saved = str(QSettings().value(_key(folder), ""))
-        return Path(saved) if saved and Path(saved).is_file() else project_of_folder(folder)
+        return Path(saved) if os.path.isfile(saved) else project_of_folder(folder)
 
     def _begin(self, how: FrameSource) -> None:
         """The frames of a folder are there: the work on them goes into its own project, without a question."""

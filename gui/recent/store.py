@@ -5,13 +5,17 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from PySide6.QtCore import QSettings
 
+from ilf.errors import FormatError
 from ilf.io.frame_source import FrameSource
+from ilf.sections import Section
 
 MOST = 12
+
+T = TypeVar("T")
 
 Origin = FrameSource | Path
 """A frame's files, the record of a run, or a project file."""
@@ -61,7 +65,7 @@ def key_of(origin: Origin) -> str:
 def is_missing(origin: Origin) -> bool:
     """Whether one of its files is not there any more."""
     paths = (origin.rgb, origin.depth, origin.truth, origin.guide) if isinstance(origin, FrameSource) else (origin,)
-    return any(path is not None and not Path(path).exists() for path in paths)
+    return any(path is not None and not os.path.exists(path) for path in paths)
 
 
 def name_of(origin: Origin) -> str:
@@ -105,29 +109,34 @@ def _absolute(path: str | None) -> str | None:
 
 
 def _read(text: str) -> list[Origin]:
-    """What settings held; what is not as it should be is left out."""
+    """What settings held; nothing if it is not as it should be."""
     try:
-        entries = json.loads(text)
-        return [_origin(entry) for entry in entries][:MOST]
-    except (ValueError, TypeError, KeyError, AttributeError):
+        return [_origin(Section("entry", entry)) for entry in json.loads(text)][:MOST]
+    except (ValueError, TypeError, RecursionError, FormatError):
         return []
 
 
-def _origin(entry: dict[str, Any]) -> Origin:
-    if "file" in entry:
-        return Path(entry["file"])
-    camera = entry["camera"]
+def _origin(entry: Section) -> Origin:
+    if "file" in entry.values:
+        return Path(entry.get("file", str))
+
+    def get(key: str, kind: type[T]) -> T | None:
+        """Null where entries of before had no such key, too."""
+        found: T | None = entry.get(key, kind, type(None)) if key in entry.values else None
+        return found
+
+    is_numbers = isinstance(entry.get("camera", str, list, type(None)), list)
     return FrameSource(
-        str(entry["rgb"]),
-        entry["depth"],
-        entry["units"],
-        tuple(camera) if isinstance(camera, list) else camera,
-        entry["truth"],
-        entry["truth_units"],
-        entry.get("guide"),
-        entry.get("encoding"),
-        entry.get("invalid"),
-        frame=entry.get("frame"),
-        confidence=entry.get("confidence"),
-        min_confidence=entry.get("min_confidence"),
+        entry.get("rgb", str),
+        entry.get("depth", str, type(None)),
+        get("units", float),
+        tuple(entry.items("camera", float)) if is_numbers else get("camera", str),
+        get("truth", str),
+        get("truth_units", float),
+        get("guide", str),
+        get("encoding", str),
+        get("invalid", float),
+        frame=get("frame", str),
+        confidence=get("confidence", str),
+        min_confidence=get("min_confidence", float),
     )

@@ -16,6 +16,8 @@ _FIXED = {
     "Shift+Space": "pans the views",
     "Tab": "goes on to the next tool",
     "Shift+Tab": "goes back to the tool before",
+    "Ctrl+Tab": "leads from the pictures to the panels",
+    "Ctrl+Shift+Tab": "leads from the pictures to the panels",
     "Return": "finishes what is being drawn",
     "Enter": "finishes what is being drawn",
     "Backspace": "takes back the last point of what is being drawn",

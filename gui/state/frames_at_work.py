@@ -224,6 +224,7 @@ class FramesAtWork(QObject):
         if session is self._session:
             self.show_session(self.sessions[max(position - 1, 0)] if self.sessions else None)
         self.undo_group.removeStack(session.undo_stack)
+        session.undo_stack.setParent(None)  # PySide takes it for the group's as long as that lives
         session.undo_stack.clear()  # commands and session hold each other, and would never be freed
         self.sessions_changed.emit()
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, Qt
-from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
+from PySide6.QtGui import QAction, QFocusEvent, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QApplication,
@@ -20,6 +20,11 @@ from gui.views.linked_views import LinkedViews
 
 _PLAIN = Qt.KeyboardModifier.NoModifier
 _Key = Qt.Key
+_BY_KEYS = (
+    Qt.FocusReason.TabFocusReason,
+    Qt.FocusReason.BacktabFocusReason,
+    Qt.FocusReason.ShortcutFocusReason,
+)
 
 
 class ToolKeys(QObject):
@@ -27,7 +32,8 @@ class ToolKeys(QObject):
     keys switch something on while they are held (`hold`).
 
     They do so in all of the window and its docks, but not where text or numbers are typed, and not in dialogs; and
-    only while there is something that they can do.
+    only while there is something that they can do. Who goes through the panels by keys has Tab and Space there as
+    everywhere else; Ctrl+Tab leads from the pictures to the panels.
     """
 
     def __init__(self, window: QWidget, editor: Editor, views: LinkedViews) -> None:
@@ -36,6 +42,8 @@ class ToolKeys(QObject):
         self._window = window
         self._editor = editor
         self._views = views
+        self._is_led = False
+        """Whether keys have brought the focus to where it is."""
         application = QApplication.instance()
         if application is not None:
             application.installEventFilter(self)
@@ -49,6 +57,8 @@ class ToolKeys(QObject):
         """Take the keys that are meant for the tools; every event of the program comes by here, and must not stay."""
         if isinstance(event, QKeyEvent):
             return self._take(watched, event)
+        if isinstance(event, QFocusEvent) and event.reason() in (*_BY_KEYS, Qt.FocusReason.MouseFocusReason):
+            self._is_led = event.reason() in _BY_KEYS
         if watched is self._window and event.type() == QEvent.Type.WindowDeactivate:
             self._views.set_space(False)
             for action in self._held.values():
@@ -69,6 +79,12 @@ class ToolKeys(QObject):
             return False
         if event.type() == QEvent.Type.ShortcutOverride:
             return self._override(event)
+        if event.key() in (_Key.Key_Tab, _Key.Key_Backtab) and event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+            if event.type() == QEvent.Type.KeyPress:
+                self._window.focusNextPrevChild(event.key() == _Key.Key_Tab)
+            return True
+        if self._is_led and watched is not self._window and not self._views.isAncestorOf(watched):
+            return False
         if event.key() == _Key.Key_Space and event.modifiers() in (_PLAIN, Qt.KeyboardModifier.ShiftModifier):
             if event.type() == QEvent.Type.KeyPress and not event.isAutoRepeat():
                 self._views.set_space(True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QSettings, Qt
@@ -58,4 +59,4 @@ def group(title: str) -> tuple[QGroupBox, QVBoxLayout]:
 def last_folder(key: str) -> str:
     """The folder that a file dialog of this kind was last in, if it is still there; else the home folder."""
     folder = str(QSettings().value(key, ""))
-    return folder if folder and Path(folder).is_dir() else str(Path.home())
+    return folder if os.path.isdir(folder) else str(Path.home())

@@ -19,6 +19,7 @@ from gui.work.cores import spare_cores
 from gui.work.worker import Worker
 from ilf.dense import guess_steps
 from ilf.filter.convergence import IterationRecord
+from ilf.number_words import counted
 from ilf.outcomes import NO_BLOCK, Completion, Progress
 from ilf.run import GUESS, Run, RunSteps
 from ilf.stopping import check_stopped
@@ -251,7 +252,8 @@ class FrameRuns(QObject):
         def job() -> Generator[Step, None, None]:
             with make() as steps:
                 for progress in steps:
-                    check_stopped()  # what comes after that is of no interest
+                    if progress.result is None:
+                        check_stopped()  # records after that are of no interest
                     yield progress, self._due_previews(steps)
 
         self._worker.start(job, paused, lambda step: step[0] is not NO_BLOCK)
@@ -402,6 +404,8 @@ class FrameRuns(QObject):
         lost = len(done - set(session.valid_results()))
         if lost:
             text += f" {lost} had been edited meanwhile: run them again."
+        if uncorrected := len(done & steps.uncorrected.keys()):
+            text += f" {counted(uncorrected, 'block')} still without the learned correction: run what changed."
         self.ended.emit(" ".join((text, *steps.notes)))
         if how == "finished":
             self._go_on()

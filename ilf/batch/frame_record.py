@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
@@ -107,10 +108,15 @@ class FrameRecord:
     run: str | None = None
     outputs: tuple[str, ...] = ()
 
+    @property
+    def is_completed(self) -> bool:
+        """Whether there is a set that it speaks of; otherwise the frame failed."""
+        return self.outcome.status is FrameStatus.COMPLETED
+
     def is_whole(self, folder: Path) -> bool:
         """Whether the set is there that it speaks of."""
-        there = all((folder / name).exists() for name in self.outputs)
-        if self.outcome.status is not FrameStatus.COMPLETED or not there:
+        there = all(os.path.exists(folder / name) for name in self.outputs)
+        if not self.is_completed or not there:
             return False
         return self.run is None or file_sha256(folder / RECORD_FILE) == self.run
 
@@ -125,9 +131,8 @@ def read_frame_record(folder: Path) -> FrameRecord | None:
     """The record in a frame's folder; None if there is none that can be read: the frame is completed again then."""
     try:
         data = Section("frame record", read_json(folder / FRAME_FILE))
-        outcome = data.get("outcome", dict)
         return FrameRecord(
-            FrameOutcome(**{**outcome, "status": FrameStatus(outcome["status"])}),
+            FrameOutcome(**data.section("outcome").fields(FrameOutcome)),
             data.get("settings", str),
             data.get("reading", str),
             data.get("content", str, type(None)),

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from ..drawing.colour_tables import depth_colours
 from ..drawing.levels import robust_depth_levels, sample, to_indices
-from ..errors import FormatError, IlfError
+from ..errors import FormatError, IlfError, InputError
 from ..frame import RGBDFrame
 from ..io.atomic import write_bytes
 from ..io.frame_source import FrameSource
+from ..io.images import read_colour
 from .apart import done_apart
 from .frames import BatchFrame
 from .settings import Levels
@@ -75,8 +76,8 @@ def write_preview(folder: Path, frame: RGBDFrame, depth: NDArray[np.float32], le
 
 
 def read_preview(folder: Path) -> NDArray[np.uint8]:
-    """The preview in a frame's folder, uint8 (H, W, 3), red first; raises FormatError if there is none."""
-    picture = cv2.imread(str(folder / PREVIEW_FILE), cv2.IMREAD_COLOR)
-    if picture is None:
-        raise FormatError(f"{folder / PREVIEW_FILE} cannot be read. Complete the frame again.")
-    return np.asarray(picture[..., ::-1], np.uint8)
+    """The preview in a frame's folder, uint8 (H, W, 3), red first; raises FormatError if it cannot be read."""
+    try:
+        return read_colour(folder / PREVIEW_FILE)
+    except InputError as error:
+        raise FormatError(f"{error} Or complete the frame again.") from error

@@ -86,7 +86,7 @@ def watched(paths: Iterable[str]) -> dict[str, list[int]]:
     for path in paths:
         try:
             state = os.stat(path)
-        except OSError:
+        except (OSError, ValueError):  # nothing of that name can be there
             continue
         found[path] = [state.st_size, state.st_mtime_ns]
     return found

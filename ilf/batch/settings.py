@@ -19,6 +19,7 @@ from ..models import CORRECTION
 from ..run import ExportOptions, Recipe
 from ..run.networks import asked_networks, present_sha256
 from ..run.record import PROGRAM
+from ..sections import Section
 from ..version import __version__
 
 SETTINGS_FILE = "batch.json"
@@ -104,9 +105,9 @@ def read_settings(folder: Path) -> tuple[dict[str, Any], Levels] | None:
     try:
         if data["program"] != PROGRAM:
             raise KeyError
-        low, high = data["levels"]
-        return dict(data["settings"]), (float(low), float(high))
-    except (KeyError, TypeError, ValueError):
+        low, high = Section("batch", data).items("levels", float)
+        return dict(data["settings"]), (low, high)
+    except (KeyError, TypeError, ValueError, FormatError):
         raise FormatError(f"{path} is not of a batch of this program. Choose another folder.") from None
 
 

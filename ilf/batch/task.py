@@ -14,12 +14,12 @@ from ..confidence import expected_error
 from ..errors import Cancelled, ExportError, IlfError, InputError
 from ..io.files import file_sha256
 from ..io.label_files import also_distrusting
-from ..io.unfinished import remove, remove_empty
 from ..judgement import Judgement, judge_completion, judge_hidden
 from ..outcomes import Completion
 from ..run import Run, write
 from ..run.options import RECORD_FILE
 from ..run.staging import clear_interrupted
+from ..unfinished import remove, remove_empty
 from .frame_record import (
     FRAME_FILE,
     FrameOutcome,
@@ -59,11 +59,18 @@ class Task:
         """Where a frame's results go."""
         return Path(self.folder, frame.folder)
 
-    def finished(self, frame: BatchFrame) -> FrameOutcome | None:
-        """What came of a frame that is there already, completed with these settings; None if it is not."""
+    def record_of(self, frame: BatchFrame) -> FrameRecord | None:
+        """Of a frame that failed, or whose set is whole, with these settings."""
         folder = self.folder_of(frame)
         record = read_frame_record(folder)
-        if record is None or record.settings != self.sha256 or not record.is_whole(folder):
+        if record is None or record.settings != self.sha256:
+            return None
+        return record if not record.is_completed or record.is_whole(folder) else None
+
+    def finished(self, frame: BatchFrame) -> FrameOutcome | None:
+        """What came of a frame that is there already, completed with these settings; None if it is not."""
+        record = self.record_of(frame)
+        if record is None or not record.is_completed:
             return None
         same = record.is_of(frame)
         if same is None:

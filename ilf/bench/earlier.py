@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from ..errors import FormatError, InputError
 from ..io.files import read_json
+from ..sections import Section
 from .methods import METHODS
 from .rows import Row, TaskFacts
 
@@ -75,10 +76,13 @@ def read_earlier(path: str | os.PathLike[str], methods: Sequence[str]) -> Earlie
     """
     content = read_json(path)
     try:
-        rows = [Row(**record) for record in content["rows"]]
-        tasks = [TaskFacts(**record) for record in content["tasks"]]
-    except (KeyError, TypeError) as error:
-        raise FormatError(f"{path} is no result that `ilf bench --json` of this version has written.") from error
+        result = Section("result", content)
+        rows = [Row(**Section("row", row).fields(Row)) for row in result.items("rows", dict)]
+        tasks = [TaskFacts(**Section("task", task).fields(TaskFacts)) for task in result.items("tasks", dict)]
+    except (FormatError, TypeError) as error:
+        raise FormatError(
+            f"{path} is no result that `ilf bench --json` of this version has written ({error!s:.120})."
+        ) from error
     found = {row.method for row in rows}
     taken = tuple(method for method in methods if method in found and not METHODS[method].needs_blocks)
     if not taken:

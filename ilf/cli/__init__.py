@@ -1,36 +1,10 @@
-"""The command line: `ilf complete`, `blocks`, `info`, `judge` and the others of `build_parser`; no Qt."""
+"""The command line: `ilf complete`, `blocks`, `info`, `judge` and the others (`commands`); no Qt."""
 
 from __future__ import annotations
 
-import io
-import os
-import sys
 from collections.abc import Sequence
-from contextlib import suppress
-from typing import TextIO
 
-from .. import __version__
-from ..errors import IlfError, one_line
-from ..fault_log import note_fault
-from . import (
-    batch,
-    bench,
-    blocks,
-    capture,
-    complete,
-    experiments,
-    info,
-    judge,
-    models,
-    nerfstudio,
-    presets,
-    project,
-    report_page,
-    rosbag,
-    sample,
-)
-from .ending import Interrupted, ending_when_asked
-from .parsing import Parser, UsageError
+from .ending import ending_at_once
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -47,73 +21,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         Exit status: 0 if all is well, 1 after an error, 2 for wrong usage, 130 if interrupted, 143 and 129 if ended by
         SIGTERM or SIGHUP. Whatever goes wrong is one line on stderr; nothing that was being written is left half done.
     """
-    _make_streams()
-    try:
-        with ending_when_asked():
-            status = _run(argv)
-    except Interrupted as asked:
-        status = _failed(asked, asked.status)
-    except KeyboardInterrupt:
-        status = _failed("interrupted", 130)
-    finally:
-        delivered = [_is_delivered(stream) for stream in (sys.stdout, sys.stderr)]
-    return status or (0 if delivered[0] else 1)
+    with ending_at_once("ilf"):
+        from .commands import run  # takes a second, in which it can be asked to end, too
 
-
-def _run(argv: Sequence[str] | None) -> int:
-    try:
-        arguments = build_parser().parse_args(argv)
-        arguments.command(arguments)
-        sys.stdout.flush()
-    except UsageError as error:
-        return _failed(error, 2)
-    except BrokenPipeError:
-        # whoever read the output has seen enough
-        return 1
-    except (IlfError, OSError) as error:
-        return _failed(error, 1)
-    except Exception as error:
-        return _failed(note_fault(error), 1)
-    return 0
-
-
-def build_parser() -> Parser:
-    """The parser of all commands."""
-    parser = Parser(
-        prog="ilf",
-        allow_abbrev=False,
-        description="Complete the missing depth of RGB-D frames by iterative low-pass filtering.",
-    )
-    parser.add_argument("--version", action="version", version=f"ilf {__version__}")
-    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    often = complete, batch, blocks, info, judge, report_page
-    for module in (*often, capture, rosbag, bench, experiments, sample, models, presets, project, nerfstudio):
-        module.add_command(commands)
-    return parser
-
-
-def _make_streams() -> None:
-    """Have stdout and stderr, also where they were closed before: then as if nobody listened."""
-    for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        # as stderr has it: a name that a terminal cannot show must not be an error after all has been written
-        sys.stdout.reconfigure(errors="backslashreplace")
-
-
-def _is_delivered(stream: TextIO) -> bool:
-    """Whether all that was printed has gone out. What has not is dropped: the interpreter would try again at exit."""
-    try:
-        stream.flush()
-    except OSError:
-        with suppress(OSError):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
-        return False
-    return True
-
-
-def _failed(reason: object, status: int) -> int:
-    with suppress(OSError):
-        print("ilf: error:", one_line(" ".join(str(reason).split())), file=sys.stderr)
-    return status
+        return run(argv)

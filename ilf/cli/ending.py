@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+import atexit
+import gc
 import os
 import signal
 import socket
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 
-from ..io.unfinished import discard_unfinished
+from ..unfinished import discard_unfinished
 
-LIMIT_S = 0.5
-"""What has not ended so long after it was asked to is cut short: a network looks at a frame for seconds, and hears
-nothing meanwhile."""
+LIMIT_S = 0.2
+"""What has not ended so long after it was asked to is cut short: a library may be busy for longer, and hears nothing
+meanwhile."""
 
 _ASKING = tuple(signal.Signals[name] for name in ("SIGINT", "SIGTERM", "SIGHUP") if name in signal.Signals.__members__)
+
+# what is in memory need not be searched for circles when all of it goes: that takes half a second
+atexit.register(gc.freeze)
 
 
 class Interrupted(KeyboardInterrupt):
@@ -40,9 +45,6 @@ def ending_when_asked() -> Iterator[None]:
 
     Outside the main thread, where no signal arrives, it does nothing.
     """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
     asked = threading.Event()
 
     def ask(number: int, _: FrameType | None) -> None:
@@ -50,14 +52,37 @@ def ending_when_asked() -> Iterator[None]:
             asked.set()
             raise Interrupted(number)
 
+    with _heard(ask, "ilf", LIMIT_S):
+        yield
+
+
+@contextmanager
+def ending_at_once(program: str) -> Iterator[None]:
+    """The same, but the process ends where it is: for what no exception should go through, as imports and Qt.
+
+    Parameters
+    ----------
+    program : str
+        What it is called in its last line.
+    """
+    with _heard(lambda number, _: None, program, 0.0):
+        yield
+
+
+@contextmanager
+def _heard(ask: Callable[[int, FrameType | None], None], program: str, limit_s: float) -> Iterator[None]:
+    """Within the block, signals call `ask`, and end the process so many seconds [s] later."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
     # who was told to survive its terminal, as by nohup, does
     heard = [number for number in _ASKING if signal.getsignal(number) is not signal.SIG_IGN]
-    before = {number: signal.signal(number, ask) for number in heard}
     # a signal is told of here at once, even while the main thread is busy in a library
     watching, told = socket.socketpair()
     told.setblocking(False)
     woken = signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
-    watch = threading.Thread(target=_cut_short, args=(watching,), name="ilf-ending", daemon=True)
+    before = {number: signal.signal(number, ask) for number in heard}
+    watch = threading.Thread(target=_cut_short, args=(watching, program, limit_s), name="ilf-ending", daemon=True)
     watch.start()
     try:
         yield
@@ -70,7 +95,7 @@ def ending_when_asked() -> Iterator[None]:
         watching.close()
 
 
-def _cut_short(watching: socket.socket) -> None:
+def _cut_short(watching: socket.socket, program: str, limit_s: float) -> None:
     """End the process if it has been asked to and does not do it; until the other end is closed."""
     number = 0
     while number not in _ASKING:
@@ -78,11 +103,12 @@ def _cut_short(watching: socket.socket) -> None:
         if not told:
             return
         number = told[0]
-    watching.settimeout(LIMIT_S)
-    with suppress(TimeoutError):
+    watching.settimeout(limit_s)
+    with suppress(TimeoutError, BlockingIOError):
         if not watching.recv(1):
             return
-    with suppress(OSError):
-        print(f"ilf: error: {Interrupted(number)}", file=sys.stderr, flush=True)
+    if sys.stderr is not None:
+        with suppress(OSError):
+            print(f"{program}: error: {Interrupted(number)}", file=sys.stderr, flush=True)
     discard_unfinished()
     os._exit(status_of(number))

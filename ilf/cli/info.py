@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Iterable
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +39,9 @@ from .parsing import Commands, UsageError, add_frame, add_guide, add_truth, fram
 from .record_facts import record_facts
 from .report import outcome_lines
 from .source_facts import source_facts
+
+_WIDTH = 13
+"""Characters that names of facts take, at least."""
 
 
 def add_command(commands: Commands) -> None:
@@ -104,14 +108,17 @@ def _print_frame_of(source: FrameSource, arguments: argparse.Namespace) -> None:
     if source.frame is None:
         _print_frame(source.files(), arguments)
         return
-    frame, depth = source.load(), source.read_depth()
+    frame, recorded = source.load(), source.recorded()
+    depth, levels = recorded.reading, recorded.stored.confidence
     height, width = frame.shape
+    sure = [] if levels is None else _levels_facts("", levels, source.min_confidence, depth.metres)
     _print_facts(
         [
             ("name", frame.name),
             ("colour", f"{source.rgb}, {width} x {height}"),
             *_depth_facts(Path(source.rgb), depth, frame.intrinsics),
             ("registered", _registered_text(frame)),
+            *sure,
         ]
     )
 
@@ -218,10 +225,20 @@ def _confidence_facts(files: FrameFiles, given: float | None, depth: NDArray[np.
     least = files.min_confidence if given is None else given
     try:
         levels = read_confidence(files.confidence, (depth.shape[0], depth.shape[1]))
+    except InputError as error:
+        return [("problem", str(error))]
+    return _levels_facts(f"{files.confidence}, ", levels, least, depth)
+
+
+def _levels_facts(
+    where: str, levels: NDArray[Any], least: float | None, depth: NDArray[np.float32]
+) -> list[tuple[str, str]]:
+    """What there is to say about confidence that has been read, and of depth that is below the least."""
+    try:
         told = UNUSED if least is None else below(levels, least, depth)[1]
     except InputError as error:
         return [("problem", str(error))]
-    return [("confidence", f"{files.confidence}, from {levels.min():g} to {levels.max():g}. {told}")]
+    return [("confidence", f"{where}from {levels.min():g} to {levels.max():g}. {told}")]
 
 
 def _guide_facts(path: str | Path | None, depth: NDArray[np.float32]) -> list[tuple[str, str]]:
@@ -237,6 +254,7 @@ def _guide_facts(path: str | Path | None, depth: NDArray[np.float32]) -> list[tu
     return [("guide", f"{guide.path}, says something of {said.mean():.1%}, {share:.1%} of what is missing")]
 
 
-def _print_facts(facts: Iterable[tuple[str, str]]) -> None:
+def _print_facts(facts: Sequence[tuple[str, str]]) -> None:
+    width = max([_WIDTH, *(len(name) + 1 for name, _ in facts)])
     for name, fact in facts:
-        print(f"{name + ':':13} {fact}")
+        print(f"{name + ':':{width}} {fact}")

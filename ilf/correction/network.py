@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..edges.onnx_network import OnnxNetwork, reflected
+from ..edges.onnx_network import LEAST_SIDE, OnnxNetwork, reflected
 from ..errors import FormatError
 from .features import correction_features
 from .spreading import spread
@@ -82,11 +82,11 @@ class CorrectionNetwork(OnnxNetwork):
         return self._look(rgb, depth, completed, contours)
 
     def _look(self, rgb: NDArray[np.uint8], depth: Array, completed: Array, contours: Array) -> Array:
-        image, window = reflected(rgb, MULTIPLE)
+        image, window = reflected(rgb, MULTIPLE, least=LEAST_SIDE)
         features, _ = correction_features(depth, completed, contours)
         size = image.shape[:2]
         colour = np.asarray(cv2.dnn.blobFromImage(image, 1 / 255), np.float32)
-        whole = np.stack([reflected(channel, MULTIPLE)[0] for channel in features])
+        whole = np.stack([reflected(channel, MULTIPLE, least=LEAST_SIDE)[0] for channel in features])
         try:
             outputs = self._forward({"image": colour, "features": whole[None]})
         except cv2.error as error:

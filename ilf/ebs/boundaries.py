@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from skimage.measure import label as connected_regions
-from skimage.segmentation import watershed
 
 from ..compiling import compiled
 from ..edges.pairs import Pairs, apart, mark
+from .flooding import flood
 
 _NECKS = (32, 16, 8, 4, 2)
 """Dilations [px] beyond the first at which regions are looked for, too: what only a neck connects comes apart."""
@@ -131,7 +131,7 @@ def contract(
     # what lies deep inside a region has no say in it, and would only wait in the queue
     open_ground = (regions == 0) if inside is None else (regions == 0) & inside
     shore = cv2.dilate(open_ground.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-    grown = watershed(strength, np.where(shore, regions, 0), mask=shore if inside is None else shore & inside)
+    grown = flood(strength, np.where(shore, regions, 0), shore if inside is None else shore & inside)
     return np.where(open_ground, grown, regions).astype(np.int32, copy=False)
 
 

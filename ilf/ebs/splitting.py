@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
-from skimage.segmentation import watershed
 
 from ..edges.pairs import apart, both, mark
 from ..edges.relief import Relief, find_relief
@@ -19,6 +18,7 @@ from .boundaries import contract, regions_between, snap_to_jumps
 from .edit import split
 from .edit.cracks import CrackPaths, find_cracks
 from .edit.patches import box_of
+from .flooding import flood
 from .merging import RegionGraph
 
 _SAMPLES = 90
@@ -205,7 +205,7 @@ def _parted(block: NDArray[np.bool_], sides: NDArray[np.int32], strength: NDArra
     markers = np.where(sure, sides, 0)
     if np.unique(markers[sure]).size < 2:
         markers = np.where(block, sides, 0)
-    return np.asarray(watershed(strength, markers, mask=block), np.int32)
+    return flood(strength, markers, block)
 
 
 def _border(parts: NDArray[np.int32]) -> NDArray[np.float64] | None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..errors import FormatError, InputError
 from .depth_features import depth_features, filled_log_depth
 from .network import LONGEST_SIDE, check_image
-from .onnx_network import OnnxNetwork, reflected
+from .onnx_network import LEAST_SIDE, OnnxNetwork, reflected
 
 Array = NDArray[np.float32]
 
@@ -108,8 +108,8 @@ class DepthEdgeNetwork(OnnxNetwork):
 
     def _run(self, rgb: NDArray[np.uint8], depth: Array) -> list[Array]:
         """The outputs of the network, each (H, W) of the image's size."""
-        image, window = reflected(rgb, MULTIPLE)
-        features, _ = reflected(np.moveaxis(depth_features(depth), 0, 2), MULTIPLE)
+        image, window = reflected(rgb, MULTIPLE, least=LEAST_SIDE)
+        features, _ = reflected(np.moveaxis(depth_features(depth), 0, 2), MULTIPLE, least=LEAST_SIDE)
         size = image.shape[:2]
         inputs = {"image": cv2.dnn.blobFromImage(image, 1 / 255), "depth": np.moveaxis(features, 2, 0)[None]}
         try:

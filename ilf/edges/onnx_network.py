@@ -14,13 +14,18 @@ from numpy.typing import NDArray
 
 from ..errors import FormatError, InputError
 from ..io.files import read_file
-from ..stopping import check_stopped, taking
+from ..stopping import check_stopped, out_of_signals_way, taking
 from ..trial import in_child
 from .external_data import has_external_data
-from .proven import is_proven, remember
+from .proven import Shapes, is_bundled, is_proven, last_looks, looking, remember
+from .questions import ASKED, first_input, with_questions
 
 _LARGE = 1_000_000
 """Pixels of an input from which on a net is read anew after use: it keeps what it works in, some 400 bytes for each."""
+
+LEAST_SIDE = 64
+"""Of the input of a network that halves it five times [px]: where a row or column of one pixel is left, OpenCV 5.0
+reads memory that nobody has written, and what comes out differs from one process to the next."""
 
 _networks: dict[tuple[type, Path], tuple[tuple[int, int], OnnxNetwork]] = {}
 _networks_lock = Lock()
@@ -32,16 +37,23 @@ class OnnxNetwork:
     KIND: ClassVar[str] = "edge network"
     """What it is called in messages."""
 
-    def __init__(self, net: cv2.dnn.Net, path: Path, content: NDArray[np.uint8]) -> None:
-        self._net = net
-        self._content = content
-        self._outputs = tuple(net.getUnconnectedOutLayersNames())
+    def __init__(self, content: NDArray[np.uint8], path: Path) -> None:
+        try:
+            self._first_input, self._with_questions = first_input(content), with_questions(content)
+            self._net = self._fresh_net()
+        except (ValueError, cv2.error) as error:
+            raise _unreadable(path) from error
+        self._outputs = tuple(self._net.getUnconnectedOutLayersNames())
         # A net keeps the input and all in between to itself, so that only one thread may run it at a time.
         self._lock = Lock()
         self.path = path
         self.sha256 = hashlib.sha256(content.data).hexdigest()
         """Of the very bytes that the network was read from, in hexadecimal digits."""
+        self._harmless: set[tuple[tuple[int, ...], ...]] | None = None
+        """Shapes of inputs that this network has looked at; None if there is no need to know."""
         self._try()
+        if not is_bundled(self.sha256):
+            self._harmless = set()
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -75,7 +87,8 @@ class OnnxNetwork:
     def read(cls, content: NDArray[np.uint8], path: Path) -> Self:
         """The network in a file's content, tried with small images but not kept.
 
-        What is not known to be harmless is tried in a process of its own first: the reader of networks can be crashed.
+        What is not known to be harmless is tried in a process of its own first: the reader of networks can be
+        crashed. If the program came to a sudden end while this network looked at an image, so is that size.
 
         Parameters
         ----------
@@ -86,14 +99,25 @@ class OnnxNetwork:
         Raises
         ------
         FormatError
-            If it is no ONNX network, or not one of this kind, takes weights from other files, or crashes the reader.
+            If it is no ONNX network, or not one of this kind, takes weights from other files, crashes the reader, or
+            has crashed the program and would again.
         """
         cls._check_content(content, path)
         sha256, kind = hashlib.sha256(content.data).hexdigest(), cls.__name__
         if not is_proven(sha256, kind):
             in_child(cls._prove, content, path, file=path.name)
             remember(sha256, kind)
-        return cls._opened(content, path)
+        for mark, shapes in last_looks(sha256, kind):
+            try:
+                in_child(cls._look_again, content, path, shapes, file=path.name)
+            except FormatError as error:
+                height, width = next(iter(shapes.values()))[-2:]
+                raise FormatError(
+                    f"{path.name} had the program end suddenly when it looked at an image of about {width} x {height} "
+                    f"pixels, and fails again. {error} Or choose another network."
+                ) from error
+            mark.unlink(missing_ok=True)
+        return cls(content, path)
 
     @staticmethod
     def _check_content(content: NDArray[np.uint8], path: Path) -> None:
@@ -109,37 +133,62 @@ class OnnxNetwork:
             )
 
     @classmethod
-    def _opened(cls, content: NDArray[np.uint8], path: Path) -> Self:
-        try:
-            net = cv2.dnn.readNetFromONNX(content)
-        except cv2.error as error:
-            raise _unreadable(path) from error
-        return cls(net, path, content)
-
-    @classmethod
     def _prove(cls, content: NDArray[np.uint8], path: Path) -> None:
         """Open it once, where it may crash the process."""
-        cls._opened(content, path)
+        cls(content, path)
+
+    @classmethod
+    def _look_again(cls, content: NDArray[np.uint8], path: Path, shapes: Shapes) -> None:
+        """Look at empty images of these shapes, where that may crash the process."""
+        cls(content, path)._results({name: np.zeros(shape, np.float32) for name, shape in shapes.items()})
 
     def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         """All outputs; raises cv2.error where the network does not take these inputs. "" is the first input."""
         with taking(self._lock):
-            check_stopped()  # a look cannot be interrupted
-            found = self._results(inputs)
-            if not all(np.isfinite(one).all() for one in found):
-                # seen once in hundreds of looks, of sizes that had not been looked at; never twice
-                self._net = cv2.dnn.readNetFromONNX(self._content)
-                found = self._results(inputs)
-            if any(values[0, 0].size >= _LARGE for values in inputs.values()):
-                # only with the net goes what it has worked in
-                self._net = cv2.dnn.readNetFromONNX(self._content)
+            check_stopped()
+            whole = False
+            try:
+                found = out_of_signals_way(lambda: self._watched(inputs))
+                whole = True
+                return found
+            finally:
+                if not whole or any(values[0, 0].size >= _LARGE for values in inputs.values()):
+                    # only with the net goes what it has worked in
+                    self._net = self._fresh_net()
+
+    def _watched(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
+        """Look, with a note of that if it may crash the program, as images of a new size may."""
+        shapes = {name: values.shape for name, values in inputs.items()}
+        key = tuple(shapes.values())
+        if self._harmless is None or key in self._harmless:
+            return self._finite_results(inputs)
+        with looking(self.sha256, type(self).__name__, shapes):
+            found = self._finite_results(inputs)
+        self._harmless.add(key)
+        return found
+
+    def _finite_results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
+        found = self._results(inputs)
+        if all(np.isfinite(one).all() for one in found):
             return found
+        # seen once in hundreds of looks, of sizes that had not been looked at; never twice
+        self._net = self._fresh_net()
+        return self._results(inputs)
 
     def _results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
+        self._net.setInput(np.zeros(1, np.float32), f"{ASKED}0")
         for name, values in inputs.items():
-            self._net.setInput(values, name)
+            self._net.setInput(values, name or self._first_input)
+        try:
+            found = self._net.forward(self._outputs)
+        except cv2.error:
+            check_stopped()
+            raise
         # the net writes its next results to the same memory
-        return [np.array(one, np.float32) for one in self._net.forward(self._outputs)]
+        return [np.array(one, np.float32) for one in found]
+
+    def _fresh_net(self) -> cv2.dnn.Net:
+        return cv2.dnn.readNetFromONNX(self._with_questions)
 
     def _try(self) -> None:
         """Raise FormatError for a network that is none of this kind, before it is used."""
@@ -153,7 +202,9 @@ def _unreadable(path: Path) -> FormatError:
     )
 
 
-def reflected(image: NDArray[np.generic], multiple: int, margin: int = 0) -> tuple[NDArray, tuple[slice, slice]]:
+def reflected(
+    image: NDArray[np.generic], multiple: int, margin: int = 0, least: int = 0
+) -> tuple[NDArray, tuple[slice, slice]]:
     """Reflect an image at its borders to sides that are multiples of a number.
 
     Parameters
@@ -162,6 +213,8 @@ def reflected(image: NDArray[np.generic], multiple: int, margin: int = 0) -> tup
     multiple : int
     margin : int
         So many pixels at least are added on every side [px].
+    least : int
+        The sides are at least so long [px].
 
     Returns
     -------
@@ -170,7 +223,8 @@ def reflected(image: NDArray[np.generic], multiple: int, margin: int = 0) -> tup
         Rows and columns of the image within the padded one.
     """
     height, width = image.shape[:2]
-    after = (margin + -(length + 2 * margin) % multiple for length in (height, width))
+    sides = (max(length + 2 * margin, least) for length in (height, width))
+    after = (side + -side % multiple - margin - length for side, length in zip(sides, (height, width), strict=True))
     rest = ((0, 0),) * (image.ndim - 2)
     padded = np.pad(image, (*((margin, size) for size in after), *rest), mode="reflect")
     return padded, (slice(margin, margin + height), slice(margin, margin + width))

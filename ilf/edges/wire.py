@@ -29,13 +29,20 @@ def fields(message: memoryview) -> Iterator[tuple[int, Field]]:
     ValueError
         If the message is truncated or is none.
     """
+    for number, value, _ in spans(message):
+        yield number, value
+
+
+def spans(message: memoryview) -> Iterator[tuple[int, Field, memoryview]]:
+    """The same, each with all the bytes that it takes in the message, so that it can be written again."""
     at = 0
     while at < len(message):
+        begin = at
         key, at = _varint(message, at)
         number, kind = key >> 3, key & 7
         if kind == _VARINT:
             value, at = _varint(message, at)
-            yield number, value
+            yield number, value, message[begin:at]
             continue
         if kind == _BYTES:
             size, at = _varint(message, at)
@@ -45,7 +52,7 @@ def fields(message: memoryview) -> Iterator[tuple[int, Field]]:
             raise ValueError("no protocol buffer")
         if number == 0 or at + size > len(message):
             raise ValueError("truncated")
-        yield number, message[at : at + size]
+        yield number, message[at : at + size], message[begin : at + size]
         at += size
 
 
@@ -57,6 +64,11 @@ def values(message: memoryview, number: int) -> list[Field]:
 def messages(message: memoryview, number: int) -> list[memoryview]:
     """The same of a field that holds messages or strings."""
     return [value for value in values(message, number) if isinstance(value, memoryview)]
+
+
+def joined(message: memoryview, number: int) -> memoryview:
+    """The message in a field: the parts of it, where there are several, are one behind the other."""
+    return memoryview(b"".join(messages(message, number)))
 
 
 def text(message: memoryview, number: int) -> str:
@@ -77,6 +89,25 @@ def integers(message: memoryview, number: int) -> list[int]:
             one, at = _varint(value, at)
             found.append(one)
     return found
+
+
+def message(number: int, content: bytes | str) -> bytes:
+    """A field that holds a message or a text."""
+    raw = content.encode() if isinstance(content, str) else content
+    return _as_varint(number << 3 | _BYTES) + _as_varint(len(raw)) + raw
+
+
+def integer(number: int, value: int) -> bytes:
+    """A field that holds an integer, 0 or more."""
+    return _as_varint(number << 3 | _VARINT) + _as_varint(value)
+
+
+def _as_varint(value: int) -> bytes:
+    groups = []
+    while value > 0x7F:
+        groups.append(value & 0x7F | 0x80)
+        value >>= 7
+    return bytes((*groups, value))
 
 
 def _varint(message: memoryview, at: int) -> tuple[int, int]:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import errno
 import os
-import secrets
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from ..errors import ExportError
 from ..stopping import check_stopped
-from .unfinished import moving, unfinished
+from ..unfinished import moving, unfinished
+from .left_over import clear_left_files, made_by
 
 _WAYS_OUT = {
     errno.ENOENT: "the folder does not exist. Create it first",
@@ -54,10 +54,11 @@ def atomic_path(target: str | os.PathLike[str]) -> Iterator[Path]:
     'all or nothing'
     """
     final = Path(target).absolute()
-    temporary = final.with_name(f".ilf-{secrets.token_hex(8)}{final.suffix}")
+    temporary = final.with_name(f".ilf-{made_by()}{final.suffix}")
     try:
         with unfinished(temporary):
             temporary.touch(exist_ok=False)
+            clear_left_files(temporary)
             try:
                 yield temporary
                 with open(temporary, "rb+") as written:

@@ -17,8 +17,8 @@ from .npy_files import read_npy
 CONFIDENCE_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy")
 
 UNUSED = (
-    "There is a confidence map, and all depth counts all the same: with a least confidence (min_confidence=, "
-    "--min-confidence; 2 for what ARKit calls high) what is below it is missing."
+    "There is a confidence map, and all depth counts all the same: with a least confidence (a row of the open dialog, "
+    "--min-confidence, min_confidence=; 2 for what ARKit calls high) what is below it is missing."
 )
 """What is said where a confidence map is not used."""
 

@@ -115,7 +115,7 @@ class FrameSource:
         from ..registration import Camera, RawPair
 
         if self.frame is not None:
-            return self._recorded(self.frame).pair()
+            return self.recorded().pair()
         frame = self.load()
         if frame.intrinsics is None:
             raise InputError(f"{self.rgb}: the camera's intrinsics are not known. Give them to have the pair as it is.")
@@ -127,13 +127,14 @@ class FrameSource:
         from .frames import read_frame_depth
 
         if self.frame is not None:
-            return self._recorded(self.frame).reading
+            return self.recorded().reading
         return read_frame_depth(self.rgb, self.depth, self._encoding(), self.invalid)
 
-    def _recorded(self, key: str) -> ReadFrame:
+    def recorded(self) -> ReadFrame:
+        """A frame of a recording as it is stored, and its depth in metres; raises what `ilf.load_frame` does."""
         from .recorded import read_recorded
 
-        return read_recorded(self.rgb, key, self._encoding(), self.invalid)
+        return read_recorded(self.rgb, self.frame or "", self._encoding(), self.invalid)
 
     def _encoding(self) -> EncodingSpec | None:
         from .encodings import one_encoding

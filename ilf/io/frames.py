@@ -24,6 +24,7 @@ from .encodings import EncodingSpec, checked_invalid, encoding_of, needs_its_sce
 from .files import FileContent, read_file, read_json
 from .guide_files import GUIDE_SUFFIXES, load_guide
 from .images import read_colour
+from .label_files import read_mask
 from .naming import name_by
 from .poses import camera_pose
 from .recorded import read_recorded
@@ -66,6 +67,8 @@ class FrameFiles:
         The confidence below which depth counts as missing, if stated.
     pose : tuple of tuple of float, or None
         Where the camera was, as rows of a matrix, if stated.
+    outside_view : Path or None
+        Of the mask of what the depth camera could not see, if stated.
     """
 
     rgb: Path
@@ -82,6 +85,7 @@ class FrameFiles:
     confidence: Path | None = None
     min_confidence: float | None = None
     pose: tuple[tuple[float, ...], ...] | None = None
+    outside_view: Path | None = None
 
     @property
     def camera_pose(self) -> NDArray[np.float64] | None:
@@ -254,6 +258,7 @@ def _from_files(
             ),
             notes=read.notes,
             pose=files.camera_pose,
+            outside_view=None if files.outside_view is None else read_mask(files.outside_view, colour.shape[:2]),
         )
     except InputError as error:
         others = "".join(f" {doubt.text}" for doubt in read.doubts if doubt.encoding is not None)
@@ -314,8 +319,9 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         (where the truth is, `gt.*` in the folder if left out; or, in words, what that is worth: nothing if they say
         that it was filled in, or are empty), `gt_units_per_m`, `guide` (where a guide is, `guide.*` in the folder if
         left out), `confidence` (where a confidence map is, `confidence.*` in the folder if left out), `min_confidence`
-        (below which depth counts as missing), `pose` (where the camera was, see `RGBDFrame`), and `run` (the record
-        without which the folder is a half-written one).
+        (below which depth counts as missing), `pose` (where the camera was, see `RGBDFrame`), `outside_view` (where the
+        mask is of what the depth camera could not see), and `run` (the record without which the folder is a
+        half-written one).
 
     Raises
     ------
@@ -344,7 +350,7 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
         least = None if meta.get("min_confidence") is None else checked_least(meta["min_confidence"])
         pose = None if meta.get("pose") is None else checked_motion(meta["pose"], "pose")
         size, name = _meta_size(meta.get("size")), meta.get("name") or root.name
-        named = {key: meta.get(key) for key in ("rgb", "depth", "gt", "guide", "confidence", "run")}
+        named = {key: meta.get(key) for key in ("rgb", "depth", "gt", "guide", "confidence", "outside_view", "run")}
         for key, value in {"name": name, **named}.items():
             if not isinstance(value, str | None):
                 raise InputError(f"{key} must be text, not {value!r:.60}.")
@@ -371,6 +377,7 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     return FrameFiles(
         *(rgb, depth, units, camera, size, name, truth, truth_units, guide, encoding, invalid, confidence, least),
         pose=None if pose is None else tuple(map(tuple, pose.tolist())),
+        outside_view=_named_image(root, named["outside_view"]),
     )
 
 

@@ -39,8 +39,7 @@ def read_mask(path: str | os.PathLike[str], shape: tuple[int, int] | None = None
 
 def also_distrusting(frame: RGBDFrame, path: str | os.PathLike[str]) -> RGBDFrame:
     """A frame that distrusts the depth of a mask's pixels, too; raises as `read_mask` does."""
-    mask = read_mask(path, frame.shape)
-    return frame.distrusting(mask if frame.distrusted is None else mask | frame.distrusted)
+    return frame.also_distrusting(read_mask(path, frame.shape))
 
 
 def write_labels(path: str | os.PathLike[str], labels: ArrayLike) -> None:

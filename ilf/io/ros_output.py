@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from ..camera import CameraIntrinsics
 from ..errors import ExportError, ParameterError
 from ..extras import optional
+from ..unfinished import moving, remove, unfinished
 from .depth_files import UINT16_MAX
-from .unfinished import moving, remove, unfinished
 
 DEPTH_TOPIC, CAMERA_TOPIC = "/depth_completed", "/camera_info"
 ENCODINGS_OF_ROS = ("32FC1", "16UC1")

@@ -8,7 +8,6 @@ import re
 import stat
 import struct
 import threading
-import time
 import zipfile
 import zlib
 from collections.abc import Collection, Iterable, Iterator
@@ -25,10 +24,6 @@ MAX_INFLATED = 2**28
 
 _PART = re.compile(r"project\.json|(?:frames|arrays|thumbnails|sources)/[\w.-]+")
 _FIRST = "project.json"
-_TEMPORARY = re.compile(r"\.ilf-[0-9a-f]{16}")
-_LEFT_OVER = 3600.0
-"""Seconds after which a temporary file is nobody's any more."""
-
 _LOCAL = struct.Struct("<4s5H3L2H")
 _DIRECTORY_ERRORS = (zipfile.BadZipFile, OSError, LookupError, RuntimeError, ValueError, struct.error)
 
@@ -209,7 +204,6 @@ def write_archive(path: str | os.PathLike[str], parts: Iterable[Part], replacing
         If it cannot be written.
     """
     target = Path(os.path.realpath(path))
-    _clear_left_over(target)
     with ExitStack() as released, atomic_path(target) as temporary:
         with zipfile.ZipFile(temporary, "w", zipfile.ZIP_STORED) as archive:
             for part in parts:
@@ -222,14 +216,6 @@ def write_archive(path: str | os.PathLike[str], parts: Iterable[Part], replacing
         for opened in replacing:
             if os.path.realpath(opened.path) == str(target):
                 released.enter_context(opened.let_go())
-
-
-def _clear_left_over(target: Path) -> None:
-    """Take away what saving has left in the folder when its process was killed, some time ago."""
-    with suppress(OSError):
-        for path in target.parent.glob(f".ilf-*{target.suffix}"):
-            if _TEMPORARY.fullmatch(path.stem) and time.time() - path.stat().st_mtime > _LEFT_OVER:
-                path.unlink(missing_ok=True)
 
 
 def _listed(stream: BinaryIO) -> dict[str, _Member]:

@@ -260,16 +260,16 @@ class _Decoding:
         return self.guides[key]
 
     def _made(self, described: Section) -> None:
-        """Note where colour, depth and what lies outside its view are kept of a frame that a program has made."""
+        """Note where colour and depth are kept of a frame that a program has made, and what lies outside its view."""
         if self.same_depth and "inputs" not in described.values:
             colour, depth = described.get("rgb", str), described.get("depth", str)
             self.names |= {colour, depth}
             self.origins.append((self.frame.rgb, colour))
             self.origins += [(frame.measured, depth) for frame in self.frames.values()]
-            if "outside_view" in described.values:
-                outside = described.get("outside_view", str)
-                self.names.add(outside)
-                self.origins.append((self.frame.outside_view, outside))
+        if "outside_view" in described.values and self.frame.outside_view is not None:
+            outside = described.get("outside_view", str)
+            self.names.add(outside)
+            self.origins.append((self.frame.outside_view, outside))
 
     def _judged(self, data: Section) -> RGBDFrame:
         """The frame with the truth that is named."""

@@ -182,12 +182,13 @@ class _Encoding:
             "measured": measured_sha256(frame),
             "intrinsics": None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy, camera.name],
         }
+        if frame.pose is not None:
+            data["pose"] = frame.pose.tolist()
+        if frame.outside_view is not None and (inputs is None or inputs.frame is None):
+            data["outside_view"] = self._array(frame.outside_view, mask_to_bytes)
         if inputs is not None:
             return data | {"inputs": inputs_to_dict(inputs)}
-        data |= {"rgb": self._array(frame.rgb, colour_to_bytes), "depth": self._array(frame.measured, _depth)}
-        if frame.outside_view is None:
-            return data
-        return data | {"outside_view": self._array(frame.outside_view, mask_to_bytes)}
+        return data | {"rgb": self._array(frame.rgb, colour_to_bytes), "depth": self._array(frame.measured, _depth)}
 
     def _seen(self, frame: RGBDFrame) -> dict[str, Any]:
         """What a frame has beside its files: its distrusted depth, its truth by file or by itself, and its guide."""

@@ -196,7 +196,8 @@ class Journal:
         for way in ("ORDER BY rowid", "ORDER BY rowid DESC", "ORDER BY name"):
             try:
                 for (name,) in self._database.execute(f"SELECT name FROM parts {way}"):
-                    yield name
+                    if isinstance(name, str):  # a damaged file may have anything
+                        yield name
             except sqlite3.DatabaseError:
                 continue
             return
@@ -282,8 +283,10 @@ class Journal:
         """What goes wrong is said in words."""
         try:
             yield
-        except sqlite3.Error as error:
-            name = getattr(error, "sqlite_errorname", "")
+        except (sqlite3.Error, UnicodeDecodeError) as error:
+            # the library's message may have a damaged name in it, which is no text
+            is_no_text = isinstance(error, UnicodeDecodeError)
+            name = "SQLITE_CORRUPT" if is_no_text else getattr(error, "sqlite_errorname", "")
             if name.startswith(("SQLITE_BUSY", "SQLITE_LOCKED")):
                 raise JournalInUse(f"Another window works on {self.path}.") from error
             reason = next((text for code, text in _REASONS.items() if name.startswith(code)), str(error))

@@ -23,6 +23,10 @@ def parameters_from(kind: type[Set], values: Mapping[str, Any], what: str, probl
     >>> problems
     ["The parameters: There is no parameter 'sharpness'. Did you mean smoothness? It is left out."]
     """
+    try:
+        return kind.from_dict(values)
+    except (ParameterError, TypeError):  # one by one, then
+        pass
     known = kind.declarations()
     usable = {}
     for name, value in values.items():

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
+from typing import Any
 
 import numpy as np
 
@@ -44,16 +46,22 @@ def recorded_frame(data: Section, parts: Parts, places: Places | None) -> RGBDFr
     if data.get("intrinsics", list, type(None)) is not None:
         fx, fy, cx, cy, called = data.get("intrinsics", list)
         camera = CameraIntrinsics(float(fx), float(fy), float(cx), float(cy), str(called))
+    stated: dict[str, Any] = {}
+    if "pose" in data.values:
+        stated["pose"] = data.get("pose", list)
+    if "outside_view" in data.values:
+        outside = data.get("outside_view", str)
+        stated["outside_view"] = mask_from_bytes(outside, array_content(parts, outside), shape)
     if "inputs" in data.values:
-        return load_inputs(parsed_inputs(data.section("inputs")), name, camera, parts, places)
+        frame = load_inputs(parsed_inputs(data.section("inputs")), name, camera, parts, places)
+        return dataclasses.replace(frame, **stated)
     colour, depth = data.get("rgb", str), data.get("depth", str)
-    outside = data.get("outside_view", str) if "outside_view" in data.values else None
     return RGBDFrame(
         colour_from_bytes(colour, array_content(parts, colour), shape),
         Npz(depth, array_content(parts, depth)).array("depth", np.float32, shape),
         camera,
         name,
-        outside_view=None if outside is None else mask_from_bytes(outside, array_content(parts, outside), shape),
+        **stated,
     )
 
 

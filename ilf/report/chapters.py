@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,7 @@ from ..number_words import grouped, millimetres
 from ..parameters import BlockParameters, Parameters
 from ..preset_words import likeness
 from ..run import ExportOptions, RunRecord, make_record
+from ..stopping import stoppable
 from .again import again_text
 from .content import Cell, Chapter, Column, Fact, Facts, Gallery, Image, Paragraph, Part, Section, Table
 from .curves import MOST_CURVES, curve_blocks, curve_plots
@@ -44,21 +45,23 @@ class Entry:
 def frame_chapter(id: str, figures: Figures, most: int) -> Chapter:
     """All there is to say of a frame; pictures are `most` pixels wide or high at most."""
     subject = figures.subject
+    return Chapter(id, subject.run.frame.name, subject.note, tuple(stoppable(_sections(figures, most))))
+
+
+def _sections(figures: Figures, most: int) -> Iterator[Section]:
+    subject = figures.subject
     record = make_record(subject.run, subject.completion, ExportOptions())
-    sections = [
-        Section("", (_head(figures), *(Paragraph(text, warns=True) for text in subject.problems))),
-        Section("Pictures", (Gallery(frame_pictures(figures, most)),)),
-        Section("How far off", _accuracy(figures)),
-        Section("Blocks", _blocks(figures)),
-        Section("Parameters", _parameters(subject)),
-        Section("Convergence", _convergence(subject)),
-    ]
+    yield Section("", (_head(figures), *(Paragraph(text, warns=True) for text in subject.problems)))
+    yield Section("Pictures", (Gallery(frame_pictures(figures, most)),))
+    yield Section("How far off", _accuracy(figures))
+    yield Section("Blocks", _blocks(figures))
+    yield Section("Parameters", _parameters(subject))
+    yield Section("Convergence", _convergence(subject))
     if subject.kept:
-        sections.append(Section("Kept runs", (runs_table(subject),)))
-    sections.append(Section("Files and versions", (_provenance(record),)))
+        yield Section("Kept runs", (runs_table(subject),))
+    yield Section("Files and versions", (_provenance(record),))
     if subject.completion.results:
-        sections.append(Section("How to have it again", _again(subject)))
-    return Chapter(id, subject.run.frame.name, subject.note, tuple(sections))
+        yield Section("How to have it again", _again(subject))
 
 
 def unreadable_chapter(id: str, frame: Unreadable) -> Chapter:

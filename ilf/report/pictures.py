@@ -17,6 +17,7 @@ from ..drawing.levels import (
     robust_error_levels,
     to_indices,
 )
+from ..stopping import stoppable
 from .content import ColourBar, Legend, Mark, Picture
 from .figures import Figures
 from .images import by_table, colour_bar, photo, shrunk, shrunk_shape
@@ -49,7 +50,7 @@ def frame_pictures(figures: Figures, most: int) -> tuple[Picture, ...]:
     most : int
         Pixels that a picture is wide or high at most.
     """
-    return tuple(_pictures(figures, most))
+    return tuple(stoppable(_pictures(figures, most)))
 
 
 def thumbnail(subject: Subject, most: int) -> NDArray[np.uint8]:

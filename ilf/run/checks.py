@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from ..io.files import file_sha256
@@ -21,7 +22,7 @@ def missing_or_changed(record: RunRecord, folder: Path) -> tuple[str, ...]:
     folder : Path
         Where it lies.
     """
-    gone = [name for name in record.outputs if not (folder / name).is_file()]
+    gone = [name for name in record.outputs if not os.path.isfile(folder / name)]
     changed = [
         name for name, sha256 in record.outputs.items() if name not in gone and file_sha256(folder / name) != sha256
     ]

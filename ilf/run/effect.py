@@ -95,7 +95,7 @@ def _errors(runs: tuple[Run, Run], hidden: NDArray[np.bool_]) -> list[NDArray[np
     frame = runs[0].frame
     truth = frame.depth[hidden]
     try:  # one for both runs, so that what is worked out once for a frame is
-        without = frame.distrusting(hidden if frame.distrusted is None else hidden | frame.distrusted)
+        without = frame.also_distrusting(hidden)
     except InputError:  # nothing would be left
         return [np.full(truth.shape, np.nan, np.float32)] * len(runs)
     alone = [

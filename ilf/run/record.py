@@ -21,7 +21,7 @@ from ..parameters import BlockParameters, Parameters, preset
 from ..version import __version__
 from .machine import library_versions, processor
 from .networks import asked_networks, used_network
-from .options import DISTRUSTED_FILE, DRAWN_FILE, GUIDE_FILE, LABELS_FILE, ExportOptions
+from .options import DISTRUSTED_FILE, DRAWN_FILE, GUIDE_FILE, LABELS_FILE, OUTSIDE_FILE, ExportOptions
 from .run import Run
 
 PROGRAM = "ilf-studio"
@@ -58,6 +58,8 @@ class RunRecord:
         None if the frame was not read from files.
     distrusted, drawn : RecordedMask or None
         The masks of distrusted depth and of drawn borders; None where there is none.
+    outside_view : RecordedMask or None
+        The mask of what the depth camera could not see, of a frame that has it from a file; None where there is none.
     guide : RecordedGuide or None
     pose : tuple of tuple of float, or None
         Where the frame's camera was, as rows of a matrix; None where it is not known.
@@ -111,6 +113,7 @@ class RunRecord:
     outcomes: tuple[BlockOutcome, ...]
     depth_sha256: str | None
     drawn: RecordedMask | None = None
+    outside_view: RecordedMask | None = None
     pose: tuple[tuple[float, ...], ...] | None = None
     guide: RecordedGuide | None = None
     outputs: dict[str, str] = field(default_factory=dict)
@@ -131,6 +134,8 @@ def make_record(run: Run, completion: Completion, options: ExportOptions) -> Run
         How its results are written.
     """
     results = completion.results
+    # what registration finds out, it finds out again
+    is_of_files = run.frame.inputs is not None and run.frame.inputs.frame is None
     used = Counter(result.parameters for result in results.values())
     return RunRecord(
         name=run.frame.name,
@@ -150,6 +155,7 @@ def make_record(run: Run, completion: Completion, options: ExportOptions) -> Run
         outcomes=tuple(result.outcome for result in results.values()),
         depth_sha256=array_sha256(completion.depth),
         drawn=_recorded(run.drawn, DRAWN_FILE),
+        outside_view=_recorded(run.frame.outside_view if is_of_files else None, OUTSIDE_FILE),
         pose=None if run.frame.pose is None else tuple(map(tuple, run.frame.pose.tolist())),
         guide=_recorded_guide(run.frame.guide),
     )
@@ -200,6 +206,8 @@ def to_json(record: RunRecord) -> bytes:
     }
     if record.drawn is not None:
         data["drawn"] = dataclasses.asdict(record.drawn)
+    if record.outside_view is not None:
+        data["outside_view"] = dataclasses.asdict(record.outside_view)
     if record.guide is not None:
         data["guide"] = dataclasses.asdict(record.guide)
     if record.pose is not None:

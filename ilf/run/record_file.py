@@ -15,7 +15,7 @@ from ..io.files import read_json
 from ..outcomes import BlockOutcome, Status
 from ..parameters import BlockParameters, Parameters
 from ..sections import Section, is_plain
-from .options import DISTRUSTED_FILE, DRAWN_FILE, GUIDE_FILE, ExportOptions
+from .options import DISTRUSTED_FILE, DRAWN_FILE, GUIDE_FILE, OUTSIDE_FILE, ExportOptions
 from .record import PROGRAM, SCHEMA, RecordedGuide, RecordedMask, RunRecord
 
 
@@ -96,8 +96,9 @@ def _with_what_schema_1_brought(known: RunRecord, record: Section) -> RunRecord:
         known,
         name=record.get("name", str),
         distrusted=_parsed_mask(record, "distrusted", DISTRUSTED_FILE),
-        # records of runs without drawn borders do not name them
+        # records of runs without them do not name them
         drawn=_parsed_mask(record, "drawn", DRAWN_FILE) if "drawn" in record.values else None,
+        outside_view=_parsed_mask(record, "outside_view", OUTSIDE_FILE) if "outside_view" in record.values else None,
         guide=_parsed_guide(record),
         pose=_parsed_pose(record),
         extraction_networks=networks.texts("extraction"),

@@ -107,8 +107,8 @@ def replay(
     Parameters
     ----------
     path : path-like
-        The run.json. Label map, guide, masks of distrusted depth and drawn borders, and input files that are no longer
-        where they were are looked for beside it.
+        The run.json. Label map, guide, masks (of distrusted depth, of drawn borders, of what is outside the view), and
+        input files that are no longer where they were are looked for beside it.
     rgb, depth : path-like, optional
         Where the input files are now; of a frame of a recording, `rgb` is where that is.
 
@@ -208,6 +208,9 @@ def _recorded_frame(
         raise InputError("The colour or the depth file of the recorded run changed while it was read. Try again.")
     pose = frame.pose if record.pose is None else np.array(record.pose)
     frame = dataclasses.replace(frame, inputs=dataclasses.replace(inputs, truth=None), pose=pose)
+    if record.outside_view is not None:
+        outside = _recorded_mask(record.outside_view, "what lies outside the view", folder, frame.shape)
+        frame = dataclasses.replace(frame, outside_view=outside)
     distrusted = _recorded_mask(record.distrusted, "distrusted depth", folder, frame.shape)
     return frame.distrusting(distrusted).with_guide(_recorded_guide(record.guide, folder))
 
@@ -228,10 +231,10 @@ def _recorded_file(recorded: InputFile, what: str, folder: Path, given: str | os
     """The file with the recorded content: the given one, or where it was, or beside the record."""
     candidates = [Path(given)] if given is not None else [Path(recorded.path), folder / _last_name(recorded.path)]
     for path in candidates:
-        if path.is_file() and file_sha256(path) == recorded.sha256:
+        if os.path.isfile(path) and file_sha256(path) == recorded.sha256:
             return path
     # a file of that name beside the record may well be one of its own outputs
-    if candidates[0].is_file():
+    if os.path.isfile(candidates[0]):
         raise InputError(
             f"{candidates[0]} is not the {what} of the recorded run: its content has changed. Restore it, or give the "
             "colour and the depth file that were used."
@@ -246,7 +249,7 @@ def _recording_of(recorded: InputFile, folder: Path, given: str | os.PathLike[st
     """The recording: the given one, or where it was, or beside the record. Whether it is the same, its frame shows."""
     candidates = [Path(given)] if given is not None else [Path(recorded.path), folder / _last_name(recorded.path)]
     for path in candidates:
-        if path.exists():
+        if os.path.exists(path):
             return path
     raise InputError(
         f"{candidates[0]}: there is no such recording, but the run was made of a frame in it. Give its path to say "
@@ -266,7 +269,7 @@ def _recorded_mask(
     if recorded is None:
         return None
     path = folder / recorded.file
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(f"The mask of {what} of this run ({path.name}) is not beside the record. Put it there.")
     mask = read_mask(path, shape)
     if array_sha256(mask) != recorded.sha256:
@@ -279,7 +282,7 @@ def _recorded_guide(recorded: RecordedGuide | None, folder: Path) -> Guide | Non
     if recorded is None:
         return None
     path = folder / recorded.file
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(f"The guide of this run ({path.name}) is not beside the record. Put it there.")
     guide = dataclasses.replace(load_guide(path), path=recorded.path)
     if array_sha256(guide.array) != recorded.sha256:
@@ -318,7 +321,7 @@ def _recorded_blocks(
 
 def _saved_labels(record: RunRecord, folder: Path) -> NDArray[np.int32] | None:
     """The label map beside the record; None if it is missing or not the recorded one."""
-    if record.labels_file is None or not (folder / record.labels_file).is_file():
+    if record.labels_file is None or not os.path.isfile(folder / record.labels_file):
         return None
     labels = read_labels(folder / record.labels_file)
     matches = labels.shape == record.shape and array_sha256(labels) == record.labels_sha256
@@ -328,6 +331,7 @@ def _saved_labels(record: RunRecord, folder: Path) -> NDArray[np.int32] | None:
 def _recorded_depth(record: RunRecord, folder: Path) -> NDArray[np.float32] | None:
     """The recorded depth, from a file beside the record that keeps every digit; None if there is none."""
     for name in (DEPTH_FILES["npy"], DEPTH_FILES["tiff"]):
-        if name in record.outputs and (folder / name).is_file() and file_sha256(folder / name) == record.outputs[name]:
-            return depth_in_metres(read_depth_values(folder / name), 1.0)
+        path = folder / name
+        if name in record.outputs and os.path.isfile(path) and file_sha256(path) == record.outputs[name]:
+            return depth_in_metres(read_depth_values(path), 1.0)
     return None

@@ -9,21 +9,24 @@ from __future__ import annotations
 
 import os
 import re
-import secrets
 import shutil
-import socket
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from ..errors import ExportError
-from ..io.unfinished import moving, remove_empty, unfinished
+from ..io.left_over import MADE_BY, is_dead, made_by
+from ..sections import is_plain
+from ..unfinished import moving, remove_empty, unfinished
 
 _PREFIX = ".ilf-export-"
-_LEFT = re.compile(rf"{re.escape(_PREFIX)}(?P<host>.+)-(?P<process>\d+)-[0-9a-f]{{8}}")
+_LEFT = re.compile(rf"{re.escape(_PREFIX)}{MADE_BY}")
 _BEFORE, _NAMES = "before", ".names"
 """In the temporary folder: a folder with the files that were replaced, and a file with the names of the set, the seal's
 last."""
+
+_LONGEST_NAME = 255
+"""Bytes; file systems take no more."""
 
 
 @contextmanager
@@ -39,7 +42,7 @@ def staging(target: Path) -> Iterator[Path]:
     try:
         target.mkdir(parents=True, exist_ok=True)
         clear_interrupted(target)
-        folder = target / f"{_PREFIX}{_host()}-{os.getpid()}-{secrets.token_hex(4)}"
+        folder = target / f"{_PREFIX}{made_by()}"
         folder.mkdir()
         try:
             with unfinished(folder, *missing), _naming(folder, target):
@@ -118,11 +121,12 @@ def _discard(folder: Path) -> None:
 
 
 def _names(folder: Path) -> list[str]:
-    """Of the set that is in a temporary folder; none before it is whole."""
+    """Of the set that is in a temporary folder; none before it is whole, or if they are not what `move_in` writes."""
     try:
-        return (folder / _NAMES).read_text(encoding="utf-8").splitlines()
-    except FileNotFoundError:
+        names = (folder / _NAMES).read_text(encoding="utf-8").split("\n")
+    except (FileNotFoundError, UnicodeDecodeError):
         return []
+    return names if all(is_plain(name) and len(name.encode()) <= _LONGEST_NAME for name in names) else []
 
 
 def _old_files(folder: Path) -> list[Path]:
@@ -136,30 +140,9 @@ def _is_sealed(folder: Path, target: Path) -> bool:
 
 
 def _is_left(folder: Path) -> bool:
-    """Whether the process that made a temporary folder has died. Nothing is known of those on other computers."""
+    """Whether the process that made a temporary folder has died."""
     match = _LEFT.fullmatch(folder.name)
-    return match is not None and match["host"] == _host() and not _runs(int(match["process"]))
-
-
-def _host() -> str:
-    return re.sub(r"[^A-Za-z0-9.]+", "_", socket.gethostname()) or "host"
-
-
-def _runs(process: int) -> bool:
-    if os.name == "nt":
-        import ctypes
-
-        handle = ctypes.windll.kernel32.OpenProcess(0x1000, False, process)  # type: ignore[attr-defined]
-        if handle:
-            ctypes.windll.kernel32.CloseHandle(handle)  # type: ignore[attr-defined]
-        return bool(handle)
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        pass
-    return True
+    return match is not None and is_dead(match)
 
 
 @contextmanager

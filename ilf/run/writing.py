@@ -291,5 +291,6 @@ def _meta(frame: RGBDFrame, inputs: FrameInputs, options: ExportOptions) -> byte
         "K": None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy],
         "run": RECORD_FILE if options.run_record else None,
         **({} if frame.pose is None else {"pose": frame.pose.tolist()}),
+        **({} if frame.outside_view is None else {"outside_view": OUTSIDE_FILE}),
     }
     return f"{json.dumps(meta, indent=2)}\n".encode()

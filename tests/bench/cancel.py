@@ -3,9 +3,8 @@
     python -m tests.bench.cancel [FRAME] [--size 1920x1080] [--only extraction best ...] [--moments 5] [--stacks]
 
 Each kind of work is done once as a whole, and the longest processor time is taken that it spends without asking whether
-it is to go on, which is the worst case of a cancel at any moment. What a network says takes as long as it takes, and
-cannot be cancelled: it is told apart, and the window does not wait for it. Then the work is begun as the window does,
-and cancelled at some random moments. With `--stacks`, where the longest stretches lie.
+it is to go on, which is the worst case of a cancel at any moment. Then the work is begun as the window does, and
+cancelled at some random moments. With `--stacks`, where the longest stretches lie.
 """
 
 from __future__ import annotations
@@ -16,23 +15,27 @@ import tempfile
 import threading
 import time
 import traceback
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 from PySide6.QtCore import QCoreApplication
 
 import ilf
+from gui.report.job import write_steps
 from gui.work.worker import Worker
 from ilf.assets import asset_path
 from ilf.completion import CompletionRun
 from ilf.confidence import expected_error
 from ilf.dense import guess_steps
-from ilf.edges.onnx_network import OnnxNetwork
+from ilf.ebs.following import follow
+from ilf.io.frame_folders import write_frame
 from ilf.outcomes import compose
+from ilf.report import ReportOptions, Subject
 from ilf.run import ExportOptions
-from ilf.stopping import check_stopped, heed
+from ilf.stopping import heed, stoppable
 from ilf.suspicion import suspicious_places
 
 from .waiting import pause, wait
@@ -47,7 +50,6 @@ class Meter:
         self.stretches: list[tuple[float, str, str]] = []
         self._before = "the start"
         self._since = time.thread_time()
-        self._in_networks = 0.0
 
     def is_set(self) -> bool:
         """Asked: is it to stop?"""
@@ -57,16 +59,6 @@ class Meter:
     def end(self) -> None:
         """The work is done."""
         self._note("the end")
-
-    def leave_out(self, seconds: float) -> None:
-        """So much of the present stretch was a network's."""
-        self._since += seconds
-        self._in_networks = max(self._in_networks, seconds)
-
-    @property
-    def longest_network(self) -> float:
-        """Longest look of a network [s]."""
-        return self._in_networks
 
     def _note(self, where: str) -> None:
         now = time.thread_time()
@@ -88,10 +80,10 @@ def main() -> None:
     make = frames(Path(given.frame) if given.frame else asset_path("samples/room"), given.size)
     chance = random.Random(given.seed)
     names = given.only or list(KINDS)
-    print(f"{given.size}; longest stretch of work that cannot be cancelled, and of a network, processor time [ms];")
-    print(f"longest time from cancelling until the window goes on, and until the work is over, over {given.moments} ")
-    print("random moments, wall time [ms]")
-    print(f"{'':16} {'stretch':>8} {'network':>8} {'window':>8} {'over':>8}")
+    print(f"{given.size}; longest stretch of work that cannot be cancelled, processor time [ms]; longest time from")
+    print(f"cancelling until the window goes on, and until the work is over, over {given.moments} random moments, ")
+    print("wall time [ms]")
+    print(f"{'':16} {'stretch':>8} {'window':>8} {'over':>8}")
     for name in names:
         make_work = KINDS[name]
         _warm_up(make_work)
@@ -100,7 +92,7 @@ def main() -> None:
         waits = [cancelled(make_work(make()), moment) for moment in moments]
         goes_on, over = (max(times) for times in zip((0.0, 0.0), *waits, strict=True))
         longest = max(stretch for stretch, *_ in meter.stretches)
-        times = (longest, meter.longest_network, goes_on, over)
+        times = (longest, goes_on, over)
         print(f"{name:16}", *(f"{1000 * seconds:8.0f}" for seconds in times), flush=True)
         if given.stacks:
             for stretch, begin, end in sorted(meter.stretches, reverse=True)[:6]:
@@ -116,19 +108,9 @@ def measured(work: Work) -> tuple[Meter, float]:
         meter = Meter()
         meters.append(meter)
         heed(meter)  # type: ignore[arg-type]
-        look = OnnxNetwork._results
-
-        def timed_look(self: OnnxNetwork, inputs: dict[str, np.ndarray]) -> list[np.ndarray]:
-            begun = time.thread_time()
-            found = look(self, inputs)
-            meter.leave_out(time.thread_time() - begun)
-            return found
-
-        OnnxNetwork._results = timed_look  # type: ignore[method-assign]
         try:
             work()
         finally:
-            OnnxNetwork._results = look  # type: ignore[method-assign]
             meter.end()
 
     begun = time.perf_counter()
@@ -170,14 +152,14 @@ def frames(folder: Path, size: str) -> Callable[[], ilf.RGBDFrame]:
     return lambda: ilf.RGBDFrame(rgb.copy(), depth.copy(), camera)
 
 
-def _run(preset: str) -> Callable[[ilf.RGBDFrame], Work]:
+def _run(preset: str, **values: Any) -> Callable[[ilf.RGBDFrame], Work]:
     def make(frame: ilf.RGBDFrame) -> Work:
         blocks = ilf.extract_blocks(frame)
         fresh = ilf.RGBDFrame(frame.rgb.copy(), frame.depth.copy(), frame.intrinsics)
 
         def work() -> None:
-            with CompletionRun(fresh, blocks, ilf.preset(preset), threads=1) as run:
-                for _ in _asking(run):
+            with CompletionRun(fresh, blocks, ilf.preset(preset, **values), threads=1) as run:
+                for _ in stoppable(run):
                     pass
 
         return work
@@ -195,7 +177,7 @@ def _after_run(then: Callable[[ilf.RGBDFrame, np.ndarray, ilf.Completion], Work]
 
 def _guess(frame: ilf.RGBDFrame, completion: ilf.Completion) -> Work:
     def work() -> None:
-        for _ in _asking(guess_steps(frame, completion, None)):
+        for _ in stoppable(guess_steps(frame, completion, None)):
             pass
 
     return work
@@ -212,6 +194,34 @@ def _export(frame: ilf.RGBDFrame, blocks: np.ndarray, completion: ilf.Completion
     return work
 
 
+def _report(frame: ilf.RGBDFrame, blocks: np.ndarray, completion: ilf.Completion) -> Work:
+    subject = Subject(ilf.Run(frame, blocks), completion)
+
+    def work() -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            for _ in stoppable(write_steps(Path(folder, "report.html"), [subject], 1, ReportOptions())):
+                pass
+
+    return work
+
+
+def _follow(frame: ilf.RGBDFrame) -> Work:
+    blocks = ilf.extract_blocks(frame)
+    moved = ilf.RGBDFrame(np.roll(frame.rgb, 9, axis=1), np.roll(frame.depth, 9, axis=1), frame.intrinsics)
+    return lambda: follow(frame, blocks, moved)
+
+
+def _open(frame: ilf.RGBDFrame) -> Work:
+    folder = tempfile.TemporaryDirectory()
+    write_frame(folder.name, frame)
+
+    def work() -> None:
+        with folder:
+            ilf.load_frame(folder.name)
+
+    return work
+
+
 def _suspects(frame: ilf.RGBDFrame, blocks: np.ndarray, completion: ilf.Completion) -> None:
     suspicious_places(frame, blocks, ilf.edge_strength(frame), expected_error(frame, completion))
 
@@ -221,18 +231,15 @@ KINDS: dict[str, Callable[[ilf.RGBDFrame], Work]] = {
     "best": _run("best"),
     "paper": _run("paper"),
     "released-code": _run("released-code"),
+    "fill+denoise": _run("best", mode="fill+denoise"),
     "expected error": _after_run(lambda frame, blocks, completion: lambda: expected_error(frame, completion)),
     "suspects": _after_run(lambda frame, blocks, completion: lambda: _suspects(frame, blocks, completion)),
     "guess": lambda frame: _guess(frame, compose(frame, {})),
     "export": _after_run(_export),
+    "report": _after_run(_report),
+    "follow": _follow,
+    "open": _open,
 }
-
-
-def _asking(steps: Iterable[object]) -> Iterable[object]:
-    """Whoever drives steps asks after each whether to go on."""
-    for step in steps:
-        check_stopped()
-        yield step
 
 
 def _warm_up(make_work: Callable[[ilf.RGBDFrame], Work]) -> None:

@@ -17,6 +17,7 @@ import ilf
 from ilf.assets import asset_path
 from ilf.cli.sample import run as write_sample
 from ilf.frame import CameraIntrinsics
+from ilf.io import left_over
 from ilf.io.atomic import write_bytes
 from ilf.io.interchange.writing import write_blocks
 from ilf.models import new_model_path
@@ -60,7 +61,10 @@ def contents(folder: Path) -> dict[str, bytes]:
 def as_found(folder: Path) -> dict[str, bytes]:
     """The same after what a dead process has left has been undone, as the next who writes there does first."""
     clear_interrupted(folder)
-    return {name: content for name, content in contents(folder).items() if not Path(name).name.startswith(".ilf-")}
+    left_over._cleared.discard(folder)  # as if this process had not been here yet
+    write_bytes(folder / "next", b"")
+    (folder / "next").unlink()
+    return contents(folder)
 
 
 def _frame(shift: float = 0.0) -> ilf.RGBDFrame:

@@ -313,13 +313,13 @@ def test_closed_sessions_are_freed(editing: MainWindow, qtbot: QtBot) -> None:
     session = editing.workspace.session
     editing.actions_["select_all"].trigger()
     editing.actions_["merge_blocks"].trigger()
-    watch = weakref.ref(session)
+    watched = weakref.ref(session), weakref.ref(session.undo_stack)
     del session
     editing.actions_["close_frame"].trigger()
     editing.refresh.now()
 
     def is_freed() -> bool:
         gc.collect()
-        return watch() is None
+        return [watch() for watch in watched] == [None, None]
 
     qtbot.waitUntil(is_freed, timeout=WAIT_MS)  # the list of frames takes a while to let it go

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QLineEdit
+from PySide6.QtWidgets import QApplication, QCheckBox, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from gui.main_window import MainWindow
 from gui.tools.kinds import TOOL_NAMES
 
 from .conftest import WAIT_MS
-from .hand import ALT, CTRL, SHIFT, click, double_click, drag, hover, key, let_go, turn_wheel
+from .hand import ALT, CTRL, PLAIN, SHIFT, click, double_click, drag, hover, key, let_go, turn_wheel
 
 _Key = Qt.Key
 
@@ -177,6 +177,27 @@ def test_keys_work_wherever_the_focus_is_but_not_where_numbers_are_typed(editing
     QTest.keyRelease(widget, _Key.Key_Space)
     assert viewport.cursor().shape() is Qt.CursorShape.CrossCursor
     assert all(editing.workspace.session.info(label).visible for label in (1, 2)), "space hides no block"
+
+
+def test_who_goes_through_the_panels_by_keys_has_tab_and_space_there(editing: MainWindow) -> None:
+    _take(editing, "select")
+    focus = QApplication.focusWidget
+    editing.views.cells["colour"].view.setFocus()
+    key(editing, _Key.Key_Tab)
+    assert editing.editor.tool_name == "border"
+    seen: list[QWidget | None] = []
+    while not isinstance(focus(), QCheckBox):
+        key(editing, _Key.Key_Tab, CTRL if editing.views.isAncestorOf(focus()) else PLAIN)
+        assert focus() not in seen, "the focus goes on and on"
+        seen.append(focus())
+    check = focus()
+    assert editing.editor.tool_name == "border"
+    before = check.isChecked()
+    key(editing, _Key.Key_Space)
+    assert check.isChecked() != before
+    QTest.mouseClick(editing.views.cells["colour"].view.viewport(), Qt.MouseButton.LeftButton)
+    key(editing, _Key.Key_Tab)
+    assert editing.editor.tool_name == "outline"
 
 
 def test_space_pans_in_a_view_that_had_not_the_focus(editing: MainWindow) -> None:

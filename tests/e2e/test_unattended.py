@@ -73,6 +73,11 @@ def test_a_run_gives_a_picture_and_status_0(start: Start, frame_folder: Path, pi
     assert cv2.imread(str(picture)).shape == (700, 900, 3)
 
 
+def test_a_frame_of_a_folder_is_named_by_its_key(start: Start, frame_folder: Path, picture: Path) -> None:
+    assert start(frame_folder.parent, "--frame", frame_folder.name) == (0, "")
+    assert picture.exists()
+
+
 def test_a_run_that_guesses_the_rest_has_its_picture_after_that(
     start: Start, frame_folder: Path, tmp_path: Path, picture: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

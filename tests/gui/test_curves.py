@@ -150,6 +150,33 @@ def test_the_error_against_a_truth_has_a_plot_and_a_column(panel):
     assert "err 5 mm" in panel.readout.text
 
 
+def test_the_error_after_the_correction_stands_at_the_end(panel):
+    records = [replace(record, error=0.2 / record.i) for record in linear()]
+    panel.show_curves([curve(records, corrected=0.004)])
+    assert "err 4 mm" in panel.readout.text
+    (at,), (value,) = panel.error_plot._points.getData()
+    assert (at, 10**value) == (40, pytest.approx(0.004))
+    panel.look_at(40)
+    assert "err 5 mm" in panel.readout.text, "the last iteration was not corrected yet"
+    panel.look_at(None)
+    assert "err 4 mm" in panel.readout.text
+
+
+def test_a_corrected_block_has_the_error_of_its_depth(panel: CurvesPanel) -> None:
+    depth = np.full((24, 32), 2.0, np.float32)
+    depth[8:16, 8:24] = np.nan
+    frame = RGBDFrame(np.zeros((24, 32, 3), np.uint8), depth, truth=np.full((24, 32), 2.01, np.float32))
+    workspace = Workspace()
+    workspace.add_session(Session.of(Run(frame, np.ones((24, 32), np.int32)), "origin", "key"))
+    session = workspace.session
+    (result,) = complete(frame, session.labels).results.values()
+    presenter = CurvesPresenter(workspace, panel)
+    for correction, expected in (("a" * 64, "err 20 mm"), (None, "err 10 mm")):
+        workspace.store_results(session, [replace(result, depth=result.depth - 0.01, correction=correction)])
+        presenter.show()
+        assert expected in panel.readout.text
+
+
 def test_zero_and_unknown_sigma_do_not_upset_the_axis(panel):
     records = [
         PassBandRecord(i, 1, sigma, 10.0, 0.1, math.nan, 0.0, (2.0, 2.0), False)

@@ -16,6 +16,7 @@ from gui import display
 from gui.app import main
 from gui.display import PLATFORM_LIBRARIES, QT_LIBRARIES
 from ilf import extras
+from ilf.assets import asset_path
 from ilf.extras import SYSTEM_PACKAGES
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -152,6 +153,21 @@ def test_without_display_the_sample_is_completed_by_the_command_line(
     assert "ilf complete" in capsys.readouterr().err
 
 
+def test_without_display_a_frame_goes_on_by_its_key(
+    bare_linux: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    called: list[list[str]] = []
+    bare_linux.setattr("ilf.cli.main", lambda arguments: called.append(arguments) or 0)
+    samples = str(asset_path("samples"))
+    assert main([samples, "--frame", "room", "--min-confidence", "2"]) == 0
+    assert called == [["complete", samples, "--frame", "room", "--min-confidence", "2.0"]]
+    assert main([samples, "--frame", "hall"]) == 1
+    assert "hall" in capsys.readouterr().err.splitlines()[-1]
+    for arguments in ([samples, samples, "--frame", "room"], [samples, "--sample", "--frame", "room"]):
+        with pytest.raises(SystemExit):
+            main(arguments)
+
+
 def test_a_picture_of_the_window_that_qt_cannot_make_is_one_line(
     bare_linux: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -190,6 +206,24 @@ def test_a_package_that_is_not_installed_is_named_with_its_extra(package: str) -
     assert f"needs the package {package}, " in run.stderr
     assert "pip install 'ilf-studio[app]'" in run.stderr
     assert run.stderr.count("\n") == 1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_the_program_ends_quietly_while_it_is_still_importing() -> None:
+    run = _child(
+        "import os, signal, sys\n"
+        "class AskedMeanwhile:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name.startswith('PySide6'):\n"
+        "            os.kill(os.getpid(), signal.SIGINT)\n"
+        "            while True: pass\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "sys.meta_path.insert(0, AskedMeanwhile())\n"
+        "from gui.app import main\n"
+        "main(['--sample'])\n",
+        QT_QPA_PLATFORM="offscreen",
+    )
+    assert (run.returncode, run.stderr) == (130, "ilf-gui: error: interrupted\n")
 
 
 def test_the_command_line_takes_over_without_importing_qt(tmp_path: Path) -> None:

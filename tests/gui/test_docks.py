@@ -34,6 +34,14 @@ def test_a_window_is_moved_into_the_room_and_made_no_larger(window: QRect, room:
     assert docks.fit(window, room) == expected
 
 
+def test_damaged_settings_do_not_keep_the_window_from_opening(qtbot: QtBot) -> None:
+    for key in ("window/geometry", "frames/most_open", "panels/declined", "layouts/own", "theme"):
+        QSettings().setValue(key, "damaged" if key != "layouts/own" else "[" * 10**5)
+    window = MainWindow()
+    qtbot.addWidget(window)
+    assert window.size() == docks.DEFAULT_SIZE.boundedTo(docks.available_geometry(window).size() - QSize(0, 40))
+
+
 @pytest.mark.parametrize("room", [QSize(1066, 666), QSize(1100, 700), QSize(1920, 1080)])
 def test_the_first_window_fits_the_screen(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, room: QSize) -> None:
     monkeypatch.setattr(docks, "available_geometry", lambda _: QRect(0, 0, room.width(), room.height()))

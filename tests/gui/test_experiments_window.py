@@ -31,7 +31,7 @@ def menu(qtbot, tmp_path):
     qtbot.addWidget(menu)
     yield menu
     assert menu.shutdown()
-    assert not multiprocessing.active_children()
+    qtbot.waitUntil(lambda: not multiprocessing.active_children(), timeout=WAIT_MS)
 
 
 @pytest.fixture
@@ -187,7 +187,7 @@ def test_cancelling_ends_the_process_and_keeps_what_was_done(window, qtbot):
         window.cancel_button.click()
         assert not window.cancel_button.isEnabled()
     assert ended.args == ["cancelled"]
-    assert not multiprocessing.active_children()
+    qtbot.waitUntil(lambda: not multiprocessing.active_children(), timeout=WAIT_MS)
     assert {path.name.partition(".")[0] for path in window.options.results_folder().glob("*.json")} == {"cylinder"}
     assert window.list.currentItem().text().startswith("Cylinder")
     assert "quick" in window.list.currentItem().text()
@@ -228,7 +228,7 @@ def test_closing_the_program_asks_and_ends_the_run(qtbot, tmp_path):
     assert not main.isVisible()
     assert not window.isVisible()
     assert not window.runner.busy
-    assert not multiprocessing.active_children()
+    qtbot.waitUntil(lambda: not multiprocessing.active_children(), timeout=WAIT_MS)
 
 
 def test_data_and_folders_that_cannot_be_used_are_told(window, qtbot, tmp_path):

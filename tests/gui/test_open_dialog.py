@@ -12,17 +12,23 @@ from PySide6.QtWidgets import QDialog
 
 from gui.dialogs.frame_files import colour_beside, depth_beside
 from gui.dialogs.open_frame import OpenFrameDialog
-from ilf.errors import InputError
+from gui.frames.several import look_into
+from gui.work.latest_question import LatestQuestion
+from ilf.errors import FormatError, InputError
 from ilf.io import load_frame
+from ilf.io.frame_source import FrameSource
+from tests.ilf.phone_files import write_record3d
 
 
 @pytest.fixture
 def dialog(qtbot):
-    dialog = OpenFrameDialog()
+    looks = LatestQuestion(look_into)
+    dialog = OpenFrameDialog(looks)
     qtbot.addWidget(dialog)
     dialog.show()
     yield dialog
     dialog.reject()
+    assert looks.shutdown()
 
 
 @pytest.fixture
@@ -114,10 +120,18 @@ def test_a_wrong_depth_file_is_refused_in_plain_words(dialog, folder, make, expe
     assert not dialog.open_button.isEnabled()
 
 
-def test_folder_with_meta_is_enough(dialog, folder):
-    dialog.set_files(str(folder))
-    assert "meta.json" in dialog.message.text()
+def test_a_file_alone_is_judged_before_its_depth_is_asked_for(dialog, folder):
+    (folder / "depth.png").unlink()
+    dialog.set_files(str(folder / "rgb.png"))
+    assert dialog.message.text() == "Choose the depth file that belongs to this colour image."
+    (folder / "notes.txt").write_text("no image")
+    dialog.set_files(str(folder / "notes.txt"))
+    assert dialog.message.tone() == "error"
+    assert "notes.txt" in dialog.message.text()
     assert not dialog.open_button.isEnabled()
+
+
+def test_folder_with_meta_is_enough(dialog, folder):
     (folder / "meta.json").write_text(json.dumps({"depth_units_per_m": 1000, "K": [525, 525, 320, 240]}))
     dialog.set_files(str(folder))
     assert dialog.open_button.isEnabled()
@@ -208,3 +222,47 @@ def test_low_confidence_is_missing_from_the_preview_on(dialog, folder):
     dialog.read()
     assert "below 2 counts as missing" in dialog.message.text()
     assert np.isnan(dialog.request().load().depth[:200]).all()
+
+
+@pytest.fixture
+def recording(tmp_path) -> Path:
+    """Two frames of a phone, of 8 x 6 pixels in depth."""
+    write_record3d(tmp_path / "scan.r3d")
+    return tmp_path / "scan.r3d"
+
+
+def test_the_first_frame_of_a_recording_is_seen_before_it_is_opened(dialog, recording, qtbot):
+    dialog.set_files(str(recording))
+    assert dialog.open_button.isEnabled()
+    qtbot.waitUntil(lambda: "for the list. The first:" in dialog.message.text())
+    assert "Median" in dialog.message.text()
+    assert not dialog.colour_preview.picture.pixmap().isNull()
+    assert not dialog.depth_preview.picture.pixmap().isNull()
+    assert not dialog.depth_path.isEnabled()
+    assert dialog.open_button.isEnabled()
+    dialog.min_confidence.setText("high")
+    dialog.read()
+    assert not dialog.open_button.isEnabled()
+
+
+def test_a_folder_of_frames_is_looked_into_and_an_empty_one_refused(dialog, folder, tmp_path, qtbot):
+    dialog.set_files(str(folder))
+    qtbot.waitUntil(lambda: dialog.message.text().startswith("1 frame for the list."))
+    assert "Median 2.00 m" in dialog.message.text()
+    assert dialog.request().rgb == str(folder)
+    (tmp_path / "empty").mkdir()
+    dialog.set_files(str(tmp_path / "empty"))
+    qtbot.waitUntil(lambda: "holds no frames" in dialog.message.text())
+    assert dialog.message.tone() == "error"
+    assert not dialog.open_button.isEnabled()
+    assert dialog.depth_preview.picture.pixmap().isNull()
+
+
+def test_a_recording_whose_first_frame_is_damaged_can_be_opened(dialog, recording, qtbot, monkeypatch):
+    def damaged(*_: object) -> None:
+        raise FormatError("The depth of this frame is damaged.")
+
+    monkeypatch.setattr(FrameSource, "load", damaged)
+    dialog.set_files(str(recording))
+    qtbot.waitUntil(lambda: "The first cannot be read: The depth of this frame" in dialog.message.text())
+    assert dialog.open_button.isEnabled()

@@ -39,7 +39,7 @@ def test_a_window_that_does_not_remember_neither_reads_nor_writes(tmp_path: Path
     assert RecentOrigins("frames", remembers=True).origins == [FrameSource(str(tmp_path))]
 
 
-@pytest.mark.parametrize("kept", ["", "{", "[1]", '[{"rgb": "a"}]', "7"])
+@pytest.mark.parametrize("kept", ["", "{", "[1]", '[{"rgb": "a"}]', '[{"file": 7}]', "7", "[" * 10**5])
 def test_settings_that_are_damaged_offer_nothing(kept: str) -> None:
     QSettings().setValue("recent/frames", kept)
     assert RecentOrigins("frames", remembers=True).origins == []

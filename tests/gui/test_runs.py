@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
+from gui.blocks.block_rows import block_rows
 from gui.work import frame_runs as runs_module
 from gui.work.runs import RunState
 from ilf import preset
-from ilf.blocks import find_blocks
+from ilf.blocks import Block, find_blocks
 from ilf.ebs.edit import merge
+from ilf.outcomes import BlockResult
+from ilf.stopping import present_wishes
 
-from .scripted_runs import Bench, Until
+from .scripted_runs import Bench, ScriptedSteps, Until
 
 # starting and ending
 
@@ -331,6 +334,29 @@ def test_blocks_that_wait_for_the_correction_stay_when_a_run_is_cancelled(bench:
     assert set(bench.session.valid_results()) == {1, 2}
     assert bench.session.changed_blocks() == [2]
     assert "2 blocks" in bench.said[0]
+    assert bench.said[0].endswith(" 1 block still without the learned correction: run what changed.")
+    row = next(row for row in block_rows(bench.session, bench.runs) if row.label == 2)
+    assert row.detail.startswith("The result, completed, waits for the learned correction.")
+
+
+def test_a_block_that_is_done_as_the_run_is_cancelled_stays(
+    bench: Bench, until: Until, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make = ScriptedSteps._result
+
+    def result_and_wish(self: ScriptedSteps, label: int, block: Block) -> BlockResult:
+        for wish in present_wishes():
+            wish.set()
+        return make(self, label, block)
+
+    monkeypatch.setattr(ScriptedSteps, "_result", result_and_wish)
+    bench.runs.start()
+    bench.script.allow(3)
+    until(lambda: 1 in bench.session.valid_results())
+    bench.runs.cancel()
+    bench.script.allow()
+    until(lambda: bool(bench.said))
+    assert set(bench.session.valid_results()) == {1}
 
 
 def second_depth(bench: Bench) -> np.ndarray:

@@ -144,6 +144,15 @@ def test_a_damaged_recording_is_one_clear_message(tmp_path: Path, damage: str) -
         ilf.load_frame(path, frame="0.133000")
 
 
+def test_a_track_of_a_codec_that_nobody_knows(tmp_path: Path) -> None:
+    path = write_azure(tmp_path / "a.mkv", frames=1)
+    content = path.read_bytes()
+    assert b"V_MJPEG" in content
+    path.write_bytes(content.replace(b"V_MJPEG", b"V_MJPEX"))
+    with pytest.raises(FormatError, match="no colour track"):
+        ilf.open_source(path)
+
+
 def test_other_videos_and_a_missing_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     other = write_azure(tmp_path / "other.mkv", frames=1, depth_tag="SOMETHING")
     with pytest.raises(InputError, match="has no depth track of an Azure Kinect or Femto camera"):

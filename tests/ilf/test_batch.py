@@ -29,12 +29,13 @@ from ilf.batch import (
     shard_of,
 )
 from ilf.batch.cluster import outcomes_on_cluster
+from ilf.batch.frame_record import read_frame_record
 from ilf.batch.frames import folder_name
 from ilf.batch.local import outcomes_here
 from ilf.batch.manifest import write_manifest
 from ilf.batch.pictures import depth_levels, read_preview
 from ilf.batch.reading import read_frame
-from ilf.batch.settings import write_settings
+from ilf.batch.settings import read_settings, write_settings
 from ilf.batch.steady import steady_depth
 from ilf.batch.task import complete_frame
 from ilf.cli import main
@@ -243,6 +244,26 @@ def test_a_manifest_has_what_comes_while_it_is_written(source, tmp_path, monkeyp
     assert len(manifest(out)) == 2
 
 
+def test_damaged_records_of_a_batch(source, tmp_path, in_this_process):
+    out = tmp_path / "out"
+    assert main(["batch", str(source), "--out", str(out), "--quiet", *FLAGS]) == 0
+    folder = out / frames_in(source)[0].folder
+    sound = json.loads((folder / "frame.json").read_text())
+    outcome = sound["outcome"]
+    for wrong in ({"outcome": outcome | {"frame": []}}, {"outcome": outcome | {"status": "done"}}, {"outcome": 7}):
+        (folder / "frame.json").write_text(json.dumps(sound | wrong))
+        assert read_frame_record(folder) is None
+    for odd in ({"outputs": ["x" * 5000, "\0"]}, {"files": {"\0": [1, 2], "x" * 5000: 3}}):
+        (folder / "frame.json").write_text(json.dumps(sound | odd))
+        record = read_frame_record(folder)
+        assert not (record.is_whole(folder) and record.is_of(frames_in(source)[0]))
+    settings = json.loads((out / "batch.json").read_text())
+    for levels in ([10**400, 1], [1.0, None], [1.0], "ab"):
+        (out / "batch.json").write_text(json.dumps(settings | {"levels": levels}))
+        with pytest.raises(FormatError, match="not of a batch"):
+            read_settings(out)
+
+
 def test_previews_share_their_colours(source, tmp_path, in_this_process):
     out = tmp_path / "out"
     command = ["batch", str(source), "--out", str(out), "--quiet", "--contact-sheet", "--video", *FLAGS]
@@ -258,7 +279,7 @@ def test_previews_share_their_colours(source, tmp_path, in_this_process):
 
     with av.open(str(out / "video.mp4")) as video:
         assert [picture.width for picture in video.decode(video=0)] == [96] * 3
-    with pytest.raises(FormatError, match="Complete the frame again"):
+    with pytest.raises(FormatError, match="complete the frame again"):
         read_preview(out)
 
 

@@ -29,7 +29,7 @@ from ilf.bench.methods import GROUPS
 from ilf.cli import main
 from ilf.completion import complete
 from ilf.confidence import depth_error
-from ilf.errors import InputError, ParameterError
+from ilf.errors import FormatError, InputError, ParameterError
 from ilf.parameters import PRESETS
 from tests.bench import frame_split
 
@@ -341,6 +341,15 @@ def earlier(two_frames, tmp_path):
     arguments = ["--methods", "nearest,linear,polynomial", "--pattern", "areas", "--seed", "1"]
     assert main(["bench", str(two_frames), *arguments, "--json", str(tmp_path / "earlier.json")]) == 0
     return tmp_path / "earlier.json"
+
+
+@pytest.mark.parametrize("value", [[], {}, None, 10**400, float("nan"), True])
+def test_an_earlier_result_that_is_damaged(earlier, value):
+    content = json.loads(earlier.read_text())
+    content["rows"][0]["frame" if isinstance(value, list) else "rmse"] = value
+    earlier.write_text(json.dumps(content))
+    with pytest.raises(FormatError, match="is no result that"):
+        read_earlier(earlier, list(METHODS))
 
 
 def test_peers_of_an_earlier_result_are_not_run_again(two_frames, earlier, monkeypatch):

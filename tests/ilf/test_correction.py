@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,10 +20,14 @@ from ilf.correction.correction import Correction
 from ilf.correction.features import CHANNELS, correction_features
 from ilf.correction.network import CELL, LARGEST, _weighted, smoothed
 from ilf.correction.spreading import factors_of, load_of, solve, spread
-from ilf.errors import FormatError, InputError
+from ilf.edges import questions
+from ilf.edges.onnx_network import LEAST_SIDE
+from ilf.errors import Cancelled, FormatError, InputError
 from ilf.filter.stepper import is_guided
 from ilf.models import CORRECTION
+from ilf.outcomes import BlockResult
 from ilf.run.networks import present_sha256
+from ilf.stopping import check_stopped, heeding
 
 RNG = np.random.default_rng(7)
 
@@ -224,6 +229,44 @@ def test_a_run_that_is_left_leaves_no_thread(frame: ilf.RGBDFrame, blocks: np.nd
     assert set(threading.enumerate()) <= before
 
 
+@pytest.mark.parametrize("moment", ["look", "handing over"])
+def test_a_run_that_is_stopped_at_the_correction_keeps_every_block(
+    moment: str,
+    frame: ilf.RGBDFrame,
+    blocks: np.ndarray,
+    corrected: ilf.Completion,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    wish, fresh = threading.Event(), anew(frame)
+    change, hand_over = CorrectionNetwork.change, completing._corrected
+
+    def ask() -> None:
+        wish.set()
+        check_stopped()
+
+    def stopped_change(self: CorrectionNetwork, *known: np.ndarray) -> np.ndarray:
+        monkeypatch.setattr(questions, "check_stopped", ask)
+        return change(self, *known)
+
+    def stopped_hand_over(*result: Any) -> BlockResult:
+        wish.set()
+        return hand_over(*result)
+
+    with monkeypatch.context() as patch:
+        if moment == "look":
+            patch.setattr(CorrectionNetwork, "change", stopped_change)
+        else:
+            patch.setattr(completing, "_corrected", stopped_hand_over)
+        with CompletionRun(fresh, blocks, ilf.preset(), threads=1) as run, heeding(wish), pytest.raises(Cancelled):
+            for _ in run:
+                pass
+    monkeypatch.undo()
+    assert set(run.results) | set(run.uncorrected) == set(run.blocks)
+    assert not set(run.results) & set(run.uncorrected)
+    assert run.uncorrected
+    np.testing.assert_array_equal(ilf.complete(fresh, blocks).depth, corrected.depth)
+
+
 def test_a_block_whose_border_was_drawn_is_what_the_user_has_made_it(
     frame: ilf.RGBDFrame, blocks: np.ndarray, corrected: ilf.Completion
 ) -> None:
@@ -322,6 +365,18 @@ def test_frames_of_any_size_are_looked_at(shape: tuple[int, int]) -> None:
     found = load_correction_network().change(rgb, depth, np.full(shape, 2, np.float32), np.zeros(shape, np.float32))
     assert found.shape == shape
     assert np.isfinite(found).all()
+
+
+def test_a_small_frame_is_looked_at_large_enough_to_come_out_the_same_every_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    network, seen = load_correction_network(), []
+    real = network._results
+    monkeypatch.setattr(network, "_results", lambda inputs: (seen.extend(inputs.values()), real(inputs))[1])
+    shape = (24, 80)
+    depth, none = np.full(shape, 2, np.float32), np.zeros(shape, np.float32)
+    network.change(np.zeros((*shape, 3), np.uint8), depth, depth, none)
+    assert [one.shape[2:] for one in seen] == [(LEAST_SIDE, 96)] * 2
 
 
 def test_presets_of_the_paper_and_older_parameters_are_not_corrected() -> None:

@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -42,7 +41,7 @@ _BUSY = """
 import os, sys, threading, time
 from pathlib import Path
 from ilf.cli.ending import ending_when_asked
-from ilf.io.unfinished import unfinished
+from ilf.unfinished import unfinished
 from ilf.processes import process_pool
 
 half = Path(sys.argv[1])
@@ -77,16 +76,24 @@ def test_what_does_not_end_is_cut_short_and_leaves_neither_files_nor_processes(t
         assert command.stderr.readline() == "ilf: error: ended by SIGTERM\n"
 
 
-@pytest.fixture
-def heard() -> Iterator[object]:
-    """How signals are heard, wherever these tests run: what a shell starts in the background ignores SIGINT."""
-    before = {
-        number: signal.signal(number, signal.default_int_handler)
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    }
-    yield signal.default_int_handler
-    for number, handler in before.items():
-        signal.signal(number, handler)
+_TRYING = """
+import sys
+from ilf.trial import in_child
+reader = "import os, time; print(os.getpid(), file=open(%r, 'w'), flush=True); time.sleep(600)" % sys.argv[1]
+in_child(exec, reader, file="a")
+"""
+
+
+@posix
+def test_a_reader_that_is_tried_ends_with_who_tries_it(tmp_path: Path) -> None:
+    note = tmp_path / "process"
+    with subprocess.Popen([sys.executable, "-c", _TRYING, note]) as trying:
+        while not (note.exists() and note.read_text()):
+            assert trying.poll() is None
+            time.sleep(0.01)
+        trying.kill()
+    while _runs(int(note.read_text())):
+        time.sleep(0.01)
 
 
 def _runs(process: int) -> bool:
@@ -116,6 +123,32 @@ def test_what_was_told_to_survive_its_terminal_does(monkeypatch: pytest.MonkeyPa
                 signal.raise_signal(signal.SIGTERM)
     finally:
         signal.signal(signal.SIGHUP, before)
+
+
+_EARLY = """
+import os, signal, sys
+
+class AskedMeanwhile:
+    def find_spec(self, name, *_):
+        if name == "numpy":
+            os.kill(os.getpid(), signal.{name})
+            while True:
+                pass
+
+signal.signal(signal.{name}, signal.SIG_DFL)
+sys.meta_path.insert(0, AskedMeanwhile())
+from ilf.cli import main
+main(["--help"])
+"""
+
+
+@posix
+@pytest.mark.parametrize(
+    ("name", "line"), [("SIGINT", "ilf: error: interrupted\n"), ("SIGTERM", "ilf: error: ended by SIGTERM\n")]
+)
+def test_a_command_ends_quietly_while_it_is_still_importing(name: str, line: str) -> None:
+    ended = subprocess.run([sys.executable, "-c", _EARLY.format(name=name)], capture_output=True, text=True)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (128 + signal.Signals[name], "", line)
 
 
 @pytest.fixture

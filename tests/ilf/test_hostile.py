@@ -29,7 +29,8 @@ from .small_runs import contents
 IN_PROCESS = [
     "meta-json", "intrinsics-json", "preset", "blocks-coco", "blocks-coco-rle", "blocks-labelme",
     "experiment", "depth-png", "depth-npy", "depth-pfm", "colour-jpeg", "guide-npz", "time-list", "associations", "bop",
-    "sun-camera", "trajectory", "pose", "scannet-sens",
+    "sun-camera", "trajectory", "pose", "scannet-sens", "arkit-camera", "guide-npy", "guide-pfm", "confidence-npy",
+    "mask-list", "split-list", "file-names", "bench-result",
 ]  # fmt: skip
 """Formats whose readers cannot crash the interpreter; `python -m tests.bench.fuzz` has all, thousands of each."""
 
@@ -92,6 +93,8 @@ def test_commands_tell_of_such_names(command: str, capsys: pytest.CaptureFixture
         {"name": "\x1b[31mred"},
         {"rgb": "x" * 5000},
         {"run": "\0"},
+        {"pose": [[10**400] * 4] * 4},
+        {"pose": [[1e300, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]},
     ],
 )
 def test_absurd_values_of_a_frame_folder_are_refused(meta: dict[str, object], tmp_path: Path) -> None:

@@ -122,6 +122,21 @@ def test_a_damaged_file_gives_what_can_be_read_and_nothing_that_is_wrong(journal
     assert read_all > 40 * 40 * 0.75
 
 
+def test_names_that_are_none_are_passed_over(journal: Journal) -> None:
+    journal.commit({"frames/1.json": b"{}"})
+    journal._database.execute("INSERT INTO parts VALUES (NULL, 0, ''), (X'ff', 0, '')")
+    assert journal.names() == {"frames/1.json"}
+
+
+def test_damage_that_is_no_text_is_told_of(journal: Journal, path: Path) -> None:
+    journal.close()
+    content = path.read_bytes()
+    assert b"CREATE TABLE pieces" in content
+    path.write_bytes(content.replace(b"CREATE TABLE pieces", b"CREATE TABLE \xffieces"))
+    with pytest.raises(InputError, match="the file is damaged"):
+        Journal(path)
+
+
 def test_what_is_no_journal_is_said_and_left_as_it_is(path: Path) -> None:
     path.parent.mkdir()
     for content in (b"no journal at all" * 100, _of_another_program(path), _of_a_newer_program(path)):

@@ -124,6 +124,47 @@ def test_a_run_writes_the_mask_and_records_what_was_left(frame, tmp_path):
     assert b'"outside":' not in to_json(replace(plain, outcomes=()))
 
 
+@pytest.fixture
+def opened_again(frame, tmp_path):
+    """The folder of a run, opened as a frame; where the camera was, only its meta.json says."""
+    pose = np.array([[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]], float)
+    cv2.imwrite(str(tmp_path / "rgb.png"), frame.rgb)
+    cv2.imwrite(str(tmp_path / "depth.png"), np.nan_to_num(1000 * frame.depth).astype(np.uint16))
+    files = ilf.load_frame(tmp_path / "rgb.png", tmp_path / "depth.png", depth_units=1000)
+    run = ilf.Run(replace(files, outside_view=OUTSIDE, pose=pose), BLOCKS, QUICK)
+    ilf.write(tmp_path / "done", run, run.complete(), ilf.run.ExportOptions(cloud=None))
+    assert ilf.load_frame(tmp_path / "rgb.png", tmp_path / "depth.png", depth_units=1000).pose is None
+    return ilf.load_frame(tmp_path / "done"), pose
+
+
+def test_a_completed_folder_is_a_frame_with_it(opened_again, tmp_path):
+    completed, pose = opened_again
+    np.testing.assert_array_equal(completed.outside_view, OUTSIDE)
+    np.testing.assert_array_equal(completed.pose, pose)
+    run = ilf.Run(completed, BLOCKS, QUICK)
+    ilf.write(tmp_path / "again", run, run.complete(), ilf.run.ExportOptions(cloud=None))
+    again = ilf.replay(tmp_path / "again" / "run.json")
+    np.testing.assert_array_equal(again.run.frame.outside_view, OUTSIDE)
+    np.testing.assert_array_equal(again.run.frame.pose, pose)
+    assert make_record(again.run, again.run.complete(), again.options).outside_view == again.record.outside_view
+    (tmp_path / "again" / "outside_view.png").unlink()
+    with pytest.raises(InputError, match="outside the view of this run"):
+        ilf.replay(tmp_path / "again" / "run.json")
+
+
+def test_a_project_keeps_it_and_the_pose_of_a_frame_with_files(opened_again):
+    completed, pose = opened_again
+    encoder = Encoder()
+    encoded = encoder.encode(FrameState("a" * 32, completed, BLOCKS))
+    found = load_state("a" * 32, Held().take(encoded, "a" * 32))
+    assert found.problems == ()
+    np.testing.assert_array_equal(found.state.frame.outside_view, OUTSIDE)
+    np.testing.assert_array_equal(found.state.frame.pose, pose)
+    again = Encoder()
+    again.learn(found.origins, found.names)
+    assert not again.encode(found.state).arrays
+
+
 def test_a_cloud_has_no_point_of_it(frame):
     camera = ilf.CameraIntrinsics(30.0, 30.0, 19.5, 11.5)
     seen = replace(frame, intrinsics=camera)

@@ -170,6 +170,20 @@ def test_the_command_line_reads_them(tmp_path, capsys):
     assert np.array_equal(np.isnan(frame.depth), np.isnan(METRES) | (LEVELS < 2) | (mask > 0))
 
 
+def test_info_tells_of_confidence_and_has_its_facts_in_line(tmp_path, capsys):
+    path = str(write_record3d(tmp_path / "a.r3d"))
+    assert main(["info", path, "--frame", "1"]) == 0
+    assert "confidence:   from 0 to 2. There is a confidence map, and all depth counts" in capsys.readouterr().out
+    assert main(["info", path, "--frame", "1", "--min-confidence", "2"]) == 0
+    assert "confidence:   from 0 to 2. Depth of a confidence below 2 counts" in capsys.readouterr().out
+    assert main(["info", path, "--frame", "1", "--min-confidence", "3"]) == 1
+    assert "No depth has a confidence of 3" in capsys.readouterr().err
+    assert main(["info", path]) == 0
+    facts = capsys.readouterr().out.split("\n\n")[0].splitlines()
+    assert any(fact.startswith("colour camera: ") for fact in facts)
+    assert {len(fact) - len(fact.split(":", 1)[1].lstrip()) for fact in facts} == {15}
+
+
 def test_confidence_beside_files(tmp_path, capsys):
     folder = tmp_path / "frame"
     folder.mkdir()

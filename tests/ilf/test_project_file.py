@@ -194,17 +194,6 @@ def test_what_is_on_disk_stays_whole_when_saving_fails(work, monkeypatch):
         assert opened.project.present == "a1"
 
 
-def test_what_a_killed_save_has_left_goes_when_it_is_old(work):
-    folder, project, _, _ = work
-    old, new = (folder / f".ilf-{digit * 16}.ilf" for digit in "01")
-    for path in (old, new):
-        path.touch()
-    os.utime(old, (0, 0))
-    with open_project(folder / "room.ilf") as opened:
-        save_project(folder / "room.ilf", project, base=[opened.parts], places=opened.places)
-    assert (old.exists(), new.exists()) == (False, True)
-
-
 def rewritten(path, change):
     """Write a zip again with the parts that `change` makes of its parts."""
     with zipfile.ZipFile(path) as archive:

@@ -18,9 +18,8 @@ from ilf.errors import FormatError, InputError
 from ilf.io.recordings import close_all
 from ilf.registration import register
 from ilf.sources.realsense import load_realsense, pair_of, take_frame
-from tests.ilf.bags import COLOUR, DEPTH, H, W, bag
-
-STREAMS = {"depth": "/device_0/sensor_0/Depth_0", "colour": "/device_0/sensor_1/Color_0"}
+from tests.ilf.bags import COLOUR, DEPTH, H, W
+from tests.ilf.realsense_bags import SHIFTS, write_library_db3, write_viewer_bag
 
 
 @pytest.fixture(autouse=True)
@@ -29,26 +28,9 @@ def nothing_left_open() -> Iterator[None]:
     close_all()
 
 
-def _write_viewer_bag(folder: Path, units: float = 0.001, option: str = "Depth Units") -> Path:
-    """The Viewer's layout: one coordinate frame "0" for all, and transforms from a group of streams to each."""
-    turn = (0.0, math.sin(0.01), 0.0, math.cos(0.01))
-    with bag(folder, "ros1") as out:
-        unit = out.make("std_msgs/msg/Float32", units)
-        out.write(f"/device_0/sensor_0/option/{option}/value", unit, 0)
-        for stream, shift in (("depth", (0.0, 0.0, 0.0)), ("colour", (0.015, 0.0, 0.0))):
-            out.info(f"{STREAMS[stream]}/info/camera_info")
-            out.write(f"{STREAMS[stream]}/tf/0", out.transform(shift, turn), 0)
-        for number in range(2):
-            stamp = number * 33_000_000
-            out.image(f"{STREAMS['depth']}/image/data", DEPTH, "mono16", stamp + 1_000_000, "0")
-            out.image(f"{STREAMS['colour']}/image/data", COLOUR + np.uint8(number), "rgb8", stamp, "0")
-            out.image("/device_0/sensor_0/Infrared_1/image/data", COLOUR[..., 0], "8UC1", stamp, "0")
-    return folder / "recording.bag"
-
-
 @pytest.mark.parametrize("option", ["Depth Units", "Depth_Units"])
 def test_a_bag_of_the_viewer(tmp_path: Path, option: str) -> None:
-    source = ilf.open_source(_write_viewer_bag(tmp_path, option=option))
+    source = ilf.open_source(write_viewer_bag(tmp_path, option=option))
     assert len(source) == 2
     assert source.notes == ()
     assert not source.is_registered, "same size and same frame mean nothing here"
@@ -62,14 +44,14 @@ def test_a_bag_of_the_viewer(tmp_path: Path, option: str) -> None:
 
 
 def test_depth_units_of_the_camera_count(tmp_path: Path) -> None:
-    source = ilf.open_source(_write_viewer_bag(tmp_path, units=0.0001))
+    source = ilf.open_source(write_viewer_bag(tmp_path, units=0.0001))
     pair = source.read(source.keys[0], registered=False)
     assert pair.depth[0, 0] == np.float32(0.15)
     assert pair.inputs.depth_units == 10_000
 
 
 def test_depth_units_that_are_none(tmp_path: Path) -> None:
-    path = _write_viewer_bag(tmp_path, units=float("nan"))
+    path = write_viewer_bag(tmp_path, units=float("nan"))
     source = ilf.open_source(path)
     with pytest.raises(FormatError, match=f"{path}: its depth units are .*nan"):
         source.read(source.keys[0])
@@ -215,6 +197,17 @@ def test_what_the_library_records_is_read(library: Any, tmp_path: Path) -> None:
     assert np.array_equal(pair.rgb, COLOUR + 2)
     assert pair.depth[0, 0] == np.float32(1.502)
     assert pair.inputs.depth_units == 1000
+
+
+def test_the_librarys_layout_as_it_is_written_here(tmp_path: Path) -> None:
+    source = ilf.open_source(write_library_db3(tmp_path))
+    assert len(source) == 2
+    assert source.calibration(source.keys[0]).depth_to_colour[:3, 3] == pytest.approx(
+        -np.array(SHIFTS["colour"]), abs=1e-3
+    )
+    pair = source.read(source.keys[1], registered=False)
+    assert np.array_equal(pair.rgb, COLOUR + 1)
+    assert (pair.depth[0, 0], pair.inputs.depth_units) == (1.5, 1000)
 
 
 def test_without_the_library(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

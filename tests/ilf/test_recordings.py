@@ -291,6 +291,41 @@ def test_changed_bytes_make_no_crash(tmp_path_factory: pytest.TempPathFactory, p
         _read_first(path)
 
 
+def test_messages_that_are_defined_in_another_way(tmp_path: Path) -> None:
+    write_aligned(tmp_path, "mcap", frames=1)
+    path = storage_of(tmp_path, "mcap")
+    content = path.read_bytes()
+    for ours, other in ((b"string encoding", b"string Encoding"), (b"uint32 step", b"uint16 step")):
+        assert ours in content
+        path.write_bytes(content.replace(ours, other))
+        with pytest.raises(
+            FormatError, match=f"{path}: by its own definition, .*Image have no {ours.split()[1].decode()}"
+        ):
+            _read_first(path)
+
+
+@pytest.mark.parametrize(
+    ("ours", "other"), [("name: /camera/color/image_raw", "name:"), ("message_count: 1", "message_count: many")]
+)
+def test_topics_that_cannot_be_are_told_of(tmp_path: Path, ours: str, other: str) -> None:
+    path = write_aligned(tmp_path, "sqlite3", frames=1)
+    text = (path / "metadata.yaml").read_text()
+    assert ours in text
+    (path / "metadata.yaml").write_text(text.replace(ours, other))
+    with pytest.raises(FormatError, match="ros2 bag reindex"):
+        ilf.open_source(path)
+
+
+def test_messages_of_another_kind_under_a_usual_name_are_passed_over(tmp_path: Path) -> None:
+    with bag(tmp_path, "ros1") as out:
+        for name in ("/tf_static", "/color/camera_info"):
+            out.write(name, out.make("std_msgs/msg/Float32", 1.0), 0)
+        out.image("/color/image_raw", COLOUR, "rgb8", 0, "colour")
+        out.image("/depth/image_raw", DEPTH, "16UC1", 0, "depth")
+    with pytest.raises(InputError, match="how the two stand to each"):
+        _read_first(tmp_path / "recording.bag")
+
+
 def test_a_recording_that_was_not_ended_is_told_how_to_mend_it(tmp_path: Path) -> None:
     path = write_aligned(tmp_path, "sqlite3", frames=1)
     (path / "metadata.yaml").unlink()

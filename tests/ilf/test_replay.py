@@ -132,6 +132,22 @@ def test_replay_needs_the_masks_of_the_run(tmp_path, how, file, what):
         replay(path)
 
 
+@pytest.mark.parametrize("change", ["distrusted", "truth"])
+def test_names_that_no_file_can_have(tmp_path, change):
+    path = written(distrusting(small_run(tmp_path)), tmp_path / "out")
+    record = json.loads(path.read_text())
+    if change == "truth":
+        record["inputs"]["truth"] = {"path": "x" * 5000, "sha256": "0" * 64, "units": 1.0}
+    else:
+        record["distrusted"]["file"] = "x" * 5000
+    path.write_text(json.dumps(record))
+    if change == "truth":
+        assert "there is no such file" in replay(path).differences[0]
+    else:
+        with pytest.raises(InputError, match="is not beside the record"):
+            replay(path)
+
+
 def test_replay_where_the_extraction_has_changed(tmp_path, monkeypatch):
     """Another version of a library may find other blocks: the written ones are used, and the user is told."""
     run = small_run(tmp_path)

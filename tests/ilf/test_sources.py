@@ -233,7 +233,7 @@ def test_command_line_tells_of_sources_and_completes_their_frames(tmp_path, save
     told = capsys.readouterr().out
     assert "in, 8 frames" in told
     assert "rgb/000002 ... rgb/000005" in told
-    assert "depth camera: fx 525" in told
+    assert "depth camera:  fx 525" in told
     assert main(["info", "in", "--frame", "000003"]) == 0
     told = capsys.readouterr().out
     assert "encoding:     2000 units per metre\n" in told

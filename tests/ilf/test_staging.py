@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
-import socket
 import warnings
 
 import pytest
 
 from ilf.errors import ExportError
+from ilf.io import left_over
+from ilf.io.left_over import made_by
 from ilf.run.staging import clear_interrupted, interrupted, move_in, staging
 
 from .small_runs import contents
@@ -87,7 +89,7 @@ def test_whoever_dies_while_undoing_leaves_what_can_be_undone(tmp_path, monkeypa
     """A set with a file that the one before did not have, left when all but the seal had been moved."""
     (tmp_path / "a").write_text("old a")
     (tmp_path / "seal").write_text("old seal")
-    left = tmp_path / f".ilf-export-{socket.gethostname()}-{2**22 + 1}-0123abcd"
+    left = tmp_path / f".ilf-export-{made_by()}".replace(f"-{os.getpid()}-", f"-{2**22 + 1}-")
     real, done = os.replace, []
 
     def dies(*paths):
@@ -105,7 +107,6 @@ def test_whoever_dies_while_undoing_leaves_what_can_be_undone(tmp_path, monkeypa
     with pytest.raises(KeyboardInterrupt):
         move_in(left, tmp_path, NAMES)
     monkeypatch.undo()
-    monkeypatch.setattr("ilf.run.staging._host", socket.gethostname)
     assert contents(tmp_path / left.name / "before") == {"a": b"old a", "seal": b"old seal"}
     done.clear()
     limit = moves
@@ -131,6 +132,20 @@ def test_old_files_of_a_whole_set_that_are_half_gone_do_not_come_back(tmp_path, 
 
 
 @pytest.mark.skipif(os.name != "posix", reason="kills a process by a signal")
+@pytest.mark.parametrize("names", [b"../user\nseal", b"x\xff", b"x" * 5000, b"a\0", b"..", b"", b"sub/user"])
+def test_a_damaged_list_of_names_moves_no_other_file(tmp_path, names):
+    target = tmp_path / "out"
+    die_in_the_middle(target, moves=2)
+    (begun,) = interrupted(target)
+    (begun / ".names").write_bytes(names)
+    (tmp_path / "user").write_text("mine")
+    (target / "sub").mkdir()
+    (target / "sub" / "user").write_text("mine")
+    clear_interrupted(target)
+    assert (tmp_path / "user").read_text() == (target / "sub" / "user").read_text() == "mine"
+    assert interrupted(target) == []
+
+
 def test_the_next_set_clears_up_before_it_is_written(tmp_path):
     write_set(tmp_path, "old ")
     die_in_the_middle(tmp_path, 4)
@@ -154,14 +169,16 @@ def test_folders_of_processes_that_live_or_are_elsewhere_are_left_alone(tmp_path
 @pytest.mark.parametrize(("host", "named"), [("lab-pc_1.local", "lab_pc_1.local"), ("", "host")])
 def test_a_temporary_folder_names_computer_and_process(tmp_path, monkeypatch, host, named):
     monkeypatch.setattr("socket.gethostname", lambda: host)
+    left_over._host.cache_clear()
     with staging(tmp_path) as folder:
-        assert folder.name.startswith(f".ilf-export-{named}-{os.getpid()}-")
-        dead = tmp_path / f".ilf-export-{named}-{2**22 + 1}-0123abcd"
+        assert re.match(rf"\.ilf-export-{named}(\.[0-9a-f]{{8}})?-{os.getpid()}-", folder.name)
+        dead = tmp_path / folder.name.replace(f"-{os.getpid()}-", f"-{2**22 + 1}-")
         dead.mkdir()
         assert interrupted(tmp_path) == [dead]
-        (tmp_path / f".ilf-export-{named}-{2**22 + 2}-0123abcd").write_text("a file, not a folder")
+        dead.with_name(folder.name.replace(f"-{os.getpid()}-", f"-{2**22 + 2}-")).write_text("a file, not a folder")
         assert interrupted(tmp_path) == [dead]
     assert not folder.exists()
+    left_over._host.cache_clear()
 
 
 def test_old_files_that_cannot_be_put_back_are_kept(tmp_path, monkeypatch):

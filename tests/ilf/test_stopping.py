@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 from ilf import RGBDFrame, Run, extract_blocks, write
+from ilf import unfinished as being_written
 from ilf.completion import CompletionRun
 from ilf.errors import Cancelled
-from ilf.io import unfinished as being_written
 from ilf.io.atomic import write_bytes
-from ilf.io.unfinished import discard_unfinished, unfinished
 from ilf.parameters import preset
 from ilf.run.staging import move_in, staging
 from ilf.stopping import check_stopped, heed, heeding, present_wishes, taking
 from ilf.threads import SLICE_S, side_by_side
+from ilf.unfinished import discard_unfinished, unfinished
 
 
 @pytest.fixture

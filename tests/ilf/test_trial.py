@@ -6,6 +6,8 @@ import hashlib
 import os
 import signal
 import time
+import warnings
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +21,10 @@ from ilf.errors import FormatError, InputError
 from ilf.io.nyu_labelled import read_split
 from ilf.models import models_folder
 from ilf.trial import in_child
+from ilf.unfinished import discard_unfinished
 
 from ..bench.fuzz.forked import run_forked
-from .tiny_onnx import message, node, number
+from .tiny_onnx import message, node, number, write_network
 
 fork = pytest.mark.skipif(os.name != "posix", reason="forks")
 
@@ -76,6 +79,11 @@ def tensor(external: bytes) -> bytes:
     return number(1, 2) + number(2, 1) + message(8, "w") + external
 
 
+def kill() -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+OWN = [node("Sigmoid", ["image"], "all"), node("ReduceMean", ["all"], "strength", axes=[1])]
 NODE = node("Abs", ["image"], "strength")
 EXTERNAL = {
     "entries": message(13, message(1, "location") + message(2, "../../../etc/passwd")),
@@ -116,6 +124,57 @@ def test_the_bundled_networks_are_known_and_others_tried_once(tmp_path: Path, mo
     monkeypatch.setattr("ilf.edges.proven._proven", set())
     EdgeNetwork.read(other, Path("own.onnx"))
     assert tried == ["own.onnx"], "later processes know it, too"
+
+
+def _look_and_end(path: Path, end: Callable[[], object], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Look at a large image in another process, which comes to an end meanwhile."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # other threads do nothing that the child needs
+        child = os.fork()
+    if child == 0:
+        network = EdgeNetwork.load(path)
+        network.strength(np.zeros((64, 64, 3), np.uint8))
+        monkeypatch.setattr(EdgeNetwork, "_results", lambda *_: end())
+        network.strength(np.zeros((200, 300, 3), np.uint8))
+        os._exit(0)
+    os.waitpid(child, 0)
+
+
+@fork
+@pytest.mark.usefixtures("forked")
+def test_a_network_that_crashes_with_larger_images_is_refused_at_the_next_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write_network(tmp_path / "own.onnx", OWN)
+    _look_and_end(path, kill, monkeypatch)
+    with monkeypatch.context() as still_crashing:
+        looks = EdgeNetwork._results
+        still_crashing.setattr(
+            EdgeNetwork, "_results", lambda self, inputs: kill() if inputs[""].size > 10**5 else looks(self, inputs)
+        )
+        for _ in range(2):
+            with pytest.raises(FormatError, match=r"own\.onnx .* image of about 336 x 240 pixels, and fails again"):
+                EdgeNetwork.load(path)
+    # what was killed for another reason is no longer suspected
+    network = EdgeNetwork.load(path)
+    monkeypatch.setattr(onnx_network, "in_child", None)
+    monkeypatch.setattr(onnx_network, "_networks", {})
+    assert EdgeNetwork.load(path) is not network
+
+
+@fork
+def test_a_program_that_ends_by_itself_while_a_network_looks_does_not_suspect_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write_network(tmp_path / "own.onnx", OWN)
+
+    def end() -> None:
+        discard_unfinished()
+        os._exit(0)
+
+    _look_and_end(path, end, monkeypatch)
+    monkeypatch.setattr(onnx_network, "in_child", None)
+    EdgeNetwork.load(path)
 
 
 @pytest.mark.skipif(not HOSTILE.is_dir(), reason=f"no files that crashed readers in {HOSTILE}")

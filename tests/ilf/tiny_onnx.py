@@ -6,28 +6,11 @@ import hashlib
 from pathlib import Path
 
 from ilf.edges.proven import remember
+from ilf.edges.wire import integer as number
+from ilf.edges.wire import message
 
 INTEGER, INTEGERS = 2, 7
 FLOAT = 1
-
-
-def _varint(value: int) -> bytes:
-    out = bytearray()
-    while value > 0x7F:
-        out.append(value & 0x7F | 0x80)
-        value >>= 7
-    return bytes([*out, value])
-
-
-def number(field: int, value: int) -> bytes:
-    """A field of a protocol buffer that holds an integer."""
-    return _varint(field << 3) + _varint(value)
-
-
-def message(field: int, content: bytes | str) -> bytes:
-    """A field of a protocol buffer that holds bytes, a text or a message."""
-    raw = content.encode() if isinstance(content, str) else content
-    return _varint(field << 3 | 2) + _varint(len(raw)) + raw
 
 
 def _attribute(name: str, value: int | list[int]) -> bytes:

@@ -7,12 +7,12 @@ from collections.abc import Collection
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from skimage.segmentation import watershed
 
 from ...blocks import Box
 from ...edges.detectors import colour_gradient
 from ...edges.relief import filled_depth
 from ...frame import RGBDFrame
+from ..flooding import flood
 from .brush import Stroke
 from .patches import LabelPatch, Labels, Mask, free_of, grown, patch_within
 
@@ -64,7 +64,7 @@ def _grown_into(labels: Labels, taken: Mask, label: int, locked: Collection[int]
     growing = np.where((labels > 0) & (labels != label) & free_of(labels, locked), labels, 0)
     if not growing.any():
         return labels
-    grown_labels = watershed(steps, growing, mask=taken | (growing > 0))
+    grown_labels = flood(steps, growing, taken | (growing > 0))
     return np.where(taken, grown_labels, labels).astype(np.int32)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...frame import RGBDFrame
+from ...stopping import check_stopped
 from .parts import Parts, nearest_in_part
 from .sources import Field, Mask, Motion
 
@@ -79,7 +80,9 @@ def _there_and_back(start: NDArray[np.uint8], end: NDArray[np.uint8], shift: tup
     guess = np.empty((*start.shape, 2), np.float32)
     guess[:] = shift
     there = np.asarray(search.calc(start, end, guess.copy()), np.float32)
+    check_stopped()
     back = np.asarray(search.calc(end, start, -guess), np.float32)
+    check_stopped()
     rows, columns = np.indices(start.shape, dtype=np.float32)
     returned = cv2.remap(
         back, columns + there[..., 0], rows + there[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE

@@ -14,6 +14,7 @@ from ...edges.frame_edges import find_edges
 from ...errors import InputError
 from ...frame import RGBDFrame
 from ...parameters import BlockParameters
+from ...stopping import check_stopped
 from ..drawn import border_pixels
 from .doubts import doubts
 from .flow import by_flow, depth_of_parts, flows_between
@@ -163,7 +164,9 @@ def follow(
             return _copied(present, hand, moved)
         still = ~around(moved)
     parts = parts_of(present)
+    check_stopped()
     depth = depth_of_parts(before, parts)
+    check_stopped()
     motion, done = by_flow(flow, agrees, parts, depth), "flow"
     share = float(agrees.mean())
     chosen = extraction or BlockParameters()
@@ -175,7 +178,9 @@ def follow(
             motion, done, share = by_known, "pose", 1.0
         else:
             notes = (*notes, _WRONG_POSE.format(off=off))
+    check_stopped()
     sources = sources_of(motion, after, still)
+    check_stopped()
     if share < _LEAST:
         settled = extracted_anew(parts, sources, after, chosen, taken)
         reasons = dict.fromkeys(labels_in(settled.labels), "Too little of the picture is like the frame before.")

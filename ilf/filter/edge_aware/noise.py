@@ -12,6 +12,7 @@ from scipy.optimize import nnls
 
 from ...frame import RGBDFrame
 from ...per_frame import once_per_frame
+from ...stopping import check_stopped
 
 Array = NDArray[np.float32]
 
@@ -80,6 +81,7 @@ def frame_noise(frame: RGBDFrame) -> Noise:
     size, at = (np.concatenate(parts) for parts in zip(*(_found(values, around) for values in seconds), strict=True))
     if size.size < _LEAST:
         return Noise(0.0)
+    check_stopped()
     steps_at, steps = _steps(depth)
     deviations, depths = [], []
     order = np.argsort(at)
@@ -88,6 +90,7 @@ def frame_noise(frame: RGBDFrame) -> Noise:
         spread = float(np.median(size[members])) / _NORMAL_MAD / _OF_SECOND
         deviations.append(max(spread, float(np.interp(z, steps_at, steps)) / math.sqrt(12), _LEAST_DEVIATION))
         depths.append(z)
+    check_stopped()
     found = np.array(deviations)
     # relative errors count, and more noise with less depth makes no sense
     terms = np.stack([np.ones(found.size), np.square(depths)], axis=1) / found[:, None]

@@ -38,8 +38,12 @@ class AzureKinect(Recording):
         self._av = optional("av", "sequences", "A recording of an Azure Kinect")
         with self._reading():
             self._container = self._av.open(str(path))
-        self._colour, self._depth = self._track(_COLOUR), self._track(_DEPTH)
-        self._infrared = next((one for one in self._container.streams.video if _INFRARED in one.metadata), None)
+        try:
+            self._colour, self._depth = self._needed_track(_COLOUR), self._needed_track(_DEPTH)
+        except FormatError:
+            self.close()
+            raise
+        self._infrared = self._track(_INFRARED)
         self._paired: StampedPairs | None = None
 
     def close(self) -> None:
@@ -98,8 +102,8 @@ class AzureKinect(Recording):
         except FormatError as error:
             raise FormatError(f"{self.path}: {error}") from error
 
-    def _track(self, tag: str) -> Any:
-        found = next((stream for stream in self._container.streams.video if tag in stream.metadata), None)
+    def _needed_track(self, tag: str) -> Any:
+        found = self._track(tag)
         if found is None:
             what = "colour" if tag == _COLOUR else "depth"
             raise FormatError(
@@ -107,6 +111,11 @@ class AzureKinect(Recording):
             )
         check_pixel_count(self.path, found.codec_context.width, found.codec_context.height)
         return found
+
+    def _track(self, tag: str) -> Any:
+        """The track with a tag, of images of a kind that is known; None if there is none."""
+        videos = (stream for stream in self._container.streams.video if stream.codec_context is not None)
+        return next((stream for stream in videos if tag in stream.metadata), None)
 
     def _pairs(self) -> StampedPairs:
         if self._paired is None:

@@ -16,7 +16,8 @@ from ...extras import optional
 from ..headers import image_header
 from ..time_lists import MOST_APART_S
 from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics, registered_cameras, sha256_of
-from .ros_cameras import TRANSFORM, between, camera_of, motion
+from .ros_cameras import INFO, TRANSFORM, TRANSFORMS, between, camera_of, motion
+from .ros_definitions import check_definitions
 from .ros_images import COMPRESSED, IMAGE, colour_of, depth_of, is_colour, is_depth
 from .ros_realsense import stream_of, unit_topics, units_of
 from .ros_topics import CameraTopics, ImageTopic, chosen_topics
@@ -24,6 +25,7 @@ from .stamps import StampedPairs
 
 _METADATA = "metadata.yaml"
 _STORAGE = (".db3", ".mcap")
+_IMAGES = (IMAGE, COMPRESSED)
 _Stamped = dict[int, int]
 """Stamp in the header [ns] -> time in the recording [ns], by which the message is found."""
 
@@ -45,15 +47,34 @@ class RosBag(Recording):
                 f"{path} has no {_METADATA}: it was not ended as it should be. Run: ros2 bag reindex {path}"
             )
         with self._reading():
-            # recordings of before ROS 2 Iron do not say what their messages are
             known = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+            # recordings of before ROS 2 Iron do not say what their messages are
             self._reader = highlevel.AnyReader([path], default_typestore=known)
             self._reader.open()
+        own = known.fielddefs
+        if not self._reader.is2:  # where some fields have capitals
+            own = {**own, **typesys.get_typestore(typesys.Stores.ROS1_NOETIC).fielddefs}
+        try:
+            kinds = (*_IMAGES, INFO, TRANSFORM, TRANSFORMS)
+            check_definitions(path, self._reader.typestore.fielddefs, own, kinds)
+            self._check_connections()
+        except FormatError:
+            self.close()
+            raise
         self._image_topics: list[ImageTopic] | None = None
         self._firsts: dict[str, Any] = {}
         self._stamps: dict[str, _Stamped] = {}
         self._paired: dict[Topics, StampedPairs] = {}
         self._cameras: dict[Topics, Cameras] = {}
+
+    def _check_connections(self) -> None:
+        """What a folder of ROS 2 says of its topics is what its metadata have, whatever that is."""
+        for one in self._reader.connections:
+            if not (isinstance(one.topic, str) and isinstance(one.msgcount, int)):
+                raise FormatError(
+                    f"{self.path}: a topic {one.topic!s:.60} of {one.msgcount!s:.60} messages cannot be: its "
+                    f"{_METADATA} is damaged. Run: ros2 bag reindex {self.path}"
+                )
 
     @classmethod
     def fits(cls, path: Path) -> bool:
@@ -107,7 +128,7 @@ class RosBag(Recording):
         return Cameras(cameras[0], cameras[1], self._depth_to_colour(topics), is_registered=False)
 
     def _depth_to_colour(self, camera: CameraTopics) -> NDArray[np.float64] | None:
-        stamped = (one for message in self._messages("/tf_static") for one in message.transforms)
+        stamped = (one for message in self._messages("/tf_static", TRANSFORMS) for one in message.transforms)
         found = between(stamped, camera.depth.frame_id, camera.colour.frame_id)
         return found if found is not None else self._realsense_motion(camera)
 
@@ -116,8 +137,8 @@ class RosBag(Recording):
         streams = [stream_of(topic.name) for topic in (camera.depth, camera.colour)]
         for name in sorted({one.topic for one in self._reader.connections if one.msgtype == TRANSFORM}):
             group = name.removeprefix(f"{streams[0]}/tf/")
-            if group != name and (other := self._first(f"{streams[1]}/tf/{group}")) is not None:
-                return motion(other) @ np.linalg.inv(motion(self._first(name)))
+            if group != name and (other := self._first(f"{streams[1]}/tf/{group}", TRANSFORM)) is not None:
+                return motion(other) @ np.linalg.inv(motion(self._first(name, TRANSFORM)))
         return None
 
     def _stated_units(self, depth: ImageTopic) -> float | None:
@@ -140,11 +161,11 @@ class RosBag(Recording):
 
     def _names(self) -> list[str]:
         """Topics with images."""
-        return sorted({one.topic for one in self._reader.connections if one.msgtype in {IMAGE, COMPRESSED}})
+        return sorted({one.topic for one in self._reader.connections if one.msgtype in _IMAGES})
 
     def _image_topic(self, name: str) -> ImageTopic | None:
         """A topic by its first image; None if it has none that is known."""
-        first = self._first(name)
+        first = self._first(name, *_IMAGES)
         if first is None:
             return None
         # the RealSense library gives all of its streams the same coordinate frame in bags of ROS 1
@@ -159,13 +180,13 @@ class RosBag(Recording):
             size = header.width, header.height
         else:
             size = first.width, first.height
-        count = sum(one.msgcount for one in self._connections(name))
+        count = sum(one.msgcount for one in self._connections(name, *_IMAGES))
         depth = is_depth(first, name)
         return ImageTopic(name, depth, not depth and is_colour(first), frame_id, size, count)
 
     def _info(self, topic: ImageTopic) -> Any:
         """The calibration of a topic's camera; None if there is none."""
-        return next((info for name in topic.infos if (info := self._first(name)) is not None), None)
+        return next((info for name in topic.infos if (info := self._first(name, INFO)) is not None), None)
 
     # frames
 
@@ -192,7 +213,7 @@ class RosBag(Recording):
         if known is None:
             known = self._stamps[topic.name] = {}
             with self._reading():
-                for _, time, raw in self._reader.messages(self._connections(topic.name)):
+                for _, time, raw in self._reader.messages(self._connections(topic.name, *_IMAGES)):
                     known.setdefault(self._stamp(raw) or time, time)
         return known
 
@@ -206,30 +227,32 @@ class RosBag(Recording):
 
     def _message(self, topic: ImageTopic, stamp: int) -> tuple[Any, str]:
         """A topic's message with a stamp, and the SHA-256 of its bytes."""
-        time, connections = self._stamped(topic)[stamp], self._connections(topic.name)
+        time, connections = self._stamped(topic)[stamp], self._connections(topic.name, *_IMAGES)
         with self._reading():
             for connection, received, raw in self._reader.messages(connections, time, time + 1):
                 if stamp in {self._stamp(raw), received}:
                     return self._reader.deserialize(raw, connection.msgtype), sha256_of(raw)
         raise FormatError(f"{self.path}: an image of {topic.name} that its index lists is not there. It is damaged.")
 
-    def _first(self, name: str) -> Any:
+    def _first(self, name: str, *kinds: str) -> Any:
         """The first message of a topic; None if there is none."""
         if name not in self._firsts:
-            self._firsts[name] = next(self._messages(name), None)
+            self._firsts[name] = next(self._messages(name, *kinds), None)
         return self._firsts[name]
 
-    def _messages(self, name: str) -> Iterator[Any]:
+    def _messages(self, name: str, *kinds: str) -> Iterator[Any]:
         """All messages of a topic."""
-        connections = self._connections(name)
+        connections = self._connections(name, *kinds)
         if not connections:
             return
         with self._reading():
             for connection, _, raw in self._reader.messages(connections):
                 yield self._reader.deserialize(raw, connection.msgtype)
 
-    def _connections(self, name: str) -> list[Any]:
-        return [one for one in self._reader.connections if one.topic == name]
+    def _connections(self, name: str, *kinds: str) -> list[Any]:
+        """Those of a topic whose messages are of some kinds, or of any if none is given."""
+        named = (one for one in self._reader.connections if one.topic == name)
+        return [one for one in named if not kinds or one.msgtype in kinds]
 
     @contextmanager
     def _reading(self) -> Iterator[None]:

@@ -12,7 +12,8 @@ from ...camera import camera_from_numbers, fitted
 from ...errors import FormatError, InputError
 from ...registration import Camera
 
-TRANSFORM = "geometry_msgs/msg/Transform"
+INFO = "sensor_msgs/msg/CameraInfo"
+TRANSFORM, TRANSFORMS = "geometry_msgs/msg/Transform", "tf2_msgs/msg/TFMessage"
 
 _MOST_COEFFICIENTS = 8
 _OTHER_LENSES = ("equidistant", "fisheye", "kannala")

@@ -6,26 +6,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
-from ilf.cloud import point_cloud
-from ilf.edges.importing import add_model
-from ilf.errors import IlfError
+from ilf.batch.pictures import read_preview
 from ilf.experiments.files import read_result
-from ilf.io import intrinsics_from, list_frames, load_frame, load_guide, load_truth, read_blocks, read_labels
-from ilf.io.frame_source import FrameSource
+from ilf.io import load_truth, read_labels
 from ilf.io.label_files import read_mask
-from ilf.io.nyu_labelled import NyuLabelled, read_split
-from ilf.io.poses import camera_pose
-from ilf.io.recordings import close_all
-from ilf.io.thumbnails import read_thumbnail
-from ilf.models import models_folder
+from ilf.io.nyu_labelled import read_split
 from ilf.preset_files import read_preset
-from ilf.project.file import open_project, save_project
 from ilf.run.record_file import read_record
-from ilf.sources import open_source
 
-from . import recording_seeds, seeds
+from . import kept_seeds, readers, recording_seeds, seeds
 from .mutations import Mutation, of_bytes, of_json, of_png, of_text, of_zip
 
 
@@ -53,150 +42,108 @@ class Format:
     read: Callable[[Path], object]
 
 
-def _depth(path: Path) -> None:
-    frame = load_frame(path.parent / "rgb.png", path)
-    assert np.isfinite(frame.depth[frame.known]).all()
-
-
-def _colour(path: Path) -> None:
-    load_frame(path, path.parent / "depth.png")
-
-
-def _thumbnail(path: Path) -> None:
-    read_thumbnail(FrameSource(str(path), "depth.png"))
-
-
-def _folder(path: Path) -> None:
-    frame = load_frame(path.parent)
-    if frame.intrinsics is not None:
-        points = point_cloud(frame.depth, frame.rgb, frame.intrinsics).points
-        assert np.isfinite(points).all(), "points that are nowhere"
-
-
-def _guide(path: Path) -> None:
-    load_guide(path, seeds.SHAPE)
-
-
-def _intrinsics(path: Path) -> None:
-    intrinsics_from(path, seeds.SHAPE)
-
-
-def _blocks(path: Path) -> None:
-    found = read_blocks(path, seeds.SHAPE, image=path.parent / "rgb.png")
-    assert found.labels.shape == seeds.SHAPE
-
-
-def _project(path: Path) -> None:
-    with open_project(path) as opened:
-        for frame in opened.project.frames:
-            try:
-                opened.state(frame.id)
-            except IlfError:
-                continue
-        save_project(path.with_name("again.ilf"), opened.project, base=[opened.parts], places=opened.places)
-
-
-def _listed(path: Path) -> None:
-    for source in list_frames(path.parent).sources[:2]:
-        source.load()
-
-
-def _trajectory(path: Path) -> None:
-    camera_pose(path.parent / "depth" / "0.5.png")
-
-
-def _pose(path: Path) -> None:
-    camera_pose(path.parent / "frame-000000.depth.png")
-
-
-def _network(path: Path) -> None:
-    try:
-        add_model(path, "fuzzed", replace=True)
-    except IlfError:
-        assert not (models_folder() / "fuzzed.onnx").exists(), "a refused network was written"
-        raise
-    (models_folder() / "fuzzed.onnx").unlink()
-
-
-def _labelled(path: Path) -> None:
-    with NyuLabelled(path) as file:
-        for index in range(min(len(file), 2)):
-            file.frame(index)
-            file.filled(index)
-
-
-def _recording(path: Path) -> None:
-    try:
-        source = open_source(path)
-        for key in source.keys[:2]:
-            source.read(key)
-            source.pose(key)
-    finally:
-        close_all()
-
-
-def _folder_around(path: Path) -> None:
-    _recording(path.parent)
-
-
 def _for_member(name: str) -> Mutation:
     return of_json if name.endswith((".json", "metadata")) else of_bytes
 
 
 _ALL = (
-    Format("depth-png", "depth.png", seeds.depth_png, of_png, _depth),
-    Format("depth-tiff", "depth.tif", seeds.depth_tiff, of_bytes, _depth),
-    Format("depth-pgm", "depth.pgm", seeds.depth_pgm, of_bytes, _depth),
-    Format("depth-npy", "depth.npy", seeds.depth_npy, of_bytes, _depth),
-    Format("colour-png", "rgb.png", seeds.colour_png, of_png, _colour),
-    Format("colour-jpeg", "rgb.jpg", seeds.colour_jpeg, of_bytes, _colour),
-    Format("colour-ppm-tiff", "rgb.tif", seeds.colour_ppm, of_bytes, _colour),
-    Format("thumbnail", "rgb.png", seeds.colour_png, of_png, _thumbnail),
-    Format("guide-npz", "guide.npz", seeds.guide_npz, of_zip(lambda name: of_bytes), _guide),
+    Format("depth-png", "depth.png", seeds.depth_png, of_png, readers.depth),
+    Format("depth-tiff", "depth.tif", seeds.depth_tiff, of_bytes, readers.depth),
+    Format("depth-pgm", "depth.pgm", seeds.depth_pgm, of_bytes, readers.depth),
+    Format("depth-npy", "depth.npy", seeds.depth_npy, of_bytes, readers.depth),
+    Format("colour-png", "rgb.png", seeds.colour_png, of_png, readers.colour),
+    Format("colour-jpeg", "rgb.jpg", seeds.colour_jpeg, of_bytes, readers.colour),
+    Format("colour-ppm-tiff", "rgb.tif", seeds.colour_ppm, of_bytes, readers.colour),
+    Format("thumbnail", "rgb.png", seeds.colour_png, of_png, readers.thumbnail),
+    Format("guide-npz", "guide.npz", seeds.guide_npz, of_zip(lambda name: of_bytes), readers.guide),
     Format("truth-npy", "gt.npy", seeds.depth_npy, of_bytes, lambda path: load_truth(path, seeds.SHAPE)),
-    Format("meta-json", "meta.json", seeds.meta_json, of_json, _folder),
-    Format("intrinsics-json", "camera.json", seeds.intrinsics_json, of_json, _intrinsics),
+    Format("meta-json", "meta.json", seeds.meta_json, of_json, readers.folder),
+    Format("intrinsics-json", "camera.json", seeds.intrinsics_json, of_json, readers.intrinsics),
     Format("preset", "preset.json", seeds.preset, of_json, read_preset),
-    Format("blocks-coco", "blocks.json", seeds.blocks("coco"), of_json, _blocks),
-    Format("blocks-coco-rle", "blocks.json", seeds.blocks("coco-rle"), of_json, _blocks),
-    Format("blocks-labelme", "blocks.json", seeds.blocks("labelme"), of_json, _blocks),
+    Format("blocks-coco", "blocks.json", seeds.blocks("coco"), of_json, readers.blocks),
+    Format("blocks-coco-rle", "blocks.json", seeds.blocks("coco-rle"), of_json, readers.blocks),
+    Format("blocks-labelme", "blocks.json", seeds.blocks("labelme"), of_json, readers.blocks),
     Format("label-map", "labels.png", seeds.label_map, of_png, lambda path: read_labels(path, seeds.SHAPE)),
     Format("mask", "mask.png", seeds.mask, of_png, lambda path: read_mask(path, seeds.SHAPE)),
-    Format("project", "room.ilf", seeds.project, of_zip(_for_member), _project),
+    Format("project", "room.ilf", seeds.project, of_zip(_for_member), readers.project),
     Format("run-record", "run.json", seeds.record, of_json, read_record),
     Format("experiment", "sphere.json", seeds.experiment, of_json, read_result),
-    Format("time-list", "rgb.txt", seeds.time_lists, of_text, _listed),
-    Format("associations", "associations.txt", seeds.associations, of_text, _listed),
-    Format("bop", "scene_camera.json", seeds.bop, of_json, _listed),
-    Format("sun-camera", "intrinsics.txt", seeds.sun, of_text, _listed),
-    Format("trajectory", "groundtruth.txt", seeds.trajectory, of_text, _trajectory),
-    Format("pose", "frame-000000.pose.txt", seeds.pose, of_text, _pose),
-    Format("onnx", "net.onnx", seeds.onnx, of_bytes, _network),
-    Format("caffemodel", "hed.caffemodel", seeds.caffemodel, of_bytes, _network),
-    Format("keras-hdf5", "hed.h5", seeds.keras, of_bytes, _network),
+    Format("time-list", "rgb.txt", seeds.time_lists, of_text, readers.listed),
+    Format("associations", "associations.txt", seeds.associations, of_text, readers.listed),
+    Format("bop", "scene_camera.json", seeds.bop, of_json, readers.listed),
+    Format("sun-camera", "intrinsics.txt", seeds.sun, of_text, readers.listed),
+    Format("trajectory", "groundtruth.txt", seeds.trajectory, of_text, readers.trajectory),
+    Format("pose", "frame-000000.pose.txt", seeds.pose, of_text, readers.pose),
+    Format("onnx", "net.onnx", seeds.onnx, of_bytes, readers.network),
+    Format("caffemodel", "hed.caffemodel", seeds.caffemodel, of_bytes, readers.weights),
+    Format("keras-hdf5", "hed.h5", seeds.keras, of_bytes, readers.weights),
     Format("split-mat", "splits.mat", seeds.split, of_bytes, read_split),
-    Format("nyu-labelled", "nyu.mat", seeds.nyu_labelled, of_bytes, _labelled),
-    Format("nyu-labelled-frames", "nyu.mat", seeds.nyu_labelled, of_bytes, _recording),
-    Format("depth-exr", "depth.exr", recording_seeds.depth_exr, of_bytes, _depth),
-    Format("depth-pfm", "depth.pfm", recording_seeds.depth_pfm, of_bytes, _depth),
-    Format("depth-colmap", "depth.bin", recording_seeds.depth_colmap, of_bytes, _depth),
-    Format("depth-npz", "depth.npz", recording_seeds.depth_npz, of_zip(lambda name: of_bytes), _depth),
-    Format("ros1-bag", "made.bag", recording_seeds.bag("ros1"), of_bytes, _recording),
-    Format("ros2-sqlite", "made.db3", recording_seeds.bag("sqlite3"), of_bytes, _recording),
-    Format("ros2-mcap", "made.mcap", recording_seeds.bag("mcap"), of_bytes, _recording),
-    Format("azure-mkv", "made.mkv", recording_seeds.azure, of_bytes, _recording),
-    Format("record3d", "made.r3d", recording_seeds.record3d, of_zip(_for_member), _recording),
-    Format("scannet-sens", "made.sens", recording_seeds.scannet, of_bytes, _recording),
-    Format("stray-video", "stray/rgb.mp4", recording_seeds.stray("rgb.mp4"), of_bytes, _folder_around),
-    Format("stray-odometry", "stray/odometry.csv", recording_seeds.stray("odometry.csv"), of_text, _folder_around),
+    Format("nyu-labelled", "nyu.mat", seeds.nyu_labelled, of_bytes, readers.labelled),
+    Format("nyu-labelled-frames", "nyu.mat", seeds.nyu_labelled, of_bytes, readers.recording),
+    Format("depth-exr", "depth.exr", recording_seeds.depth_exr, of_bytes, readers.depth),
+    Format("depth-pfm", "depth.pfm", recording_seeds.depth_pfm, of_bytes, readers.depth),
+    Format("depth-colmap", "depth.bin", recording_seeds.depth_colmap, of_bytes, readers.depth),
+    Format("depth-npz", "depth.npz", recording_seeds.depth_npz, of_zip(lambda name: of_bytes), readers.depth),
+    Format("ros1-bag", "made.bag", recording_seeds.bag("ros1"), of_bytes, readers.recording),
+    Format("ros2-sqlite", "made.db3", recording_seeds.bag("sqlite3"), of_bytes, readers.recording),
+    Format("ros2-mcap", "made.mcap", recording_seeds.bag("mcap"), of_bytes, readers.recording),
+    Format("azure-mkv", "made.mkv", recording_seeds.azure, of_bytes, readers.recording),
+    Format("record3d", "made.r3d", recording_seeds.record3d, of_zip(_for_member), readers.recording),
+    Format("scannet-sens", "made.sens", recording_seeds.scannet, of_bytes, readers.recording),
+    Format("stray-video", "stray/rgb.mp4", recording_seeds.stray("rgb.mp4"), of_bytes, readers.folder_around),
+    Format(
+        "stray-odometry", "stray/odometry.csv", recording_seeds.stray("odometry.csv"), of_text, readers.folder_around
+    ),
     Format(
         "stray-camera",
         "stray/camera_matrix.csv",
         recording_seeds.stray("camera_matrix.csv"),
         of_text,
-        _folder_around,
+        readers.folder_around,
     ),
-    Format("arkit-poses", "4242/lowres_wide.traj", recording_seeds.arkit("lowres_wide.traj"), of_text, _folder_around),
+    Format(
+        "arkit-camera",
+        f"4242/{recording_seeds.ARKIT_CAMERA}",
+        recording_seeds.arkit_camera,
+        of_text,
+        readers.arkit_camera,
+    ),
+    Format(
+        "arkit-poses",
+        "4242/lowres_wide.traj",
+        recording_seeds.arkit("lowres_wide.traj"),
+        of_text,
+        readers.folder_around,
+    ),
+    Format("ros2-metadata", "sound/metadata.yaml", recording_seeds.metadata, of_text, readers.folder_around),
+    Format("realsense-bag", "made.bag", recording_seeds.realsense_viewer, of_bytes, readers.recording),
+    Format("realsense-db3", "made.db3", recording_seeds.realsense_library, of_bytes, readers.recording),
+    Format("nyu-raw-colour", "raw/r-1.5-1.ppm", recording_seeds.nyu_raw("r-1.5-1.ppm"), of_bytes, readers.unregistered),
+    Format("nyu-raw-depth", "raw/d-1.5-2.pgm", recording_seeds.nyu_raw("d-1.5-2.pgm"), of_bytes, readers.unregistered),
+    Format("file-names", "names.txt", seeds.names, of_text, readers.names),
+    Format("guide-npy", "guide.npy", seeds.guide_npy, of_bytes, readers.guide),
+    Format("guide-png", "guide.png", seeds.guide_png, of_png, readers.guide),
+    Format("guide-pfm", "guide.pfm", recording_seeds.depth_pfm, of_bytes, readers.guide),
+    Format("guide-exr", "guide.exr", recording_seeds.depth_exr, of_bytes, readers.guide),
+    Format("truth-png", "gt.png", seeds.depth_png, of_png, lambda path: load_truth(path, seeds.SHAPE)),
+    Format("confidence-png", "sure.png", seeds.confidence_png, of_png, readers.confidence),
+    Format("confidence-npy", "sure.npy", seeds.confidence_npy, of_bytes, readers.confidence),
+    Format("mask-list", "masks/metadata.csv", seeds.mask_list, of_text, readers.masks),
+    Format("mask-folder", "masks/1.png", seeds.mask_picture, of_png, readers.masks),
+    Format("split-list", "split.txt", seeds.split_list, of_text, read_split),
+    Format("preset-folder", "PRESETS/own.json", kept_seeds.presets, of_json, readers.presets),
+    Format("replay", "out/run.json", kept_seeds.replay, of_json, readers.replayed),
+    Format("result-record", "out/run.json", kept_seeds.result("run.json"), of_json, readers.result),
+    Format("result-meta", "out/meta.json", kept_seeds.result("meta.json"), of_json, readers.result),
+    Format("bench-frame", "meta.json", kept_seeds.bench_frame, of_json, readers.bench_frame),
+    Format("batch-settings", "out/batch.json", kept_seeds.batch("batch.json"), of_json, readers.batch),
+    Format("batch-frame", "out/rgb__0000/frame.json", kept_seeds.batch("rgb__0000/frame.json"), of_json, readers.batch),
+    Format("batch-preview", "out/preview.png", seeds.colour_png, of_png, lambda path: read_preview(path.parent)),
+    Format("bench-result", "earlier.json", kept_seeds.earlier, of_json, readers.earlier),
+    Format("interrupted-set", "names", kept_seeds.interrupted, of_text, readers.unfinished),
+    Format("window-settings", "ILF Studio/ilf-studio.ini", seeds.window, of_text, readers.window),
+    Format("journal", "left/left.journal", kept_seeds.journal, of_bytes, readers.journal),
+    Format("journal-log", "left/left.journal-wal", kept_seeds.journal_log, of_bytes, readers.journal_log),
 )
 
 FORMATS = {form.name: form for form in _ALL}

@@ -73,10 +73,9 @@ def of_text(rng: Rng, seeds: Sequence[bytes]) -> bytes:
         return of_bytes(rng, seeds)
     words = re.split(rb"(\s+)", _one(rng, seeds))
     for _ in range(int(rng.integers(1, 4))):
-        at = int(rng.integers(len(words)))
-        words[at : at + 1] = (
-            [_WORDS[int(rng.integers(len(_WORDS)))]], [], [words[at]] * 3, [words[int(rng.integers(len(words)))]]
-        )[int(rng.integers(4))]  # fmt: skip
+        at, other = (int(rng.integers(max(len(words), 1))) for _ in range(2))
+        word = _WORDS[int(rng.integers(len(_WORDS)))]
+        words[at : at + 1] = ([word], [], words[at : at + 1] * 3, words[other : other + 1])[int(rng.integers(4))]
     return b"".join(words)
 
 

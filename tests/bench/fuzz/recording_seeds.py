@@ -11,8 +11,11 @@ import OpenEXR
 from tests.ilf import phone_files
 from tests.ilf.bags import path_of, storage_of, write_aligned
 from tests.ilf.matroska import write_azure
+from tests.ilf.realsense_bags import write_library_db3, write_viewer_bag
 
 from .seeds import Seeds, depth_values, with_colour
+
+ARKIT_CAMERA = f"lowres_wide_intrinsics/4242_{phone_files.TIMES[0]:.3f}.pincam"
 
 
 def _metres() -> np.ndarray:
@@ -63,6 +66,37 @@ def bag(kind: str) -> Seeds:
     return made
 
 
+def metadata(folder: Path) -> list[bytes]:
+    """metadata.yaml of a recording of ROS 2."""
+    return [(write_aligned(folder, "sqlite3", frames=2, name="sound") / "metadata.yaml").read_bytes()]
+
+
+def realsense_viewer(folder: Path) -> list[bytes]:
+    """Of the RealSense Viewer, until 2.58."""
+    return [write_viewer_bag(folder, name="sound").read_bytes()]
+
+
+def realsense_library(folder: Path) -> list[bytes]:
+    """Of the RealSense library since 2.59."""
+    return [write_library_db3(folder, "sound").read_bytes()]
+
+
+def nyu_raw(file: str) -> Seeds:
+    """One of the two files of a pair of NYU Depth's raw folders."""
+
+    def made(folder: Path) -> list[bytes]:
+        content = {
+            "r-1.5-1.ppm": b"P6\n640 480\n255\n" + bytes(3 * 640 * 480),
+            "d-1.5-2.pgm": b"P5\n640 480\n65535\n" + np.full(640 * 480, 700, "<u2").tobytes(),
+        }
+        (folder / "raw").mkdir()
+        for name in content:
+            (folder / "raw" / name).write_bytes(content[name])
+        return [content[file]]
+
+    return made
+
+
 def azure(folder: Path) -> list[bytes]:
     """Of an Azure Kinect."""
     return [write_azure(folder / "sound.mkv", frames=1).read_bytes()]
@@ -85,6 +119,11 @@ def stray(file: str) -> Seeds:
         return [(phone_files.write_stray(folder / "stray") / file).read_bytes()]
 
     return made
+
+
+def arkit_camera(folder: Path) -> list[bytes]:
+    """The camera of a frame of ARKitScenes."""
+    return [(phone_files.write_arkit(folder / "4242") / ARKIT_CAMERA).read_bytes()]
 
 
 def arkit(file: str) -> Seeds:

@@ -327,3 +327,78 @@ def nyu_labelled(folder: Path) -> list[bytes]:
                 file.create_dataset(name, data=np.repeat(array, 2, axis=0), **options)
         contents.append(path.read_bytes())
     return contents
+
+
+def split_list(folder: Path) -> list[bytes]:
+    """Numbers of frames, one per line."""
+    return [b"1\n2\n77\n", b"5"]
+
+
+def mask_list(folder: Path) -> list[bytes]:
+    """metadata.csv of segment-anything, with its masks."""
+    return _masks(folder)[:1]
+
+
+def mask_picture(folder: Path) -> list[bytes]:
+    """One of these masks."""
+    return _masks(folder)[1:]
+
+
+def _masks(folder: Path) -> list[bytes]:
+    (folder / "masks").mkdir()
+    picture = mask(folder)[0]
+    for name in ("0", "1", "chair"):
+        (folder / "masks" / f"{name}.png").write_bytes(picture)
+    listed = b"id,area,bbox_x0\n0,200,4\n1,100,4\n"
+    (folder / "masks" / "metadata.csv").write_bytes(listed)
+    return [listed, picture]
+
+
+def confidence_png(folder: Path) -> list[bytes]:
+    """Levels of 8 and 16 bits."""
+    levels = np.where(_labels() > 0, 2, 0).astype(np.uint8)
+    return [_encoded(".png", levels), _encoded(".png", levels.astype(np.uint16) * 300)]
+
+
+def confidence_npy(folder: Path) -> list[bytes]:
+    """Integers, floats and truths."""
+    levels = np.where(_labels() > 0, 2, 0)
+    return [_npy(levels.astype(kind)) for kind in (np.uint8, np.float32, bool, np.int64)]
+
+
+def guide_npy(folder: Path) -> list[bytes]:
+    """Values alone, and with a confidence."""
+    metres = (depth_values() / 1000).astype(np.float32)
+    return [_npy(metres), _npy(np.stack([metres, np.full_like(metres, 0.5)]))]
+
+
+def guide_png(folder: Path) -> list[bytes]:
+    """Grey of one channel, of three, and of twice the size."""
+    grey = (depth_values() >> 4).astype(np.uint8)
+    large = np.repeat(np.repeat(depth_values(), 2, 0), 2, 1)
+    return [_encoded(".png", image) for image in (depth_values(), np.dstack([grey] * 3), large)]
+
+
+def window(folder: Path) -> list[bytes]:
+    """What a window that is closed leaves in its settings."""
+    from .window import settings  # it makes a window
+
+    return settings(folder)
+
+
+def names(folder: Path) -> list[bytes]:
+    """Names of colour and depth in every way that they can belong together; the files are sound."""
+    with_colour(folder)
+    with_depth(folder)
+    times = [f"1305031102.{number:06}" for number in range(3)]
+    forms = (
+        ("rgb/{}.png", "depth/{}.png", ("0001", "2", "10")),
+        ("color/{}.jpg", "depth/{}.png", times),
+        ("image/{}.png", "depth/{}.png", ("1305031102175304", "1305031102175304123", "1305031102175")),
+        ("{}_rgb.png", "{}_depth.png", ("a1", "a2")),
+        ("room{}/rgb.png", "room{}/depth.png", ("", "2")),
+        ("frame-{}.color.png", "frame-{}.depth.png", ("000000", "000001")),
+        ("r-{}-1.ppm", "d-{}-2.pgm", times),
+        ("lowres_wide/4242_{}.png", "lowres_depth/4242_{}.png", ("100.123", "100.223")),
+    )
+    return ["\n".join(form.format(one) for one in ones for form in pair).encode() for *pair, ones in forms]

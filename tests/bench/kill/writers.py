@@ -3,8 +3,9 @@
     python -m tests.bench.kill.writers [--kills 200] [--seed 0] [--only run project ...]
 
 A child writes two sets of files by turns, over each other; it is killed a random time after it has begun with one.
-After what the next writer does first, the folder must hold one of the two sets, whole: no file cut short, none of the
-other set, and no record that does not fit. (A child is forked, for speed: not on Windows.)
+After what the next writer does first, the folder must hold one of the two sets, whole, and nothing else: no file cut
+short, none of the other set, no temporary file, and no record that does not fit. (A child is forked, for speed: not
+on Windows.)
 """
 
 from __future__ import annotations
@@ -45,8 +46,6 @@ def kills_of(writer: Writer, folder: Path, kills: int, chance: random.Random) ->
         _killed(write, target, first=number % 2, after=chance.uniform(0, _LONGEST * took))
         hidden = any(Path(name).parts[0].startswith(".ilf-") for name in contents(target))
         left = as_found(target)
-        for path in target.glob(".ilf-*"):
-            path.unlink()
         whole = [
             version
             for version, files in enumerate(sets)

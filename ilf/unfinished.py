@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ..stopping import check_stopped
+from .stopping import check_stopped
 
 _MOVING_LIMIT_S = 5.0
 """Moving files within a folder takes milliseconds; a disk that does not answer is not waited for longer."""

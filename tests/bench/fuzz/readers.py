@@ -1,0 +1,262 @@
+"""How a file is read, as the program does it: an IlfError where it is refused; what is wrong fails."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+from pathlib import Path
+
+import numpy as np
+
+import ilf
+import ilf.batch.states
+import ilf.edges.network
+from ilf.batch.frames import frames_of_sources
+from ilf.batch.manifest import write_manifest
+from ilf.batch.settings import BatchSettings, differences, read_settings
+from ilf.batch.states import frame_states
+from ilf.batch.task import Task
+from ilf.bench.earlier import read_earlier
+from ilf.bench.frames import load_bench_frame
+from ilf.bench.methods import METHODS
+from ilf.cli.record_facts import record_facts
+from ilf.cloud import point_cloud
+from ilf.edges.importing import add_model
+from ilf.errors import IlfError, InputError
+from ilf.io import intrinsics_from, list_frames, load_frame, load_guide, read_blocks
+from ilf.io.confidence_files import below, read_confidence
+from ilf.io.frame_source import FrameSource
+from ilf.io.nyu_labelled import NyuLabelled
+from ilf.io.poses import camera_pose
+from ilf.io.recordings import close_all
+from ilf.io.thumbnails import read_thumbnail
+from ilf.models import models_folder
+from ilf.preset_files import list_presets
+from ilf.project.file import open_project, save_project
+from ilf.project.journals import copied_frames, left_work
+from ilf.run.nerfstudio import write_nerfstudio
+from ilf.run.record_file import read_record
+from ilf.run.staging import clear_interrupted
+from ilf.run.stamps import stamp_of
+from ilf.sources import open_source
+
+from .seeds import SHAPE
+
+
+def depth(path: Path) -> None:
+    frame = load_frame(path.parent / "rgb.png", path)
+    assert np.isfinite(frame.depth[frame.known]).all()
+
+
+def colour(path: Path) -> None:
+    load_frame(path, path.parent / "depth.png")
+
+
+def thumbnail(path: Path) -> None:
+    read_thumbnail(FrameSource(str(path), "depth.png"))
+
+
+def folder(path: Path) -> None:
+    frame = load_frame(path.parent)
+    if frame.intrinsics is not None:
+        points = point_cloud(frame.depth, frame.rgb, frame.intrinsics).points
+        assert np.isfinite(points).all(), "points that are nowhere"
+
+
+def guide(path: Path) -> None:
+    load_guide(path, SHAPE)
+
+
+def intrinsics(path: Path) -> None:
+    intrinsics_from(path, SHAPE)
+
+
+def blocks(path: Path) -> None:
+    found = read_blocks(path, SHAPE, image=path.parent / "rgb.png")
+    assert found.labels.shape == SHAPE
+
+
+def project(path: Path) -> None:
+    with open_project(path) as opened:
+        for frame in opened.project.frames:
+            try:
+                opened.state(frame.id)
+            except IlfError:
+                continue
+        save_project(path.with_name("again.ilf"), opened.project, base=[opened.parts], places=opened.places)
+
+
+def listed(path: Path) -> None:
+    for source in list_frames(path.parent).sources[:2]:
+        source.load()
+
+
+def trajectory(path: Path) -> None:
+    camera_pose(path.parent / "depth" / "0.5.png")
+
+
+def pose(path: Path) -> None:
+    camera_pose(path.parent / "frame-000000.depth.png")
+
+
+def network(path: Path) -> None:
+    try:
+        add_model(path, "fuzzed", replace=True)
+    except IlfError:
+        assert not (models_folder() / "fuzzed.onnx").exists(), "a refused network was written"
+        raise
+    (models_folder() / "fuzzed.onnx").unlink()
+
+
+def weights(path: Path) -> None:
+    """A network of which the program makes another, that is tried with smaller images: trying is not reading."""
+    ilf.edges.network._TRIAL_SHAPES = ((16, 16), (16, 32))
+    network(path)
+
+
+def labelled(path: Path) -> None:
+    with NyuLabelled(path) as file:
+        for index in range(min(len(file), 2)):
+            file.frame(index)
+            file.filled(index)
+
+
+def recording(path: Path) -> None:
+    try:
+        source = open_source(path)
+        for key in source.keys[:2]:
+            source.read(key)
+            source.pose(key)
+    finally:
+        close_all()
+
+
+def folder_around(path: Path) -> None:
+    recording(path.parent)
+
+
+def arkit_camera(path: Path) -> None:
+    recording(path.parent.parent)
+
+
+def unregistered(path: Path) -> None:
+    """A frame of a folder of a recording, as it was recorded."""
+    try:
+        source = open_source(path.parent)
+        source.read(source.keys[0], registered=False)
+    finally:
+        close_all()
+
+
+def names(path: Path) -> None:
+    """Images of the names that a file lists, beside it: which belong together is told by their names alone."""
+    folder = path.parent / "named"
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    for line in path.read_bytes().splitlines():
+        parts = [part for part in line.split(b"/") if part not in {b"", b".", b".."}]
+        if not parts:
+            continue
+        target = os.path.join(os.fsencode(folder), *parts)
+        kind = "depth" if b"depth" in line or line.startswith(b"d-") else "rgb"
+        with contextlib.suppress(OSError, ValueError):  # names that no file can have
+            os.makedirs(os.path.dirname(target), exist_ok=True)
+            os.link(path.parent / f"{kind}.png", target)
+    list_frames(folder)
+
+
+def confidence(path: Path) -> None:
+    depth = np.full(SHAPE, 2.0, np.float32)
+    below(read_confidence(path, SHAPE), 1, depth)
+
+
+def masks(path: Path) -> None:
+    read_blocks(path.parent, SHAPE)
+
+
+def presets(path: Path) -> None:
+    """All presets of the user's folder, of which this is one."""
+    found = list_presets()
+    if found.problems:
+        raise InputError(found.problems[0])
+
+
+def replayed(path: Path) -> None:
+    """A recorded run, made again."""
+    again = ilf.replay(path)
+    again.verdict(again.run.complete())
+
+
+def result(path: Path) -> None:
+    """A run's folder, told of and handed on."""
+    record = read_record(path.parent / "run.json")
+    record_facts(record)
+    if record.inputs is not None:
+        stamp_of(record.inputs)
+    load_frame(path.parent)
+    again = path.parent.parent / "again"
+    shutil.rmtree(again, ignore_errors=True)
+    write_nerfstudio(again, [path.parent])
+
+
+def bench_frame(path: Path) -> None:
+    load_bench_frame(path.parent)
+
+
+def earlier(path: Path) -> None:
+    read_earlier(path, list(METHODS))
+
+
+def batch(path: Path) -> None:
+    """What there is of a batch in its folder."""
+    folder = path.parent if path.name == "batch.json" else path.parent.parent
+    before = read_settings(folder)
+    if before is None:
+        raise InputError("There are no settings.")
+    differences(before[0], BatchSettings().facts())
+    frames = frames_of_sources([open_source(folder.parent / "frames")])
+    task = Task(str(folder), BatchSettings(), (folder.parent / "sha256").read_text(), before[1])
+    ilf.batch.states.done_apart = lambda work, items, **_: ((item, work(item)) for item in items)
+    frame_states(task, frames)
+    write_manifest(folder, frames)
+
+
+def unfinished(path: Path) -> None:
+    """What a process that is no more has left in a folder of results, which is put in order."""
+    target = path.parent / "out"
+    shutil.rmtree(target, ignore_errors=True)
+    shutil.copytree(path.parent / "sound", target)
+    (begun,) = target.glob(".ilf-export-*")
+    shutil.copy(path, begun / ".names")
+    clear_interrupted(target)
+    left = {entry.name for entry in target.iterdir()}
+    assert {"other.txt"} <= left <= {"other.txt", "depth.npy", "errors.npy", "run.json"}, left
+
+
+def window(path: Path) -> None:
+    from .window import read_settings  # it makes a window
+
+    read_settings(path)
+
+
+def journal(path: Path) -> None:
+    """Work that a window has left behind."""
+    try:
+        for left in left_work(path.parent):
+            try:
+                if left.problem:
+                    raise InputError(left.problem)
+                left.picture()
+                copied_frames([left.parts], {frame.id: frame.id for frame in left.read.project.frames})
+            finally:
+                left.release()
+    finally:
+        for suffix in ("-wal", "-shm"):
+            path.with_name(path.name + suffix).unlink(missing_ok=True)
+
+
+def journal_log(path: Path) -> None:
+    """The same, with a log beside the file."""
+    shutil.copy(path.parent.parent / "sound", path.with_name(path.name.removesuffix("-wal")))
+    journal(path.with_name(path.name.removesuffix("-wal")))

@@ -1,0 +1,86 @@
+"""The window's settings, as it reads them when it opens: what is damaged must not keep it from opening."""
+
+from __future__ import annotations
+
+import json
+import os
+from functools import cache
+from pathlib import Path
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+from PySide6.QtCore import QSettings
+from PySide6.QtWidgets import QApplication
+
+from gui.dialogs.export import stored_options
+from gui.dialogs.saving import save_folder
+from gui.layouts.layout import Arrangement
+from gui.layouts.store import LayoutStore
+from gui.main_window import MainWindow
+from gui.palette.recent import RecentCommands
+from gui.recent.store import RecentOrigins, is_missing, key_of, name_of
+from gui.shortcuts.keymap import Keymap
+from gui.widgets.messages import last_folder
+from ilf.io.frame_source import FrameSource
+
+FILE = "ILF Studio/ilf-studio.ini"
+
+
+def settings(folder: Path) -> list[bytes]:
+    """What a window that is closed leaves, with all that a user may have chosen."""
+    window = _window(folder)
+    kept = RecentOrigins("frames", True)
+    kept.note(FrameSource("rgb.png", "depth.png", 1000.0, (30.0, 30.0, 15.5, 11.5), frame="0.1"))
+    kept.note(Path("run.json"))
+    RecentCommands(True).note("open")
+    arrangement = Arrangement("grid", {"colour": "depth-in"}, ("Blocks", "Runs"), window.panels.places())
+    layouts = LayoutStore(True)
+    layouts.changed["standard"] = arrangement
+    layouts.put("own_1", "Mine", arrangement)
+    chosen = QSettings()
+    values: dict[str, object] = {
+        "window/geometry": window.saveGeometry(),
+        "panels/declined": ["Blocks", "Runs"],
+        "frames/most_open": 5,
+        "export/options": json.dumps({"cloud": "ply"}),
+        "export/folder": str(folder),
+        "open/folder": str(folder),
+        "shortcuts/Open": "Ctrl+K, Ctrl+O",
+        "theme": "dark",
+    }
+    for key, value in values.items():
+        chosen.setValue(key, value)
+    chosen.sync()
+    return [(folder / FILE).read_bytes()]
+
+
+def read_settings(path: Path) -> None:
+    """All of them, by their readers."""
+    window = _window(path.parent.parent)
+    QSettings().sync()
+    for what in ("frames", "projects"):
+        for origin in RecentOrigins(what, True).origins:
+            name_of(origin), key_of(origin), is_missing(origin)
+    layouts = LayoutStore(True)
+    for name in (*layouts.changed, *(layout.name for layout in layouts.own)):
+        left = layouts.left(name)
+        window.panels.take(left.panels, left.places)
+    window.panels.size_window()
+    RecentCommands(True).rank("open")
+    Keymap(window, True).deleteLater()
+    stored_options()
+    save_folder()
+    last_folder("open/folder")
+
+
+@cache
+def _window(folder: Path) -> MainWindow:
+    application = QApplication.instance() or QApplication([])
+    application.setOrganizationName(Path(FILE).parent.name)
+    application.setApplicationName(Path(FILE).stem)
+    QSettings.setDefaultFormat(QSettings.Format.IniFormat)
+    QSettings.setPath(QSettings.Format.IniFormat, QSettings.Scope.UserScope, str(folder))
+    window = MainWindow(remembers=False)
+    window.panels.remembers = True
+    window.panels.arrange()
+    return window

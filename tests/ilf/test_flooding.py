@@ -1,0 +1,83 @@
+"""The watershed that can be stopped: pixel by pixel that of scikit-image, compiled and as it is written."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from skimage.segmentation import watershed
+
+from ilf import compiling
+from ilf.compiling import is_compiled
+from ilf.ebs import flooding
+from ilf.ebs.flooding import flood, flooded
+from ilf.errors import Cancelled
+from ilf.stopping import heeding
+
+Landscape = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+def landscape(seed: int, height: int, width: int, levels: int, marked: float, inside: float) -> Landscape:
+    """Heights of so many levels, markers and a mask at random."""
+    rng = np.random.default_rng(seed)
+    heights = rng.standard_normal(levels)[rng.integers(0, levels, (height, width))]
+    markers = np.where(rng.random((height, width)) < marked, rng.integers(1, 6, (height, width)), 0)
+    return heights.astype(np.float32), markers.astype(np.int32), rng.random((height, width)) < inside
+
+
+landscapes = st.builds(
+    landscape,
+    st.integers(0, 2**32),
+    st.integers(1, 24),
+    st.integers(1, 24),
+    st.integers(1, 6),
+    st.floats(0, 0.6),
+    st.floats(0.4, 1),
+)
+
+
+@given(landscapes)
+def test_the_kernels_give_what_scikit_image_gives(case: Landscape) -> None:
+    heights, markers, mask = case
+    expected = watershed(heights, markers, mask=mask)
+    for found in (flood(*case), flooded(*case)):
+        assert found.dtype == np.int32
+        np.testing.assert_array_equal(found, expected)
+
+
+@given(landscapes)
+def test_so_do_the_loops_as_they_are_written(case: Landscape) -> None:
+    heights, markers, mask = case
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(compiling, "is_compiled", lambda: False)
+        np.testing.assert_array_equal(flooded(*case), watershed(heights, markers, mask=mask))
+
+
+def test_large_landscapes_with_plateaus() -> None:
+    rng = np.random.default_rng(0)
+    heights = np.round(rng.random((300, 400), np.float32), 1)
+    markers = np.where(rng.random((300, 400)) < 0.02, rng.integers(1, 500, (300, 400)), 0).astype(np.int32)
+    mask = rng.random((300, 400)) < 0.95
+    np.testing.assert_array_equal(flood(heights, markers, mask), watershed(heights, markers, mask=mask))
+
+
+@pytest.mark.skipif(not is_compiled(), reason="scikit-image's own cannot be stopped")
+def test_it_stops_when_nobody_wants_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    heights, markers, mask = landscape(0, 20, 20, 3, 0.1, 1)
+    wish, asked = threading.Event(), []
+
+    def ask() -> None:
+        asked.append(True)
+        if len(asked) == 3:
+            wish.set()
+        original()
+
+    original = flooding.check_stopped
+    monkeypatch.setattr(flooding, "check_stopped", ask)
+    monkeypatch.setattr(flooding, "_AT_ONCE", 50)
+    with heeding(wish), pytest.raises(Cancelled):
+        flood(heights, markers, mask)
+    assert len(asked) == 3

@@ -1,0 +1,102 @@
+"""Networks ask between their convolutions whether the work goes on, and say the same as without."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Callable
+
+import cv2
+import numpy as np
+import pytest
+
+from ilf.assets import asset_path
+from ilf.edges import questions
+from ilf.edges.network import EdgeNetwork
+from ilf.edges.questions import ASKED, first_input, with_questions
+from ilf.errors import Cancelled
+from ilf.stopping import check_stopped, heeding
+
+IMAGE = np.random.default_rng(0).integers(0, 256, (64, 96, 3), np.uint8)
+
+
+@pytest.fixture
+def edges() -> EdgeNetwork:
+    return EdgeNetwork.load(asset_path("models/edges.onnx"))
+
+
+def _on_question(monkeypatch: pytest.MonkeyPatch, number: int, do: Callable[[], None]) -> list[int]:
+    """Do something at a question, the first being 0; how many have been asked."""
+    asked = [0]
+
+    def ask() -> None:
+        if asked[0] == number:
+            do()
+        asked[0] += 1
+        check_stopped()
+
+    monkeypatch.setattr(questions, "check_stopped", ask)
+    return asked
+
+
+@pytest.mark.parametrize(
+    ("name", "inputs"),
+    [
+        ("edges", {"image": 3}),
+        ("depth-edges", {"image": 3, "depth": 2}),
+        ("correction", {"image": 3, "features": 10}),
+    ],
+)
+def test_questions_change_nothing(name: str, inputs: dict[str, int], monkeypatch: pytest.MonkeyPatch) -> None:
+    content = np.fromfile(asset_path(f"models/{name}.onnx"), np.uint8)
+    asked = _on_question(monkeypatch, -1, lambda: None)
+    found = []
+    for one in (content, with_questions(content)):
+        net = cv2.dnn.readNetFromONNX(one)
+        rng = np.random.default_rng(0)
+        for input_name, channels in inputs.items():
+            net.setInput(rng.random((1, channels, 64, 96), np.float32), input_name)
+        if one is not content:
+            net.setInput(np.zeros(1, np.float32), f"{ASKED}0")
+        found.append([np.array(output) for output in net.forward(net.getUnconnectedOutLayersNames())])
+    for plain, asking in zip(*found, strict=True):
+        np.testing.assert_array_equal(asking, plain)
+    assert asked[0] > 20
+    assert first_input(content) == first_input(with_questions(content)) == "image"
+
+
+def test_a_look_stops_at_the_next_question(edges: EdgeNetwork, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = edges.strength(IMAGE)
+    for _ in range(3):
+        wish = threading.Event()
+        asked = _on_question(monkeypatch, 5, wish.set)
+        with heeding(wish), pytest.raises(Cancelled):
+            edges.strength(IMAGE)
+        assert asked == [6], "and no other is asked"
+        np.testing.assert_array_equal(edges.strength(IMAGE), whole)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+@pytest.mark.usefixtures("heard")
+def test_a_signal_ends_a_look(edges: EdgeNetwork, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its handler raises in the main thread, and never inside OpenCV, which would never return."""
+    whole = edges.strength(IMAGE)
+    main_thread = threading.main_thread().ident
+    assert main_thread is not None
+    stopped = threading.Event()
+
+    def interrupt() -> None:
+        signal.pthread_kill(main_thread, signal.SIGINT)
+        while not stopped.wait(0.001):
+            try:
+                check_stopped()
+            except Cancelled:
+                stopped.set()
+
+    _on_question(monkeypatch, 5, interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        edges.strength(IMAGE)
+    assert stopped.is_set()
+    monkeypatch.undo()
+    np.testing.assert_array_equal(edges.strength(IMAGE), whole)
