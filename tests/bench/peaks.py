@@ -25,20 +25,13 @@ from ilf.assets import asset_path
 from ilf.memory import memory_needed
 
 _COMMANDS = {
-    "info": ("ilf.cli", "info", "FRAME"),
-    "complete": ("ilf.cli", "complete", "FRAME", "--quiet", "--out", "OUT"),
-    "complete, mesh": ("ilf.cli", "complete", "FRAME", "--quiet", "--mesh", "ply", "--normals", "--out", "OUT"),
-    "complete, paper": ("ilf.cli", "complete", "FRAME", "--quiet", "--preset", "paper", "--out", "OUT"),
-    "window": ("gui.app", "FRAME", "--run", "--screenshot", "OUT.png"),
+    "info": ("ilf", "info", "FRAME"),
+    "complete": ("ilf", "complete", "FRAME", "--quiet", "--out", "OUT"),
+    "complete, mesh": ("ilf", "complete", "FRAME", "--quiet", "--mesh", "ply", "--normals", "--out", "OUT"),
+    "complete, paper": ("ilf", "complete", "FRAME", "--quiet", "--preset", "paper", "--out", "OUT"),
+    "window": ("gui", "FRAME", "--run", "--screenshot", "OUT.png"),
 }
-"""The module whose `main` is called, and with what."""
-
-_CHILD = """
-import importlib, resource, sys
-status = importlib.import_module(sys.argv[1]).main(sys.argv[2:])
-unit = 1 if sys.platform == "darwin" else 1024
-print("peak", status, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit)
-"""
+"""What is run as a module, and with what."""
 
 
 def main() -> None:
@@ -66,13 +59,11 @@ def peak(command: tuple[str, ...], folder: Path, size: str, threads: int) -> int
     named = {"FRAME": str(frame), "OUT": str(folder / "out"), "OUT.png": str(folder / "out.png")}
     arguments = [named.get(part, part) for part in command]
     alone = {name: str(threads) for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")} | {"ILF_MEMORY": "100"}
-    run = subprocess.run(
-        [sys.executable, "-c", _CHILD, *arguments], env={**os.environ, **alone}, stdout=subprocess.PIPE, text=True
-    )
-    word, status, taken = run.stdout.splitlines()[-1].split()
-    if (word, status) != ("peak", "0"):
-        raise SystemExit(f"{' '.join(arguments)} has ended with {run.stdout[-500:]}")
-    return int(taken)
+    child = subprocess.Popen([sys.executable, "-m", *arguments], env={**os.environ, **alone}, stdout=subprocess.DEVNULL)
+    _, status, used = os.wait4(child.pid, 0)
+    if status != 0:
+        raise SystemExit(f"{' '.join(arguments)} has ended with status {os.waitstatus_to_exitcode(status)}")
+    return used.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
 
 
 def _write(folder: Path, size: str) -> None:

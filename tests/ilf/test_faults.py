@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from ilf.errors import FormatError, ParameterError
-from ilf.memory import check_fits, memory_limit, memory_needed
+from ilf.memory import check_fits, give_back, memory_limit, memory_needed
 from tests.bench.faults import faults_of
 from tests.bench.kill.writers import kills_of
 from tests.bench.writers import WRITERS, Write, Writer
@@ -49,16 +49,27 @@ def test_a_writer_that_is_killed_leaves_a_whole_set(tmp_path: Path, name: str) -
     assert found.total() == 4
 
 
+def test_free_memory_is_given_back_after_large_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+    monkeypatch.setattr("ilf.memory._trim", lambda: asked.append)
+    give_back(640 * 480)
+    assert asked == []
+    give_back(1920 * 1080)
+    assert asked == [0]
+    monkeypatch.setattr("ilf.memory._trim", lambda: None)
+    give_back(1920 * 1080)
+
+
 def test_memory_is_estimated_against_a_limit_that_can_be_raised(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ILF_MEMORY", raising=False)
     assert memory_limit() == 8e9
     check_fits("a", 10000, 7000)
     monkeypatch.setenv("ILF_MEMORY", str(memory_needed(1920, 1080) / 1e9))
     check_fits("a", 1920, 1080)
-    with pytest.raises(FormatError, match=r"1921 x 1080 .* 1\.01 GB of memory, and 1\.00\d* GB .*: ILF_MEMORY=1\.1 \("):
+    with pytest.raises(FormatError, match=r"1921 x 1080 .* 1\.06 GB of memory, and 1\.05\d* GB .*: ILF_MEMORY=1\.1 \("):
         check_fits("a", 1921, 1080)
-    monkeypatch.setenv("ILF_MEMORY", "0.3")
-    with pytest.raises(FormatError, match=r"160 x 120 pixels.* 0\.321 GB of memory, and 0\.3 GB are"):
+    monkeypatch.setenv("ILF_MEMORY", "0.35")
+    with pytest.raises(FormatError, match=r"160 x 120 pixels.* 0\.371 GB of memory, and 0\.35 GB are"):
         check_fits("a", 160, 120)
     for wrong in ("much", "-1", "nan"):
         monkeypatch.setenv("ILF_MEMORY", wrong)
