@@ -15,10 +15,10 @@ from .numbers import as_float
 _PROGRAM = 0.35e9
 """Bytes that the program takes for a tiny frame. These three are told by `python -m tests.bench.peaks`."""
 
-_NETWORKS, _NETWORKS_PER_PIXEL = 0.5e9, 1000
+_NETWORKS, _NETWORKS_PER_PIXEL = 0.6e9, 1200
 """What the networks take besides, at most and for each pixel of a small frame: they look at larger ones scaled down."""
 
-_PER_PIXEL = 100
+_PER_PIXEL = 120
 """Bytes that completing takes besides for each pixel of the frame, all results and files included."""
 
 _USUAL_GB = 8.0
