@@ -108,7 +108,8 @@ class Docks(QObject):
         dock.setVisible(is_open)
         action = dock.toggleViewAction()
         action.setToolTip(f"{title}: open or fold this panel")
-        action.triggered.connect(lambda on: self._decide(title, on))
+        action.triggered.disconnect()  # the dock's own way shows it before it has found its place
+        action.triggered.connect(lambda on: self.reveal(title) if on else dock.close())
         action.setIcon(theme.icon(icon, self._window.palette()))
         self.rail.addAction(action)
 
@@ -134,6 +135,7 @@ class Docks(QObject):
 
     def reveal(self, title: str) -> None:
         """Open a panel, as the user has asked for it, in front of those that it shares its place with."""
+        self._share_place(title)  # before it is shown: a column that is too high for the window makes that larger
         self._show([*self.open, title])
         self._decide(title, True)
 
@@ -228,7 +230,8 @@ class Docks(QObject):
         column = [
             panel.dock
             for panel in self._panels.values()
-            if not (panel.dock.isHidden() or panel.dock.isFloating()) and window.dockWidgetArea(panel.dock) == area
+            if (panel.dock is dock or not (panel.dock.isHidden() or panel.dock.isFloating()))
+            and window.dockWidgetArea(panel.dock) == area
         ]
         above = column[: column.index(dock)] if dock in column else []
         heights: dict[QDockWidget, float] = {}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import sys
 import threading
@@ -67,5 +66,4 @@ def leave(status: int) -> int:
         for stream in (sys.stdout, sys.stderr):
             stream.flush()
         os._exit(status)
-    gc.freeze()  # what is in memory need not be searched for circles when all of it goes
     return status

@@ -153,7 +153,8 @@ def _style_sheet(tones: dict[str, str]) -> str:
         QDockWidget::title {{ padding: 3px 8px; background: {window}; }}
         QMainWindow::separator {{ background: {border}; width: 1px; height: 1px; }}
         QStatusBar::item {{ border: none; }}
-        QCheckBox::indicator:unchecked, QTableView::indicator:unchecked {{
+        QCheckBox::indicator:unchecked, QGroupBox::indicator:unchecked,
+        QListView::indicator:unchecked, QTableView::indicator:unchecked, QTreeView::indicator:unchecked {{
             border: 1px solid {muted}; border-radius: 2px; background: {base};
         }}
         QHeaderView::section {{ background: {window}; color: {muted}; border: none; padding: 3px 5px; }}

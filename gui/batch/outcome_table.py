@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView, QWidge
 
 from gui import theme
 from gui.widgets.hint import paint_hint
+from gui.widgets.plain_text import as_it_is
 from gui.widgets.row_model import Index, RowModel
 from ilf.batch import FrameOutcome, FrameStatus
 from ilf.number_words import UNKNOWN, millimetres
@@ -69,7 +70,7 @@ class OutcomeModel(RowModel[FrameOutcome]):
         if role == Qt.ItemDataRole.DisplayRole:
             return self.look(row, column)
         if role == Qt.ItemDataRole.ToolTipRole:
-            return row.message or row.frame
+            return as_it_is(row.message or row.frame)
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return _alignment(column)
         if role == Qt.ItemDataRole.ForegroundRole and row.status is FrameStatus.FAILED and column == _STATUS:

@@ -9,7 +9,10 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 from gui import theme
 from gui.widgets.plain_text import PlainLabel
 
-_HINT = "Drop a colour and a depth file, a folder of frames or a project here, or open one by the menu File"
+_HINT = (
+    "Drop a colour and a depth file, a folder of frames, a recording or a project here, or open one by the menu File, "
+    "which has a sample, too"
+)
 
 
 class EmptyHint(QWidget):

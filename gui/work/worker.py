@@ -11,7 +11,7 @@ from gui.work.job import Command, JobThread, Make
 
 DRAIN_INTERVAL_MS = 33
 LET_GO_MS = 100
-"""How long a job that was cancelled is waited for; a network that looks at a frame hears nothing for seconds."""
+"""How long a job that was cancelled is waited for; a library that is busy hears nothing meanwhile."""
 SHUTDOWN_LIMIT_S = 0.1
 """The same when the window closes."""
 FINISH_LIMIT_S = 10.0

@@ -21,7 +21,7 @@ meanwhile."""
 
 _ASKING = tuple(signal.Signals[name] for name in ("SIGINT", "SIGTERM", "SIGHUP") if name in signal.Signals.__members__)
 
-# what is in memory need not be searched for circles when all of it goes: that takes half a second
+# at the end of a command, and of the window, what is in memory need not be searched for circles, for half a second
 atexit.register(gc.freeze)
 
 

@@ -27,4 +27,4 @@ def run(arguments: argparse.Namespace) -> None:
     """Carry the command out."""
     written = write_nerfstudio(arguments.out, arguments.results)
     warn(written.notes)
-    print(f"{len(written.files)} files, the last one {written.files[-1]}")
+    print(f"Written to {arguments.out}: {written.files[-1].name}, and {len(written.files) - 1} files that it names.")

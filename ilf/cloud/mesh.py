@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..camera import CameraIntrinsics
 from ..errors import InputError
+from ..stopping import check_stopped
 from .links import Links, surface_links
 from .points import PointCloud, point_cloud, required
 
@@ -132,6 +133,7 @@ def surface_mesh(
     if only is not None:
         image = np.where(only, image, np.float32(np.nan))
     faces = surface_faces(image, surface_links(image, required(intrinsics)))
+    check_stopped()
     used = np.zeros(image.size, bool)
     used[faces.reshape(-1)] = True
     numbers = np.cumsum(used, dtype=np.int32)
@@ -139,5 +141,6 @@ def surface_mesh(
     for start in range(0, len(faces), _AT_ONCE):
         part = faces[start : start + _AT_ONCE]
         part[...] = numbers[part]
+    check_stopped()
     shown = used.reshape(image.shape)
     return Mesh(point_cloud(image, rgb, intrinsics, only=shown, normals=normals, scalars=scalars), faces)

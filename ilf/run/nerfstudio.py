@@ -22,6 +22,7 @@ from ..io.images import encode_image, read_colour
 from ..io.label_files import read_mask
 from ..io.poses import OF_OPENGL
 from ..io.recordings import is_recording, opened
+from ..number_words import counted
 from .options import ERROR_FILES, RECORD_FILE, UNVOUCHED_FILE
 from .record import RunRecord
 from .record_file import read_record
@@ -130,7 +131,8 @@ def write_nerfstudio(folder: str | os.PathLike[str], results: Iterable[str | os.
             "7-Scenes, ScanNet, ARKitScenes, Record3D and Stray Scanner, or stated as pose in meta.json."
         )
     if lonely:
-        notes.insert(0, f"{len(lonely)} results without a known pose are left out: {', '.join(lonely[:3])!s:.200}.")
+        named = f"{', '.join(lonely[:3])!s:.200}"
+        notes.insert(0, f"Left out, without a known pose: {counted(len(lonely), 'result')} ({named}).")
     data = {"camera_model": "OPENCV", "depth_unit_scale_factor": 1 / _UNITS, "frames": frames}
     _write(target / TRANSFORMS_FILE, f"{json.dumps(data, indent=1)}\n".encode())
     return Written((*files, target / TRANSFORMS_FILE), tuple(dict.fromkeys(notes)))

@@ -72,7 +72,8 @@ def _export(window: MainWindow, folder: Path) -> Over:
 def _batch(window: MainWindow, folder: Path) -> Over:
     open_frame(window, folder / "frame")
     (part,) = (part for part in window.parts if isinstance(part, BatchPart))
-    part.dialog.folder.setText(str(folder / "batch"))
+    # in the same folder nothing would be left to do
+    part.dialog.folder.setText(str(folder / f"batch-{time.time_ns()}"))
     part.dialog.jobs.setValue(2)
     part.ask()
     part.start()
@@ -123,6 +124,7 @@ def main() -> None:
 def closed(name: str, folder: Path, moments: int, chance: random.Random) -> Found:
     """Close windows during some work."""
     found = Found()
+    (folder / "out").mkdir()
     whole, *_ = _child(name, folder, -1.0)
     newer = _set_in(folder / "out")
     for _ in range(moments):

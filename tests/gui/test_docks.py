@@ -120,6 +120,15 @@ def test_panels_of_a_full_column_share_a_place(shown: MainWindow, height: int, n
     assert shown.panels.open == ["Blocks", "Parameters", "Accuracy"]
 
 
+def test_no_panel_makes_the_window_larger(shown: MainWindow) -> None:
+    shown.resize(1280, 720)
+    for title in ("Frames", "Convergence", "History", "Accuracy", "Range"):
+        _click(shown, title)
+        assert shown.size() == QSize(1280, 720), title
+    shown.actions_["show_range"].trigger()
+    assert shown.size() == QSize(1280, 720)
+
+
 @pytest.mark.parametrize("folds_by", ["rail", "title"])
 def test_what_the_user_has_folded_stays_folded(shown: MainWindow, qtbot: QtBot, folds_by: str) -> None:
     shown.panels.offer("Convergence")
