@@ -12,9 +12,14 @@ from functools import cache
 from .errors import FormatError, ParameterError
 from .numbers import as_float
 
-BYTES_PER_PIXEL = 200
-"""What completing a large frame (7680 x 4320) takes for each of its pixels, all results and files included, by `python
--m tests.bench.peaks`; smaller ones take up to twice that, and less than the limit."""
+_PROGRAM = 0.35e9
+"""Bytes that the program takes for a tiny frame. These three are told by `python -m tests.bench.peaks`."""
+
+_NETWORKS, _NETWORKS_PER_PIXEL = 0.6e9, 1200
+"""What the networks take besides, at most and for each pixel of a small frame: they look at larger ones scaled down."""
+
+_PER_PIXEL = 120
+"""Bytes that completing takes besides for each pixel of the frame, all results and files included."""
 
 _USUAL_GB = 8.0
 
@@ -40,6 +45,12 @@ def memory_limit() -> float:
     return 1e9 * limit
 
 
+def memory_needed(width: int, height: int) -> float:
+    """Bytes that completing a frame of so many pixels takes at its peak, about; for any number of threads."""
+    pixels = as_float(width * height)
+    return _PROGRAM + min(_NETWORKS, _NETWORKS_PER_PIXEL * pixels) + _PER_PIXEL * pixels
+
+
 def check_fits(what: object, width: int, height: int) -> None:
     """Refuse a frame that would take too much memory, before anything of it is read.
 
@@ -53,9 +64,12 @@ def check_fits(what: object, width: int, height: int) -> None:
     ------
     FormatError
     """
-    needed, limit = as_float(width * height * BYTES_PER_PIXEL), memory_limit()
+    needed, limit = memory_needed(width, height), memory_limit()
     if needed > limit:
-        more = f": ILF_MEMORY={math.ceil(needed / 1e9)} (GB, an environment variable)" if needed < math.inf else ""
+        # rounded up, so that what is told is enough
+        more = (
+            f": ILF_MEMORY={math.ceil(needed / 1e8) / 10:g} (GB, an environment variable)" if needed < math.inf else ""
+        )
         raise FormatError(
             f"{what} says it has {width} x {height} pixels; completing such a frame takes about {needed / 1e9:.3g} GB "
             f"of memory, and {limit / 1e9:g} GB are allowed. Resize or crop it first, or allow more{more}."

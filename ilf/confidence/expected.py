@@ -12,8 +12,8 @@ from ..filter.edge_aware.reach import beyond_reach
 from ..frame import RGBDFrame
 from ..memory import give_back
 from ..outcomes import Completion
-from ..per_frame import once_per_frame
-from ..stopping import check_stopped
+from ..per_frame import Memory, once_per_frame
+from ..stopping import check_stopped, taking
 from .difficulty import frame_difficulty
 from .features import error_features, filled_pixels, usual_edges, walks_past
 from .fitted import MODELS
@@ -38,6 +38,9 @@ _OUTSIDE = 0.02
 
 _BEYOND = 0.2
 """Least expected error, as a share of depth, beyond the sensor's reach."""
+
+_at_work = Memory[RGBDFrame, None]()
+"""Its locks keep two from working on the features of one frame at the same time, which take much memory."""
 
 
 def depth_error(frame: RGBDFrame, depth: NDArray[np.floating], model: str = DEFAULT_MODEL) -> Array:
@@ -162,6 +165,13 @@ def _free_walks(frame: RGBDFrame) -> Walks:
 
 def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint8], edges: Array) -> Array:
     """Expected error of every filled pixel by the model whose number it has, NaN elsewhere."""
+    with taking(_at_work.lock_of(frame)):
+        error = _error_alone(frame, depth, model, edges)
+        give_back(error.size)
+        return error
+
+
+def _error_alone(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint8], edges: Array) -> Array:
     filled = filled_pixels(frame, depth)
     features, depth_there, model_there = error_features(frame, depth, edges), depth[filled], model[filled]
     check_stopped()
@@ -173,8 +183,6 @@ def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint
             values[own] = MODELS[name].shares(features[own], difficulty) * depth_there[own]
     error = np.full(frame.shape, np.nan, np.float32)
     error[filled] = values
-    del features
-    give_back(error.size)
     return error
 
 

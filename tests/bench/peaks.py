@@ -3,8 +3,9 @@
     python -m tests.bench.peaks [--sizes 1920x1080 3840x2160 7680x4320] [--only info complete] [--threads 2]
 
 The bundled sample, scaled up, is read and completed by the command line, each time in a process of its own, with all
-files that `ilf complete` writes by itself. Told are the peak of the process's memory [GB], and bytes for each pixel
-beyond what the program takes for a tiny frame: `ilf/memory.py` estimates by these.
+files that `ilf complete` writes by itself; or opened, extracted, run and shown in the window. Told are the peak of the
+process's memory [GB], bytes for each pixel beyond what the program takes for a tiny frame, and what `ilf/memory.py`
+estimates of completing a frame of that size [GB].
 """
 
 from __future__ import annotations
@@ -21,20 +22,16 @@ import numpy as np
 
 import ilf
 from ilf.assets import asset_path
+from ilf.memory import memory_needed
 
 _COMMANDS = {
-    "info": ("info",),
-    "complete": ("complete", "--quiet", "--out", "OUT"),
-    "complete, mesh": ("complete", "--quiet", "--mesh", "ply", "--normals", "--out", "OUT"),
-    "complete, paper": ("complete", "--quiet", "--preset", "paper", "--out", "OUT"),
+    "info": ("ilf", "info", "FRAME"),
+    "complete": ("ilf", "complete", "FRAME", "--quiet", "--out", "OUT"),
+    "complete, mesh": ("ilf", "complete", "FRAME", "--quiet", "--mesh", "ply", "--normals", "--out", "OUT"),
+    "complete, paper": ("ilf", "complete", "FRAME", "--quiet", "--preset", "paper", "--out", "OUT"),
+    "window": ("gui", "FRAME", "--run", "--screenshot", "OUT.png"),
 }
-_CHILD = """
-import resource, sys
-from ilf.cli import main
-status = main(sys.argv[1:])
-unit = 1 if sys.platform == "darwin" else 1024
-print("peak", status, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit)
-"""
+"""What is run as a module, and with what."""
 
 
 def main() -> None:
@@ -45,12 +42,13 @@ def main() -> None:
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         usual = {name: peak(_COMMANDS[name], Path(folder), "160x120", given.threads) for name in given.only}
-        print(f"{'':12} {'':16} {'peak [GB]':>10} {'bytes a pixel':>14}")
+        print(f"{'':12} {'':16} {'peak [GB]':>10} {'bytes a pixel':>14} {'estimate [GB]':>14}")
         for size in given.sizes:
             for name in given.only:
                 taken = peak(_COMMANDS[name], Path(folder), size, given.threads)
-                pixels = np.prod([int(length) for length in size.split("x")])
-                print(f"{size:12} {name:16} {taken / 1e9:10.2f} {(taken - usual[name]) / pixels:14.0f}", flush=True)
+                width, height = (int(length) for length in size.split("x"))
+                more, estimate = (taken - usual[name]) / (width * height), memory_needed(width, height) / 1e9
+                print(f"{size:12} {name:16} {taken / 1e9:10.2f} {more:14.0f} {estimate:14.2f}", flush=True)
 
 
 def peak(command: tuple[str, ...], folder: Path, size: str, threads: int) -> int:
@@ -58,15 +56,14 @@ def peak(command: tuple[str, ...], folder: Path, size: str, threads: int) -> int
     frame = folder / size
     if not frame.exists():
         _write(frame, size)
-    arguments = [str(folder / "out") if part == "OUT" else part for part in (command[0], str(frame), *command[1:])]
+    named = {"FRAME": str(frame), "OUT": str(folder / "out"), "OUT.png": str(folder / "out.png")}
+    arguments = [named.get(part, part) for part in command]
     alone = {name: str(threads) for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")} | {"ILF_MEMORY": "100"}
-    run = subprocess.run(
-        [sys.executable, "-c", _CHILD, *arguments], env={**os.environ, **alone}, stdout=subprocess.PIPE, text=True
-    )
-    word, status, taken = run.stdout.splitlines()[-1].split()
-    if (word, status) != ("peak", "0"):
-        raise SystemExit(f"ilf {' '.join(arguments)} has ended with {run.stdout[-500:]}")
-    return int(taken)
+    child = subprocess.Popen([sys.executable, "-m", *arguments], env={**os.environ, **alone}, stdout=subprocess.DEVNULL)
+    _, status, used = os.wait4(child.pid, 0)
+    if status != 0:
+        raise SystemExit(f"{' '.join(arguments)} has ended with status {os.waitstatus_to_exitcode(status)}")
+    return used.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
 
 
 def _write(folder: Path, size: str) -> None:

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from ilf.errors import ParameterError
-from ilf.memory import BYTES_PER_PIXEL, check_fits, memory_limit
+from ilf.errors import FormatError, ParameterError
+from ilf.memory import check_fits, give_back, memory_limit, memory_needed
 from tests.bench.faults import faults_of
 from tests.bench.kill.writers import kills_of
 from tests.bench.writers import WRITERS, Write, Writer
@@ -49,15 +49,28 @@ def test_a_writer_that_is_killed_leaves_a_whole_set(tmp_path: Path, name: str) -
     assert found.total() == 4
 
 
+def test_free_memory_is_given_back_after_large_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+    monkeypatch.setattr("ilf.memory._trim", lambda: asked.append)
+    give_back(640 * 480)
+    assert asked == []
+    give_back(1920 * 1080)
+    assert asked == [0]
+    monkeypatch.setattr("ilf.memory._trim", lambda: None)
+    give_back(1920 * 1080)
+
+
 def test_memory_is_estimated_against_a_limit_that_can_be_raised(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ILF_MEMORY", raising=False)
     assert memory_limit() == 8e9
-    check_fits("a", 7680, 4320)
-    monkeypatch.setenv("ILF_MEMORY", str(1.5 * BYTES_PER_PIXEL / 1e9))
-    check_fits("a", 1, 1)
-    monkeypatch.setenv("ILF_MEMORY", "0.001")
-    with pytest.raises(Exception, match=r"1920 x 1080 .* 0\.415 GB of memory, and 0\.001 GB are allowed"):
-        check_fits("a", 1920, 1080)
+    check_fits("a", 9000, 6500)
+    monkeypatch.setenv("ILF_MEMORY", str(memory_needed(1920, 1080) / 1e9))
+    check_fits("a", 1920, 1080)
+    with pytest.raises(FormatError, match=r"1921 x 1080 .* 1\.2 GB of memory, and 1\.19\d* GB .*: ILF_MEMORY=1\.2 \("):
+        check_fits("a", 1921, 1080)
+    monkeypatch.setenv("ILF_MEMORY", "0.35")
+    with pytest.raises(FormatError, match=r"160 x 120 pixels.* 0\.375 GB of memory, and 0\.35 GB are"):
+        check_fits("a", 160, 120)
     for wrong in ("much", "-1", "nan"):
         monkeypatch.setenv("ILF_MEMORY", wrong)
         with pytest.raises(ParameterError, match="must be a number of GB"):

@@ -229,7 +229,7 @@ HOSTILE_DEPTH = {
         b"\x89PNG\r\n\x1a\n" + b"".join(
             struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
             for kind, body in [(b"IHDR", struct.pack(">IIBBBBB", 20000, 20000, 16, 0, 0, 0, 0)), (b"IEND", b"")]
-        ), "20000 x 20000 pixels.*80 GB of memory, and 8 GB are allowed.*ILF_MEMORY=80"),
+        ), "20000 x 20000 pixels.*49 GB of memory, and 8 GB are allowed.*ILF_MEMORY=49"),
     "huge.pgm": (b"P5\n99999 99999\n65535\n", "GB of memory"),
     "greedy.npy": (npy(METRES).replace(b"(24, 32), }      ", b"(99999, 99999), }"), "NPY cannot be read.*truncated"),
 }  # fmt: skip
