@@ -15,6 +15,7 @@ from ilf.ebs import extract
 from ilf.ebs.guide import find_boundaries
 from ilf.edges import find_edges
 from ilf.edges.depth_network import DepthEdgeNetwork
+from ilf.edges.frame_edges import lines_of, relief_of
 from ilf.edges.joining import joined
 from ilf.errors import InputError
 from ilf.filter.edge_aware.iteration import EdgeAwareIteration
@@ -71,9 +72,11 @@ def test_jumps_and_creases_are_the_networks_and_known_jumps_stand_at_1(network: 
     np.testing.assert_array_equal(found.detected, seen.jump)
     np.testing.assert_array_equal(found.crease, seen.crease)
     contours = find_edges(frame, HED).detected
-    np.testing.assert_array_equal(found.strength, np.where(found.relief.edges, 1, joined(seen.jump, contours)))
+    np.testing.assert_array_equal(
+        found.strength, np.where(relief_of(frame, RGBD).edges, 1, joined(seen.jump, contours))
+    )
     np.testing.assert_array_equal(ilf.edge_strength(frame, "rgbd"), found.strength)
-    assert found.relief.edges.any()
+    assert relief_of(frame, RGBD).edges.any()
     assert found.network == hashlib.sha256(network.read_bytes()).hexdigest()
     assert find_edges(frame, HED).crease is None
 
@@ -148,7 +151,7 @@ def test_contours_stand_in_where_the_network_is_missing_and_then_canny(
     alone = find_edges(frame, RGBD)
     (note,) = alone.notes
     assert note.startswith("Depth edges are not joined with contours of the colour image: ")
-    np.testing.assert_array_equal(alone.strength, np.where(alone.relief.edges, 1, joined(alone.detected)))
+    np.testing.assert_array_equal(alone.strength, np.where(relief_of(frame, RGBD).edges, 1, joined(alone.detected)))
     _bundle(monkeypatch, {"models/depth-edges.onnx": missing, "models/edges.onnx": missing})
     found = find_edges(frame, RGBD)
     assert [note.split(":")[0] for note in found.notes] == [
@@ -160,12 +163,14 @@ def test_contours_stand_in_where_the_network_is_missing_and_then_canny(
 
 
 def test_creases_are_boundaries_of_blocks_where_they_are_asked_for(network: Path) -> None:
-    found = find_edges(_frame(), RGBD)
+    frame = _frame()
+    found = find_edges(frame, RGBD)
     assert found.crease is not None
-    usual, made = (find_boundaries(found, RGBD.replace(use_creases=on)) for on in (False, True))
+    evidence = found, lines_of(frame, RGBD), relief_of(frame, RGBD)
+    usual, made = (find_boundaries(*evidence, RGBD.replace(use_creases=on)) for on in (False, True))
     np.testing.assert_array_equal(made.strength, np.maximum(usual.strength, found.crease))
     assert (made.guide >= np.maximum(usual.guide, found.crease)).all()
-    without = find_boundaries(found, RGBD.replace(use_creases=True, use_depth=False))
+    without = find_boundaries(*evidence, RGBD.replace(use_creases=True, use_depth=False))
     np.testing.assert_array_equal(without.strength, found.detected)
 
 
