@@ -23,6 +23,7 @@ from ilf.completion import complete
 from ilf.ebs import extract
 from ilf.edges import FrameEdges, find_edges
 from ilf.edges.depth_network import DepthEdgeNetwork
+from ilf.edges.frame_edges import relief_of
 from ilf.edges.joining import joined
 from ilf.edges.relief import find_relief
 from ilf.frame import RGBDFrame
@@ -35,10 +36,12 @@ RGBD = BlockParameters(detector="rgbd")
 
 @dataclass(frozen=True)
 class Seen:
-    """What a way may choose from: edges of both detectors, of the frame without the hidden depth, and the truth."""
+    """What a way may choose from: edges of both detectors and known jumps of the frame without the hidden depth, and
+    the truth."""
 
     contours: FrameEdges
     rgbd: FrameEdges
+    jumps: NDArray[np.bool_]
     truth: RGBDFrame
 
 
@@ -51,8 +54,8 @@ class Way:
     changes: Mapping[str, object] = field(default_factory=dict)
 
 
-def _with(found: FrameEdges, strength: Array) -> FrameEdges:
-    return replace(found, strength=np.where(found.relief.edges, np.float32(1), strength))
+def _with(seen: Seen, strength: Array) -> FrameEdges:
+    return replace(seen.rgbd, strength=np.where(seen.jumps, np.float32(1), strength))
 
 
 def _true_jumps(seen: Seen) -> FrameEdges:
@@ -66,12 +69,10 @@ WAYS: dict[str, Way] = {
     BEFORE: Way(lambda seen: seen.contours),
     "filter": Way(lambda seen: seen.rgbd),
     "filter, no creases": Way(lambda seen: replace(seen.rgbd, crease=None)),
-    "filter, crests alone": Way(lambda seen: _with(seen.rgbd, joined(seen.rgbd.detected))),
-    "filter, jumps alone": Way(lambda seen: _with(seen.rgbd, seen.rgbd.detected)),
-    "filter, larger of both": Way(
-        lambda seen: _with(seen.rgbd, np.maximum(seen.contours.detected, seen.rgbd.detected))
-    ),
-    "filter, product of both": Way(lambda seen: _with(seen.rgbd, np.sqrt(seen.contours.detected * seen.rgbd.detected))),
+    "filter, crests alone": Way(lambda seen: _with(seen, joined(seen.rgbd.detected))),
+    "filter, jumps alone": Way(lambda seen: _with(seen, seen.rgbd.detected)),
+    "filter, larger of both": Way(lambda seen: _with(seen, np.maximum(seen.contours.detected, seen.rgbd.detected))),
+    "filter, product of both": Way(lambda seen: _with(seen, np.sqrt(seen.contours.detected * seen.rgbd.detected))),
     "blocks": Way(lambda seen: seen.contours, RGBD),
     "blocks with creases": Way(lambda seen: seen.contours, RGBD.replace(use_creases=True)),
     "blocks and filter": Way(lambda seen: seen.rgbd, RGBD),
@@ -83,7 +84,8 @@ def errors(source: BenchFrame, ways: Mapping[str, Way], pattern: str, seed: int)
     """RMSE and MAE [m] of every way; what a way leaves open counts with the nearest known depth."""
     task = make_task(source, pattern, seed)
     frame = task.frame
-    seen = Seen(find_edges(frame, PAPER_BLOCKS), find_edges(frame, RGBD), source.frame)
+    jumps = relief_of(frame, RGBD).edges
+    seen = Seen(find_edges(frame, PAPER_BLOCKS), find_edges(frame, RGBD), jumps, source.frame)
     if seen.rgbd.notes:
         raise SystemExit(" ".join(seen.rgbd.notes))
     fallback = nearest(frame)
