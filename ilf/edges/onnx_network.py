@@ -176,7 +176,7 @@ class OnnxNetwork:
         return self._results(inputs)
 
     def _results(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
-        self._net.setInput(np.zeros(1, np.float32), f"{ASKED}0")
+        self._net.setInput(np.zeros(1, np.float32), ASKED)
         for name, values in inputs.items():
             self._net.setInput(values, name or self._first_input)
         try:

@@ -13,8 +13,8 @@ from ..errors import Cancelled
 from ..stopping import check_stopped
 from . import wire
 
-ASKED = "ilf-asked-"
-"""Of what runs through the questions, and has nothing to say: its name, with a number; 0 is an input of the network."""
+ASKED = "ilf-asked"
+"""Name of the input of one number that every question takes, and that says nothing."""
 
 _OPERATOR = "IlfQuestion"
 
@@ -57,9 +57,10 @@ cv2.dnn_registerLayer(_OPERATOR, _Question)
 
 
 def with_questions(content: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """An ONNX network with a question before each convolution, and one more input, `ASKED` 0, of one number.
+    """An ONNX network with a question before each convolution, and one more input, `ASKED`, of one number.
 
-    It gives the same, bit for bit: what runs through the questions meets nothing else.
+    It gives the same, bit for bit, in the same memory: nobody takes what a question gives, so that it keeps none of
+    OpenCV's buffers, which are of any size, from the next layer.
 
     Parameters
     ----------
@@ -95,13 +96,13 @@ def _asking(graph: memoryview) -> Iterator[bytes | memoryview]:
             yield _question(questions)
             questions += 1
         yield span
-    yield wire.message(_INPUT, wire.message(_NAME, f"{ASKED}0") + wire.message(_TYPE, _ONE_NUMBER))
+    yield wire.message(_INPUT, wire.message(_NAME, ASKED) + wire.message(_TYPE, _ONE_NUMBER))
 
 
 def _question(number: int) -> bytes:
     texts = {
-        _NODE_INPUT: f"{ASKED}{number}",
-        _NODE_OUTPUT: f"{ASKED}{number + 1}",
+        _NODE_INPUT: ASKED,
+        _NODE_OUTPUT: f"{ASKED}-{number}",
         _NODE_NAME: f"ilf-question-{number}",
         _NODE_OPERATOR: _OPERATOR,
         _NODE_DOMAIN: "ilf",

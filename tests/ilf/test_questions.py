@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import subprocess
 import sys
 import threading
 from collections.abc import Callable
@@ -17,6 +18,23 @@ from ilf.edges.network import EdgeNetwork
 from ilf.edges.questions import ASKED, first_input, with_questions
 from ilf.errors import Cancelled
 from ilf.stopping import check_stopped, heeding
+
+_PEAKS = """
+import resource, sys
+import cv2, numpy as np
+from ilf.edges.questions import ASKED, with_questions
+cv2.setNumThreads(1)
+content = np.fromfile(sys.argv[1], np.uint8)
+for is_asking in (False, True):
+    net = cv2.dnn.readNetFromONNX(with_questions(content) if is_asking else content)
+    net.setInput(np.zeros((1, 3, 480, 640), np.float32), "image")
+    if is_asking:
+        net.setInput(np.zeros(1, np.float32), ASKED)
+    net.forward()
+    del net
+    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
+"""A process that looks at an image without and with questions, and says its peak of memory after each."""
 
 IMAGE = np.random.default_rng(0).integers(0, 256, (64, 96, 3), np.uint8)
 
@@ -58,12 +76,20 @@ def test_questions_change_nothing(name: str, inputs: dict[str, int], monkeypatch
         for input_name, channels in inputs.items():
             net.setInput(rng.random((1, channels, 64, 96), np.float32), input_name)
         if one is not content:
-            net.setInput(np.zeros(1, np.float32), f"{ASKED}0")
+            net.setInput(np.zeros(1, np.float32), ASKED)
         found.append([np.array(output) for output in net.forward(net.getUnconnectedOutLayersNames())])
     for plain, asking in zip(*found, strict=True):
         np.testing.assert_array_equal(asking, plain)
     assert asked[0] > 20
     assert first_input(content) == first_input(with_questions(content)) == "image"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="peaks of memory as POSIX tells them")
+def test_questions_take_no_memory() -> None:
+    """OpenCV's buffers are as many as without; those of a large image take 100 MB each."""
+    child = [sys.executable, "-c", _PEAKS, str(asset_path("models/edges.onnx"))]
+    plain, asking = map(int, subprocess.run(child, stdout=subprocess.PIPE, check=True).stdout.split())
+    assert asking < 1.1 * plain
 
 
 def test_a_look_stops_at_the_next_question(edges: EdgeNetwork, monkeypatch: pytest.MonkeyPatch) -> None:
