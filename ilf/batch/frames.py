@@ -134,7 +134,8 @@ def folder_name(key: str) -> str:
 
 
 def _told_apart(name: str, key: str) -> str:
-    return f"{name[:_LONGEST_NAME]}-{hashlib.sha256(key.encode()).hexdigest()[:8]}"
+    told_apart = hashlib.sha256(key.encode(errors="backslashreplace")).hexdigest()[:8]
+    return f"{name[:_LONGEST_NAME]}-{told_apart}"
 
 
 def with_files(frames: Sequence[BatchFrame], kind: str, folder: str | os.PathLike[str]) -> list[BatchFrame]:

@@ -76,4 +76,4 @@ def _csv(outcomes: Sequence[FrameOutcome]) -> bytes:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(MANIFEST_COLUMNS)
     writer.writerows(dataclasses.astuple(outcome) for outcome in outcomes)
-    return text.getvalue().encode()
+    return text.getvalue().encode(errors="backslashreplace")  # names of files may be no text

@@ -147,4 +147,4 @@ def _content_sha256(path: str) -> str:
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}). Check its permissions.") from error
     lines = [f"{name} {file_sha256(os.path.join(path, name))}" for name in files]
-    return hashlib.sha256("\n".join(lines).encode()).hexdigest()
+    return hashlib.sha256("\n".join(lines).encode(errors="backslashreplace")).hexdigest()
