@@ -70,7 +70,7 @@ def _runs(process: int) -> bool:
         return bool(handle)
     try:
         os.kill(process, 0)
-    except ProcessLookupError:
+    except (ProcessLookupError, OverflowError):  # the second of a number that no process can have
         return False
     except PermissionError:
         pass
