@@ -79,6 +79,10 @@ class RawPairs(Recording):
             return False
         return f'"{_MOTION}"'.encode() in file.read_bytes()
 
+    @classmethod
+    def state(cls, path: Path) -> tuple[int, ...]:
+        return *super().state(path), *super().state(path / _CALIBRATION)
+
     def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
         notes = (f"{self._lonely} images of colour or depth have no partner of their name.",) if self._lonely else ()
         return RecordingIndex(tuple(self._files), notes=notes)
