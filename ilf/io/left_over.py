@@ -61,6 +61,8 @@ def _host() -> str:
 
 
 def _runs(process: int) -> bool:
+    if process >= 2**31:  # there is no such number
+        return False
     if os.name == "nt":
         import ctypes
 
@@ -70,7 +72,7 @@ def _runs(process: int) -> bool:
         return bool(handle)
     try:
         os.kill(process, 0)
-    except (ProcessLookupError, OverflowError):  # the second of a number that no process can have
+    except ProcessLookupError:
         return False
     except PermissionError:
         pass

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -123,3 +124,15 @@ def test_frame_folders_and_calibrations_of_others_are_what_they_were(tmp_path: P
     assert is_recording(tmp_path / "other")
     (tmp_path / "other" / "calibration.json").write_text('{"fx": 1}')
     assert not is_recording(tmp_path / "other")
+
+
+def test_a_calibration_that_nobody_may_read_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_pair(tmp_path, "colour.png", "depth.png")
+
+    def refused(*_: object) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(Path, "read_bytes", refused)
+    monkeypatch.setattr("numpy.fromfile", refused)
+    with pytest.raises(InputError, match=r"calibration\.json: cannot be read \(Permission denied\)"):
+        ilf.open_source(tmp_path)
