@@ -42,10 +42,15 @@ class Bag:
         """A message; of those that ROS 2 has changed, `named` are in ROS 2's words."""
         return self._store.types[name](*values, **named)
 
+    def announce(self, topic: str, message: Any) -> None:
+        """A topic of such messages, without one."""
+        if topic not in self._connections:
+            kind = message.__msgtype__
+            self._connections[topic] = self._writer.add_connection(topic, kind, typestore=self._store)
+
     def write(self, topic: str, message: Any, received: int) -> None:
         kind = message.__msgtype__
-        if topic not in self._connections:
-            self._connections[topic] = self._writer.add_connection(topic, kind, typestore=self._store)
+        self.announce(topic, message)
         data = self._store.serialize_ros1(message, kind) if self._is_ros1 else self._store.serialize_cdr(message, kind)
         self._writer.write(self._connections[topic], START + received, data)
 

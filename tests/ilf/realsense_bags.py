@@ -14,15 +14,22 @@ STREAMS = {"depth": "/device_0/sensor_0/Depth_0", "colour": "/device_0/sensor_1/
 SHIFTS = {"depth": (0.0, 0.0, 0.0), "colour": (0.015, 0.0, 0.0)}
 
 
-def write_viewer_bag(folder: Path, units: float = 0.001, option: str = "Depth Units", name: str = "recording") -> Path:
-    """The Viewer's layout: one coordinate frame "0" for all, and transforms from a group of streams to each."""
+def write_viewer_bag(
+    folder: Path, units: float = 0.001, option: str = "Depth Units", name: str = "recording", silent: str = ""
+) -> Path:
+    """The Viewer's layout: one coordinate frame "0" for all, and transforms from a group of streams to each; that to a
+    silent stream has a topic, and no message."""
     turn = (0.0, math.sin(0.01), 0.0, math.cos(0.01))
     with bag(folder, "ros1", name) as out:
         unit = out.make("std_msgs/msg/Float32", units)
         out.write(f"/device_0/sensor_0/option/{option}/value", unit, 0)
         for stream, shift in SHIFTS.items():
             out.info(f"{STREAMS[stream]}/info/camera_info")
-            out.write(f"{STREAMS[stream]}/tf/0", out.transform(shift, turn), 0)
+            transform = out.transform(shift, turn)
+            if stream == silent:
+                out.announce(f"{STREAMS[stream]}/tf/0", transform)
+            else:
+                out.write(f"{STREAMS[stream]}/tf/0", transform, 0)
         for number in range(2):
             stamp = number * 33_000_000
             out.image(f"{STREAMS['depth']}/image/data", DEPTH, "mono16", stamp + 1_000_000, "0")

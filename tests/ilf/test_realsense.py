@@ -43,6 +43,13 @@ def test_a_bag_of_the_viewer(tmp_path: Path, option: str) -> None:
     assert source.read(source.keys[1]).shape == (H, W)
 
 
+@pytest.mark.parametrize("silent", ["depth", "colour"])
+def test_a_transform_without_a_message_says_nothing(tmp_path: Path, silent: str) -> None:
+    source = ilf.open_source(write_viewer_bag(tmp_path, silent=silent))
+    with pytest.raises(InputError, match="lacks how the two stand to each other"):
+        source.read(source.keys[0])
+
+
 def test_depth_units_of_the_camera_count(tmp_path: Path) -> None:
     source = ilf.open_source(write_viewer_bag(tmp_path, units=0.0001))
     pair = source.read(source.keys[0], registered=False)

@@ -137,8 +137,11 @@ class RosBag(Recording):
         streams = [stream_of(topic.name) for topic in (camera.depth, camera.colour)]
         for name in sorted({one.topic for one in self._reader.connections if one.msgtype == TRANSFORM}):
             group = name.removeprefix(f"{streams[0]}/tf/")
-            if group != name and (other := self._first(f"{streams[1]}/tf/{group}", TRANSFORM)) is not None:
-                return motion(other) @ np.linalg.inv(motion(self._first(name, TRANSFORM)))
+            if group == name:
+                continue
+            depth, colour = (self._first(f"{stream}/tf/{group}", TRANSFORM) for stream in streams)
+            if depth is not None and colour is not None:  # a topic may be without a message
+                return motion(colour) @ np.linalg.inv(motion(depth))
         return None
 
     def _stated_units(self, depth: ImageTopic) -> float | None:
