@@ -96,7 +96,7 @@ def run_apart(work: bytes, seconds: float) -> tuple[int, bytes]:
         stdin.close()
         with child:
             try:
-                with suppress(BrokenPipeError):  # it has ended already; its status says how
+                with suppress(OSError):  # it has ended already; its status says how
                     left = memoryview(len(work).to_bytes(_LENGTH) + work)
                     while left:
                         left = left[held.write(left) :]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gui.state.session import Session
-from ilf.ebs import extract
+from ilf.ebs import found_blocks
 from ilf.ebs.gaps import gaps_filled
 from ilf.frame import RGBDFrame
 from ilf.io import LoadedBlocks, read_blocks, write_blocks
@@ -29,9 +29,8 @@ def blocks_from(source: BlockSource) -> LoadedBlocks:
     blocks = read_blocks(source.path, frame.shape, image=_colour_file(frame))
     if filling is None:
         return blocks
-    extraction = extract(frame, filling)
-    labels = gaps_filled(blocks.labels, extraction.blocks, filling)
-    return LoadedBlocks(labels, blocks.names, blocks.notes + extraction.notes)
+    found = found_blocks(frame, filling)
+    return LoadedBlocks(gaps_filled(blocks.labels, found.blocks, filling), blocks.names, blocks.notes + found.notes)
 
 
 def save_blocks(path: Path, session: Session, format: str | None) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..drawing.block_pictures import stage_pictures
-from ..ebs import extract
+from ..ebs import extract, found_blocks
 from ..errors import InputError
 from ..io import BLOCK_FORMATS, LoadedBlocks, write_blocks
 from ..io.atomic import write_bytes
@@ -73,11 +73,10 @@ def run(arguments: argparse.Namespace) -> None:
         found = _only(found, arguments.keep)
     pictures = {}
     if extracts:
-        extraction = extract(frame, parameters)
-        found = filled(found, extraction, parameters)
+        found = filled(found, found_blocks(frame, parameters), parameters)
         if arguments.stages is not None:
             folder = Path(arguments.stages)
-            stages = stage_pictures(frame.rgb, extraction).items()
+            stages = stage_pictures(frame.rgb, extract(frame, parameters)).items()
             pictures = {folder / f"{number}-{name}.png": picture for number, (name, picture) in enumerate(stages, 1)}
     check_not_an_input(frame, [Path(arguments.out), *pictures])
     image = None if frame.inputs is None else frame.inputs.rgb.path

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..ebs import Extraction, FoundBlocks
+from ..ebs import FoundBlocks
 from ..ebs.gaps import gaps_filled
 from ..frame import RGBDFrame
 from ..io import LoadedBlocks, read_blocks
@@ -50,7 +50,7 @@ def given_blocks(arguments: argparse.Namespace, frame: RGBDFrame) -> LoadedBlock
     return read_blocks(arguments.blocks, frame.shape, image=None if frame.inputs is None else frame.inputs.rgb.path)
 
 
-def filled(blocks: LoadedBlocks, extraction: Extraction | FoundBlocks, parameters: BlockParameters) -> LoadedBlocks:
+def filled(blocks: LoadedBlocks, extracted: FoundBlocks, parameters: BlockParameters) -> LoadedBlocks:
     """Blocks with those of an extraction in their gaps."""
-    labels = gaps_filled(blocks.labels, extraction.blocks, parameters)
-    return LoadedBlocks(labels, blocks.names, blocks.notes + extraction.notes)
+    labels = gaps_filled(blocks.labels, extracted.blocks, parameters)
+    return LoadedBlocks(labels, blocks.names, blocks.notes + extracted.notes)

@@ -119,14 +119,11 @@ def network_strength(rgb: NDArray[np.uint8], network: EdgeNetwork, multiscale: b
     return network.strength(rgb, multiscale)
 
 
-def canny_strength(
-    rgb: NDArray[np.uint8], sigma: float, high: float, low_ratio: float
-) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Strength by Canny, which is 1 along its lines and below elsewhere, and the lines."""
+def canny_strength(rgb: NDArray[np.uint8], sigma: float, high: float, low_ratio: float) -> NDArray[np.float32]:
+    """Strength by Canny, which is 1 along its lines and below elsewhere."""
     dx, dy = colour_gradient(rgb, sigma)
-    lines = canny_edges(dx, dy, high, low_ratio)
     beside = np.float32(_BESIDE_CANNY) * gradient_strength(dx, dy)
-    return np.where(lines, np.float32(1), beside), lines
+    return np.where(canny_edges(dx, dy, high, low_ratio), np.float32(1), beside)
 
 
 _canny_of_frame = once_per_image(canny_strength)
@@ -184,7 +181,7 @@ def _find(
     canny: tuple[float, float, float],
     jump: tuple[float, float],
 ) -> FrameEdges:
-    detected = _canny_of_frame(frame.rgb, *canny)[0] if network is None else _look(frame, network, multiscale)
+    detected = _canny_of_frame(frame.rgb, *canny) if network is None else _look(frame, network, multiscale)
     strength, crease = detected, None
     notes: tuple[str, ...] = ()
     if isinstance(network, DepthEdgeNetwork):

@@ -66,7 +66,7 @@ def edge_strength(
     rgb = np.asarray(image) if frame is None else frame.rgb
     check_image(rgb)
     if detector == "canny":
-        return canny_strength(rgb, defaults.canny_sigma, defaults.canny_high, defaults.canny_low_ratio)[0]
+        return canny_strength(rgb, defaults.canny_sigma, defaults.canny_high, defaults.canny_low_ratio)
     if frame is None:
         return load_model(model).strength(rgb, multiscale)
     if detector == "depth":

@@ -61,6 +61,8 @@ def _host() -> str:
 
 
 def _runs(process: int) -> bool:
+    if process >= 2**31:  # there is no such number
+        return False
     if os.name == "nt":
         import ctypes
 

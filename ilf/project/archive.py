@@ -96,10 +96,6 @@ class Archive:
         """All names."""
         return self._members.keys()
 
-    def size_of(self, name: str) -> int:
-        """Bytes of a part."""
-        return self._members[name].size
-
     def read(self, name: str) -> bytes:
         """The bytes of a part.
 

@@ -29,6 +29,11 @@ def test_examples_run(name, tmp_path, monkeypatch):
     assert result.failed == 0, "see above"
 
 
+def test_public_names_are_those_that_are_imported_when_they_are_used():
+    """`__all__` and the stub by which names are imported say the same."""
+    assert {name for name in dir(ilf) if not inspect.ismodule(getattr(ilf, name))} == set(ilf.__all__)
+
+
 @pytest.mark.parametrize("name", [name for name in ilf.__all__ if inspect.isfunction(getattr(ilf, name))])
 def test_every_public_function_has_an_example(name):
     function = getattr(ilf, name)

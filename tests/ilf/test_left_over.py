@@ -55,6 +55,13 @@ def test_what_others_may_still_be_writing_stays_for_a_day(tmp_path: Path) -> Non
         assert hidden(folder) == (set(names.values()) if age < 1 else set())
 
 
+def test_a_number_that_no_process_can_have_is_of_a_dead_one(tmp_path: Path) -> None:
+    name = f".ilf-{made_by()}".replace(f"-{os.getpid()}-", f"-{10**30}-")
+    (tmp_path / name).touch()
+    write_bytes(tmp_path / "notes.txt", b"whole")
+    assert {path.name for path in tmp_path.iterdir()} == {"notes.txt"}
+
+
 def test_only_temporary_files_go(tmp_path: Path) -> None:
     names = [".ilf-notes.txt", "ilf-0123456789abcdef", ".ilf-0123456789abcdefg", ".ilf-export-host-1-01234567"]
     for name in names[:3]:

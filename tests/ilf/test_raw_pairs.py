@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -58,7 +59,6 @@ def test_a_run_is_replayed_as_long_as_the_calibration_is_the_same(tmp_path: Path
     stated = json.loads((tmp_path / "desk" / "calibration.json").read_text())
     stated["depth_to_colour"][0][3] += 0.01
     (tmp_path / "desk" / "calibration.json").write_text(json.dumps(stated))
-    ilf.io.recordings.close_all()
     with pytest.raises(InputError, match="is another"):
         ilf.replay(tmp_path / "done" / "run.json")
 
@@ -124,3 +124,15 @@ def test_frame_folders_and_calibrations_of_others_are_what_they_were(tmp_path: P
     assert is_recording(tmp_path / "other")
     (tmp_path / "other" / "calibration.json").write_text('{"fx": 1}')
     assert not is_recording(tmp_path / "other")
+
+
+def test_a_calibration_that_nobody_may_read_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_pair(tmp_path, "colour.png", "depth.png")
+
+    def refused(*_: object) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(Path, "read_bytes", refused)
+    monkeypatch.setattr("numpy.fromfile", refused)
+    with pytest.raises(InputError, match=r"calibration\.json: cannot be read \(Permission denied\)"):
+        ilf.open_source(tmp_path)

@@ -16,7 +16,7 @@ from ...edges.pairs import mark
 from ...frame import RGBDFrame
 from ...parameters import BlockParameters
 from ..boundaries import contract
-from ..extraction import extract
+from ..extraction import extract, found_blocks
 from .matching import free_numbers, named_by_overlap
 from .parts import Labels, Parts, reach_of, ridge
 from .sources import Field, Mask, Sources
@@ -121,7 +121,7 @@ def extracted_anew(
 ) -> Settled:
     """Blocks of the new frame's own extraction, named after the carried ones that they lie on."""
     carried = np.where(sources.seen, parts.label[parts.map.ravel()[sources.pixel]], np.int32(-1))
-    labels, new = named_by_overlap(extract(after, chosen).blocks, carried, {*parts.label.tolist(), *taken})
+    labels, new = named_by_overlap(found_blocks(after, chosen).blocks, carried, {*parts.label.tolist(), *taken})
     return Settled(labels, carried, np.ones(labels.shape, bool), new)
 
 

@@ -37,7 +37,7 @@ KINDS: tuple[type[Recording], ...] = (
 _MOST_OPEN = 2
 
 _access = threading.RLock()
-_open: OrderedDict[tuple[int, str, int, int], Recording] = OrderedDict()
+_open: OrderedDict[tuple[int, str, tuple[int, ...]], Recording] = OrderedDict()
 
 
 def kind_of(path: Path) -> type[Recording] | None:
@@ -80,10 +80,9 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
             else f"{found}: there is no such recording. Check the name."
         )
     with _access:
-        state = found.stat()
-        if found.is_file() and state.st_size == 0:
+        if found.is_file() and found.stat().st_size == 0:
             raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")
-        name = os.getpid(), str(found), state.st_mtime_ns, state.st_size
+        name = os.getpid(), str(found), kind.state(found)
         recording = _open.pop(name, None) or kind(found)
         _open[name] = recording
         while len(_open) > _MOST_OPEN:

@@ -75,9 +75,16 @@ class RawPairs(Recording):
     @classmethod
     def fits(cls, path: Path) -> bool:
         file = path / _CALIBRATION
-        if (path / "meta.json").is_file() or not file.is_file() or file.stat().st_size > _LARGEST:
+        if (path / "meta.json").is_file() or not file.is_file():
             return False
-        return f'"{_MOTION}"'.encode() in file.read_bytes()
+        try:
+            return file.stat().st_size <= _LARGEST and f'"{_MOTION}"'.encode() in file.read_bytes()
+        except OSError:  # opening it tells why
+            return True
+
+    @classmethod
+    def state(cls, path: Path) -> tuple[int, ...]:
+        return *super().state(path), *super().state(path / _CALIBRATION)
 
     def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
         notes = (f"{self._lonely} images of colour or depth have no partner of their name.",) if self._lonely else ()

@@ -144,6 +144,12 @@ class Recording(ABC):
         """Whether what lies at a path looks like such a recording, by names alone."""
         return path.suffix.lower() in cls.suffixes and os.path.isfile(path)
 
+    @classmethod
+    def state(cls, path: Path) -> tuple[int, ...]:
+        """What is another one once the recording has changed, so that it is opened anew."""
+        found = path.stat()
+        return found.st_mtime_ns, found.st_size
+
     @abstractmethod
     def index(self, max_gap: float = MOST_APART_S, topics: Topics | None = None) -> RecordingIndex:
         """Which frames there are. No image is decoded.
