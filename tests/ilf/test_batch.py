@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import dataclasses
 import json
+import os
+import sys
 from pathlib import Path
 
 import cv2
@@ -103,6 +105,18 @@ def test_a_frame_that_kills_its_process_costs_itself_alone(source, tmp_path):
     again = open_batch(frames, tmp_path / "out", SETTINGS)
     assert (again.to_do, [outcome.frame for outcome in again.failed]) == ((), ["deadly"])
     assert list(again.outcomes()) == []
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems' names of files are text")
+def test_frames_whose_names_are_no_text(source, tmp_path, in_this_process):
+    for folder in ("rgb", "depth"):
+        (path,) = (source / folder).glob("0000.*")
+        path.rename(source / folder / f"{os.fsdecode(bytes([0xE9]))}{path.suffix}")
+    for count in (1, 0):
+        assert main(["batch", str(source), "--out", str(tmp_path / "out"), *FLAGS, "--frames", "2:"]) == 0
+        assert len(in_this_process) == count
+        in_this_process.clear()
+    assert [row["frame"] for row in manifest(tmp_path / "out")] == [r"rgb/\udce9"]
 
 
 def test_finished_frames_are_not_done_again(source, tmp_path, in_this_process, capsys):
