@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import zlib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -39,22 +40,23 @@ class Arrangement:
 
     def packed(self) -> dict[str, Any]:
         """As JSON can hold it."""
-        return {**asdict(self), "places": base64.b64encode(self.places).decode()}
+        return {**asdict(self), "places": base64.b64encode(self.places).decode(), "seal": zlib.crc32(self.places)}
 
     @staticmethod
     def unpacked(values: Mapping[str, Any]) -> Arrangement:
-        """What was packed.
+        """What was packed. Places that are not as they were packed are left out: Qt would crash at some.
 
         Raises
         ------
         ValueError, TypeError, KeyError, AttributeError
             If it is something else.
         """
+        places = base64.b64decode(values["places"])
         return Arrangement(
             str(values["views"]),
             {str(cell): str(content) for cell, content in values["contents"].items()},
             None if values["panels"] is None else tuple(str(title) for title in values["panels"]),
-            base64.b64decode(values["places"]),
+            places if values.get("seal") == zlib.crc32(places) else b"",
             _two(values.get("sides", ("", ""))),
             bool(values.get("cloud_beside", False)),
         )

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import base64
+from dataclasses import replace
+
 import pytest
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtTest import QTest
@@ -124,3 +127,15 @@ def test_places_of_another_version_and_panels_that_are_gone_are_passed_over(qtbo
     assert window.panels.open == ["Log"]
     assert window.views.layout_name == "grid"
     window.close()
+
+
+def test_places_that_were_damaged_are_left_out() -> None:
+    """Qt crashes at some."""
+    arrangement = Arrangement("grid", panels=("Blocks",), places=bytes(range(200)))
+    packed = arrangement.packed()
+    assert Arrangement.unpacked(packed) == arrangement
+    for places in (bytes(200), arrangement.places[:-1], b""):
+        damaged = packed | {"places": base64.b64encode(places).decode()}
+        assert Arrangement.unpacked(damaged) == replace(arrangement, places=b"")
+    unsealed = {key: value for key, value in packed.items() if key != "seal"}
+    assert Arrangement.unpacked(unsealed) == replace(arrangement, places=b"")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
-from PySide6.QtCore import QSettings
+from PySide6.QtCore import QCoreApplication, QEvent, QSettings
 from PySide6.QtWidgets import QApplication
 
 from gui.dialogs.export import stored_options
@@ -71,6 +71,7 @@ def read_settings(path: Path) -> None:
     stored_options()
     save_folder()
     last_folder("open/folder")
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)  # or every case leaves a dialog behind
 
 
 @cache
