@@ -20,12 +20,20 @@ def pause(milliseconds: int) -> None:
 
 
 def wait(reached: Callable[[], object]) -> None:
-    """Let the window work until something holds."""
+    """Let the window work until something holds, if only for a moment."""
     deadline = time.perf_counter() + _LIMIT_S
     loop, timer = QEventLoop(), QTimer(interval=_POLL_MS)
-    timer.timeout.connect(lambda: loop.quit() if reached() or time.perf_counter() > deadline else None)
+    holds = False
+
+    def look() -> None:
+        nonlocal holds
+        holds = bool(reached())
+        if holds or time.perf_counter() > deadline:
+            loop.quit()
+
+    timer.timeout.connect(look)
     timer.start()
     loop.exec()
     timer.stop()
-    if not reached():
+    if not holds:
         raise TimeoutError("the window has not come to what was waited for")
