@@ -15,7 +15,8 @@ from ..frame import RGBDFrame
 from ..parameters import BlockParameters, Parameters
 from .convergence import IterationRecord
 from .edge_aware.guiding import fit_guide
-from .edge_aware.iteration import EdgeAwareIteration, widest_window
+from .edge_aware.iteration import EdgeAwareIteration
+from .edge_aware.view import widest_window
 from .pass_band.iteration import PassBandIteration
 from .snapshot import Snapshot
 

@@ -11,40 +11,35 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Generator, Iterator
-from dataclasses import dataclass
 from functools import cached_property, partial
-from itertools import pairwise
-from typing import NamedTuple
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ...blocks import Block, Box, union, within
+from ...blocks import Block
 from ...edges.frame_edges import FrameEdges
 from ...frame import RGBDFrame
 from ...parameters import Parameters
-from ..convergence import deviation, held_out_of
-from ..pyramid import enlarged, largest_of_four, sums_of_four
+from ..convergence import deviation
 from ..snapshot import Snapshot
 from ..sums import inner
 from .denoising import Denoising
-from .flying import flying_pixels
-from .guiding import FittedGuide, fit_guide
-from .kernels import Sums, tally
+from .grid import Grid
+from .guiding import fit_guide
+from .kernels import Sums
 from .noise import Noise, frame_noise
-from .own_word import WIDE, own_distance
-from .parting import Parting
+from .own_word import WIDE
+from .pixels import Pixels, seen_in
 from .polynomial import polynomial_trend
-from .reach import beyond_reach
 from .record import EdgeAwareRecord
 from .smoothness import SmoothnessEnergy, Told, Weights, make_weights
-from .trend import noise_of, trend_of
+from .trend import noise_of
+from .view import NEAREST, View
 
 Array = NDArray[np.float32]
 
-_CONTEXT = {"fill": 20, "fill+denoise": 40}
-"""Known depth around a block counts up to a distance of 1 / so much of the frame's longer side."""
+_Step = tuple[Grid, Array, Sums]
+"""The grid, the surface on it, and what there is to tell of the step."""
 
 _DIRECT_CELLS = 2000
 """The coarsest grid has no more cells than that."""
@@ -63,25 +58,6 @@ _ROUNDS, _ROUND_STEPS = 2, 8
 
 _SLOPE_JUMPS = 4.0
 """First differences let go at so many times the second difference that does."""
-
-_QUIET = 0.005
-"""Noise, as a share of depth, up to which known pixels are followed as the weights say."""
-
-_CALM = 10.0
-"""Of heavier noise, known pixels are followed down to this many times less where a trend explains them all."""
-
-_LEFT = 0.1
-"""A trend explains the known depth if that deviates from it by less than so many deviations of noise beside that."""
-
-_AROUND = 10.0
-"""A guide is followed so far around what is farther from known depth than `WIDE` [px], which takes in the known depth
-at the rim, and fades out over as much again."""
-
-_NEAREST = 0.1
-"""Depth [m] below which what is given as a share of depth no longer shrinks."""
-
-_APART = 10.0
-"""Edge strength that leaves nothing of what comes from something in front of a hole beyond the sensor's reach."""
 
 _OUT_OF_RANGE = (
     "Depth is missing where it rises to the sensor's reach, at {:.1f} m: it is taken to go on beyond, and nothing that "
@@ -129,7 +105,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
     ) -> None:
         self._start = time.perf_counter()
         self._frame, self._block, self._parameters = frame, block, parameters
-        view = _View(frame, block, parameters, drawn)
+        view = View(frame, block, parameters, drawn)
         self._window, self._gap = view.window, view.gap
         guide = fit_guide(frame)
         depth = view.mean_depth(guide)
@@ -151,7 +127,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         weights = parameters.smoothness * stiffness
         self._slope, self._bending = weights * parameters.slope_weight, weights * parameters.bending_weight
         self._levelling = np.float32(_LEVELLING * max(1.0, self._slope, self._bending))
-        self._jump = max(noise, parameters.jump_share * max(depth, _NEAREST)) if parameters.jump_share else math.inf
+        self._jump = max(noise, parameters.jump_share * max(depth, NEAREST)) if parameters.jump_share else math.inf
 
         self._finest = finest = view.grid(np.ascontiguousarray(trend), edges, parameters)
         self._known_squares = inner(finest.totals, finest.totals)
@@ -165,7 +141,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         self._current = finest, np.zeros(finest.counts.shape, np.float32)
         raw = frame.depth[block.box][block.mask]
         # all of it is known: the window is around the gaps
-        self._outside = float(raw[~_seen(block, view.window)].sum(dtype=np.float64))
+        self._outside = float(raw[~seen_in(block, view.window)].sum(dtype=np.float64))
         self._pixels = raw.size
         self._iterations = 0
         self._stage = self._round = 0
@@ -187,13 +163,13 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         return self._held(self._all).surface
 
     @cached_property
-    def _all(self) -> _Pixels:
+    def _all(self) -> Pixels:
         """All of the block's pixels in the window; only found where someone looks, since they take much memory."""
         return self._pixels_of()
 
-    def _pixels_of(self, changing: bool = False) -> _Pixels:
+    def _pixels_of(self, changing: bool = False) -> Pixels:
         """The block's pixels in the window, all or those without depth."""
-        return _Pixels.of(self._frame, self._block, self._window, self._levels, self._finest.trend, changing)
+        return Pixels.of(self._frame, self._block, self._window, self._levels, self._finest.trend, changing)
 
     def snapshot(self) -> Snapshot:
         """The surface as it stands, where it may become depth; at other pixels, raw depth.
@@ -202,7 +178,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         """
         return self._held(self._changing)
 
-    def _held(self, pixels: _Pixels) -> Snapshot:
+    def _held(self, pixels: Pixels) -> Snapshot:
         grid, u = self._current
         held = u.copy() if grid.coarseness else pixels.on(u)  # u lies in memory that holds other iterations, too
         return Snapshot(partial(pixels.on_block, grid.coarseness, held), held.nbytes, pixels.nbytes)
@@ -244,7 +220,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
             round=self._round,
         )
 
-    def _held_out(self, grid: _Grid, u: Array) -> float:
+    def _held_out(self, grid: Grid, u: Array) -> float:
         if grid.held_out is None:
             return math.nan
         counts, totals = grid.held_out
@@ -291,7 +267,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
                 u = yield from self._descend(finest, self._energy(finest, weights), u, _ROUND_STEPS)
         return u
 
-    def _denoise(self, grid: _Grid, known: Denoising) -> Iterator[_Step]:
+    def _denoise(self, grid: Grid, known: Denoising) -> Iterator[_Step]:
         """The gaps first, unless the trend says what is there, and then the rounds that take the noise off."""
         filled = None
         stiffer = self._parameters.smoothness > 1
@@ -313,7 +289,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
     def _noise(self, frame: RGBDFrame) -> Noise:
         return Noise(self._parameters.noise) if self._parameters.noise else frame_noise(frame)
 
-    def _descend(self, grid: _Grid, energy: SmoothnessEnergy, u: Array, limit: int) -> Generator[_Step, None, Array]:
+    def _descend(self, grid: Grid, energy: SmoothnessEnergy, u: Array, limit: int) -> Generator[_Step, None, Array]:
         """One stage: until steady, or so many steps."""
         self._stage += 1
         told = Told(grid.inside, grid.trend, grid.counts, grid.totals, self._pixels * self._least**2)
@@ -322,302 +298,13 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
             yield grid, u, sums
         return u
 
-    def _energy(self, grid: _Grid, weights: Weights) -> SmoothnessEnergy:
+    def _energy(self, grid: Grid, weights: Weights) -> SmoothnessEnergy:
         return SmoothnessEnergy(grid.counts + self._levelling, grid.totals, weights)
 
-    def _weights(self, grid: _Grid, out: Weights | None = None) -> Weights:
+    def _weights(self, grid: Grid, out: Weights | None = None) -> Weights:
         # of a surface on cells of c pixels, slopes add up to the same, bending to c^2 times as much
         smooth = grid.smooth(self._parameters.edge_scale)
         return make_weights(*smooth, self._slope, self._bending / grid.cell**2, grid.stiff, out)
-
-
-class _Level(NamedTuple):
-    """What surfaces need to know of a grid to get from it to the next finer one."""
-
-    shape: tuple[int, ...]
-    parting: Parting | None
-
-    def enlarged(self, u: Array, finer: _Level) -> Array:
-        """A surface on this grid on the next finer one."""
-        if self.parting is None or finer.parting is None:
-            return enlarged(u, finer.shape)
-        return self.parting.enlarged(u, finer.parting)
-
-
-@dataclass(frozen=True, eq=False)
-class _Grid:
-    """A level of the pyramid over the window.
-
-    `counts` and `totals` are of the known depth less the trend, `inside` counts the block's pixels in every cell;
-    `edges` is the largest edge strength there, `creases` the largest probability of a crease, or None where nothing
-    tells of them. `held_out` is counts and totals of the depth that is held out, or None; `parting` is what a drawn
-    border parts, or None.
-    """
-
-    cell: int
-    counts: Array
-    totals: Array
-    inside: Array
-    trend: Array
-    edges: Array
-    creases: Array | None
-    held_out: tuple[Array, Array] | None
-    parting: Parting | None
-
-    @property
-    def coarseness(self) -> int:
-        """How many levels it is above the finest."""
-        return self.cell.bit_length() - 1
-
-    @cached_property
-    def samples(self) -> float:
-        """How many pixels of known depth there are."""
-        return float(self.counts.sum(dtype=np.float64))
-
-    @property
-    def start(self) -> Array:
-        """The cells' known depth less the trend; 0 where there is none."""
-        return np.divide(self.totals, np.maximum(self.counts, 1))
-
-    def sums(self, u: Array, previous: Array) -> Sums:
-        """What there is to tell of a step to u."""
-        return Sums(*tally(u, previous, self.inside, self.trend, self.counts, self.totals))
-
-    def smooth(self, edge_scale: float) -> tuple[Array, Array]:
-        """How much smoothness is left between neighbours along x and y: as much as in the lesser of the two."""
-        left = np.exp(-self.edges / np.float32(edge_scale))
-        smooth = np.minimum(left[:, 1:], left[:, :-1]), np.minimum(left[1:], left[:-1])
-        return smooth if self.parting is None else self.parting.cut(*smooth)
-
-    @property
-    def stiff(self) -> Array | None:
-        """How much of the bending counts around every cell; None for all."""
-        return None if self.creases is None else 1 - self.creases
-
-    @property
-    def level(self) -> _Level:
-        """What surfaces need to know of it."""
-        return _Level(self.counts.shape, self.parting)
-
-    def halved(self) -> _Grid:
-        """The next level: cells of twice the size."""
-        counts, totals, edges = self.counts, self.totals, self.edges
-        if self.parting is not None:
-            counts, totals, edges = (
-                np.where(self.parting.kept, values, np.float32(0)) for values in (counts, totals, edges)
-            )
-        return _Grid(
-            cell=2 * self.cell,
-            counts=sums_of_four(counts),
-            totals=sums_of_four(totals),
-            inside=sums_of_four(self.inside),
-            trend=np.float32(0.25) * sums_of_four(self.trend, "edge"),
-            edges=largest_of_four(edges),
-            creases=None if self.creases is None else largest_of_four(self.creases),
-            held_out=self.held_out and (sums_of_four(self.held_out[0]), sums_of_four(self.held_out[1])),
-            parting=self.parting and self.parting.halved(),
-        )
-
-
-_Step = tuple[_Grid, Array, Sums]
-
-
-class _View:
-    """What the stepper sees of a frame: the window, and the block in it. It serves to begin with, and is let go."""
-
-    def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters, drawn: NDArray[np.bool_] | None) -> None:
-        self._frame = frame
-        self._block = block
-        self.window = _window(frame, block, parameters.mode)
-        self._around = around = union(block.box, self.window)
-        self.place = within(self.window, around)
-        """The window in the box around block and window."""
-        self.mask = np.zeros(frame.depth[around].shape, bool)
-        """The block's pixels in the box around block and window."""
-        self.mask[within(block.box, around)] = block.mask
-        self._mask = self.mask[self.place]
-        self._drawn: NDArray[np.bool_] | None = None
-        if drawn is not None:
-            at = np.zeros(self.mask.shape, bool)
-            at[self.mask] = drawn
-            self._drawn = at[self.place]
-
-        known = np.isfinite(frame.depth[around])
-        trusted = known
-        if parameters.jump_share:
-            trusted = known & ~flying_pixels(frame)[around]
-            if not trusted[self.mask].any():
-                trusted = known
-        self._held_out = held_out_of(self._mask & trusted[self.place], parameters.hold_out)
-        self.depth = np.where(trusted, frame.depth[around], np.float32(np.nan))
-        """Depth [m] in that box, without flying pixels and what is held out."""
-        self.depth[self.place][self._held_out] = np.nan
-        unknown = np.isnan(self.depth[self.place])
-        self._distance = cv2.distanceTransform(unknown.astype(np.uint8), cv2.DIST_L2, 5).astype(np.float32, copy=False)
-        self.gap = float(self._distance[self._mask].max())
-        """Largest distance [px] of the block's pixels in the window from known depth."""
-        wanted = parameters.out_of_range and self.gap >= WIDE
-        self.beyond = beyond_reach(frame, block) if wanted else None
-        """What of the block lies beyond the sensor's reach; None if nothing."""
-
-    @cached_property
-    def raw(self) -> Array:
-        """Depth [m] in the box around block and window, without what is held out."""
-        raw = self._frame.depth[self._around].copy()
-        raw[self.place][self._held_out] = np.nan
-        return raw
-
-    def mean_depth(self, guide: FittedGuide | None) -> float:
-        """Of the block's known depth [m]; of what its guide says where there is none."""
-        known = self.depth[self.mask]
-        if guide is not None and not np.isfinite(known).any():
-            known = guide.depth[self._block.box][self._block.mask]
-        return float(np.nanmean(known, dtype=np.float64))
-
-    def trend(self, depth: float, noise: float, shaped: bool) -> tuple[Array, float, bool]:
-        """Trend [m] on the window, how much stiffer the surface is for the noise in the known depth, and whether the
-        trend explains that depth up to its noise."""
-        quiet = _QUIET * max(depth, _NEAREST)
-        found = trend_of(self.depth, self.mask, noise) if shaped else None
-        # where what is left of the depth is noise more than anything, it is followed the less
-        followed = quiet if found is None else min(quiet, max(found.spread, quiet / _CALM))
-        stiffness = (noise / followed) ** 2 if noise > quiet else 1.0
-        if found is None:
-            return np.full(self._mask.shape, depth, np.float32), stiffness, False
-        return found.surface[self.place], stiffness, found.spread < _LEFT * noise
-
-    def guided(self, trend: Array, guide: FittedGuide) -> Array:
-        """What a guide says in place of a trend [m], on the window, as far as it is believed: in and around wide gaps
-        alone, since among dense samples its own details are worth less than theirs."""
-        wide = self._distance >= WIDE
-        if not wide.any():
-            return trend
-        away = cv2.distanceTransform((~wide).astype(np.uint8), cv2.DIST_L2, 5)
-        share = guide.shares(self._block, self.window) * np.clip(2 - away / np.float32(_AROUND), 0, 1)
-        return np.where(share > 0, trend + share * (guide.depth[self.window] - trend), trend)
-
-    def grid(self, trend: Array, found: FrameEdges, parameters: Parameters) -> _Grid:
-        """The finest grid."""
-        counts, totals = _samples(self.depth[self.place] - trend)
-        held_out = None
-        if self._held_out.any():
-            rest = self._frame.depth[self.window] - trend
-            held_out = _samples(np.where(self._held_out, rest, np.float32(np.nan)))
-        mask = self._mask.astype(np.uint8)
-        cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
-        boundary = cv2.morphologyEx(mask, cv2.MORPH_GRADIENT, cross).astype(np.float32)
-        # among dense samples the depth itself says where the jumps are, and colour is registered a few pixels off
-        distance = self._distance
-        if parameters.own_word:
-            distance = own_distance(distance, self._mask)
-        fade = np.minimum(distance / np.float32(parameters.trust_distance), 1)
-        edges = fade * np.maximum(found.strength[self.window], np.float32(parameters.boundary_strength) * boundary)
-        if self.beyond is not None:
-            edges[self.beyond.in_front[self.window]] = _APART
-        return _Grid(
-            cell=1,
-            counts=counts,
-            totals=totals,
-            inside=mask.astype(np.float32),
-            trend=trend,
-            edges=edges.astype(np.float32),
-            creases=None if found.crease is None else fade * found.crease[self.window],
-            held_out=held_out,
-            parting=None if self._drawn is None else Parting.around(self._mask, self._drawn),
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class _Pixels:
-    """Brings surfaces from any grid to pixels of the block: holds no more for it, since it lives as long as snapshots.
-
-    `places` are those of the pixels in the window, `seen` those among the block's pixels.
-    """
-
-    levels: tuple[_Level, ...]
-    places: NDArray[np.intp]
-    seen: NDArray[np.intp]
-    trend: Array
-    frame: RGBDFrame
-    block: Block
-
-    @classmethod
-    def of(
-        cls,
-        frame: RGBDFrame,
-        block: Block,
-        window: Box,
-        levels: tuple[_Level, ...],
-        trend: Array,
-        changing: bool = False,
-    ) -> _Pixels:
-        """The block's pixels in a window, all or those without depth, for surfaces on grids of these levels and a trend
-        on the window."""
-        around = union(block.box, window)
-        mask = np.zeros(tuple(side.stop - side.start for side in around), bool)
-        mask[within(block.box, around)] = block.mask
-        inside = mask[within(window, around)]
-        among = inside & np.isnan(frame.depth[window]) if changing else inside
-        places = np.flatnonzero(among)
-        seen = np.flatnonzero(_seen(block, window))[among[inside]]
-        return cls(levels, places, seen, trend.ravel()[places], frame, block)
-
-    @property
-    def nbytes(self) -> int:
-        """Memory of what is not the frame's or the block's."""
-        return self.places.nbytes + self.seen.nbytes + self.trend.nbytes
-
-    def on(self, surface: Array) -> Array:
-        """A surface on the window, at the pixels."""
-        return surface.ravel()[self.places]
-
-    def on_block(self, coarseness: int, held: Array) -> NDArray[np.float64]:
-        """Depth [m] at all of the block's pixels, raw where a surface is not held: it is less the trend, and on a grid
-        so many above the finest, or at the pixels."""
-        u = held
-        for coarser, finer in pairwise(reversed(self.levels[: coarseness + 1])):
-            u = coarser.enlarged(u, finer)
-        result = self.frame.depth[self.block.box][self.block.mask].astype(np.float64)
-        result[self.seen] = (self.on(u) if coarseness else u) + self.trend
-        return result
-
-
-def _window(frame: RGBDFrame, block: Block, mode: str) -> Box:
-    """Where the surface is sought: around all that may change, with some known depth beyond."""
-    rows, columns = block.box
-    wanted = block.mask & np.isnan(frame.depth[block.box]) if mode == "fill" else block.mask
-    if not wanted.any():
-        wanted = block.mask
-    found = []
-    for axis, side in enumerate((rows, columns)):
-        places = np.flatnonzero(wanted.any(axis=1 - axis)) + side.start
-        found.append(slice(int(places[0]), int(places[-1]) + 1))
-    return widest_window(frame.shape, (found[0], found[1]), mode)
-
-
-def widest_window(shape: tuple[int, int], box: Box, mode: str) -> Box:
-    """Where the surface is sought in a frame of this shape (H, W), if all that may change is in a box."""
-    margin = math.ceil(max(shape) / _CONTEXT[mode])
-    rows, columns = (
-        slice(max(side.start - margin, 0), min(side.stop + margin, size)) for side, size in zip(box, shape, strict=True)
-    )
-    return rows, columns
-
-
-def _seen(block: Block, window: Box) -> NDArray[np.bool_]:
-    """Which of a block's pixels lie in a window, in the order of `block.mask`'s True values."""
-    rows, columns = (
-        slice(max(a.start - b.start, 0), max(a.stop - b.start, 0)) for a, b in zip(window, block.box, strict=True)
-    )
-    seen = np.zeros(block.mask.shape, bool)
-    seen[rows, columns] = True
-    return seen[block.mask]
-
-
-def _samples(values: Array) -> tuple[Array, Array]:
-    """How many samples a pixel has, 1 or 0, and their sum."""
-    known = np.isfinite(values)
-    return known.astype(np.float32), np.where(known, values, np.float32(0))
 
 
 def _root_mean(squares: float, samples: float) -> float:
