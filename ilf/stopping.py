@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
@@ -99,6 +99,9 @@ def out_of_signals_way(work: Callable[[], T]) -> T:
 
     with ThreadPoolExecutor(1, "ilf-aside") as thread:
         try:
-            return thread.submit(heedful_work).result()
+            future = thread.submit(heedful_work)
+            while not future.done():  # a signal just before a wait without end would not be heard
+                wait([future], _POLL_S)
+            return future.result()
         finally:
             left.set()
