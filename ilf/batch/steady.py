@@ -47,8 +47,10 @@ def steadied(reading: Reading, folder: Path) -> tuple[RGBDFrame, tuple[str, ...]
         If they cannot be written.
     """
     frame = reading.frame
+    layers = _layers(frame, reading.neighbours)
+    depth = _median(layers)
     made_folder((folder / DEPTH_FILE).parent)
-    write_depth(folder / DEPTH_FILE, steady_depth(frame, reading.neighbours))
+    write_depth(folder / DEPTH_FILE, depth)
     inputs, files = frame.inputs, [DEPTH_FILE]
     if inputs is None or inputs.frame is not None:  # its colour has no file of its own
         _, encoded = cv2.imencode(".png", frame.rgb[..., ::-1])
@@ -65,8 +67,8 @@ def steadied(reading: Reading, folder: Path) -> tuple[RGBDFrame, tuple[str, ...]
         beside=False,
         warn=False,
     )
-    told = f"Depth is the median of up to {counted(len(reading.neighbours) + 1, 'frame')} where nothing has changed."
-    steady = replace(read, outside_view=frame.outside_view, notes=(*frame.notes, told))
+    told = _told(frame, depth, len(layers), len(reading.neighbours))
+    steady = replace(read, outside_view=frame.outside_view, pose=frame.pose, notes=(*frame.notes, told))
     return steady.with_guide(frame.guide), tuple(files)
 
 
@@ -94,6 +96,12 @@ def steady_depth(frame: RGBDFrame, others: Sequence[RGBDFrame]) -> NDArray[np.fl
     >>> float(steady_depth(frames[1], [frames[0], frames[2]])[0, 0])
     2.0
     """
+    return _median(_layers(frame, others))
+
+
+def _layers(frame: RGBDFrame, others: Sequence[RGBDFrame]) -> NDArray[np.float32]:
+    """Depth [m] of a frame and of those of the others that show the same view, (N, H, W), NaN where they have
+    changed."""
     smooth = _smooth(frame.rgb)
     depths = [frame.depth]
     for other in others:
@@ -102,7 +110,18 @@ def steady_depth(frame: RGBDFrame, others: Sequence[RGBDFrame]) -> NDArray[np.fl
         changed = _changed(smooth, _smooth(other.rgb))
         if changed.mean() <= _MOVED:
             depths.append(np.where(changed, np.float32(np.nan), other.depth))
-    return _median(np.stack(depths))
+    return np.stack(depths)
+
+
+def _told(frame: RGBDFrame, depth: NDArray[np.float32], used: int, neighbours: int) -> str:
+    """What the frames around have changed of a frame's depth [m], (H, W)."""
+    changed = np.count_nonzero(np.isfinite(depth) & (depth != frame.depth))
+    if used == 1:
+        return f"Depth is as measured: of {counted(neighbours, 'frame')} around it, none shows the same view."
+    return (
+        f"Depth is the median of up to {used} frames where nothing has changed: it differs from the measured depth at "
+        f"{changed} of {depth.size} pixels ({changed / depth.size:.0%})."
+    )
 
 
 def _smooth(rgb: NDArray[np.uint8]) -> NDArray[np.float32]:

@@ -16,7 +16,7 @@ from ..io.files import file_sha256
 from ..io.label_files import also_distrusting
 from ..judgement import Judgement, judge_completion, judge_hidden
 from ..outcomes import Completion
-from ..run import Run, write
+from ..run import Run, check_write, write
 from ..run.options import RECORD_FILE
 from ..run.staging import clear_interrupted
 from ..unfinished import remove, remove_empty
@@ -168,9 +168,10 @@ def _completed(task: Task, frame: BatchFrame, threads: int | None) -> FrameRecor
     if loaded.intrinsics is None and options.cloud is not None:
         options = replace(options, cloud=None)
         notes.append("No point cloud is written, because the camera's intrinsics are not known.")
+    folder = task.folder_of(frame)
+    check_write(folder, run, options)
     completion = run.complete(threads=threads)
     outcome = _measured(task, frame, run, completion, threads)
-    folder = task.folder_of(frame)
     (folder / FRAME_FILE).unlink(missing_ok=True)  # it does not speak of what comes now
     written = write(folder, run, completion, options)
     preview = write_preview(folder, loaded, completion.depth, task.levels)

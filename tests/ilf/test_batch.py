@@ -7,6 +7,7 @@ import dataclasses
 import json
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -37,14 +38,14 @@ from ilf.batch.local import outcomes_here
 from ilf.batch.manifest import write_manifest
 from ilf.batch.pictures import depth_levels, read_preview
 from ilf.batch.reading import read_frame
-from ilf.batch.settings import read_settings, write_settings
+from ilf.batch.settings import read_settings, sha256_of, write_settings
 from ilf.batch.steady import steady_depth
 from ilf.batch.task import Task, complete_frame
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.io.frame_source import FrameSource
 from ilf.judgement import HiddenTest
-from ilf.run import ExportOptions, Recipe
+from ilf.run import ExportOptions, Recipe, read_record
 
 from .batch_frames import Deadly, contents, work_in_this_process, write_frames
 
@@ -218,7 +219,7 @@ def test_changed_files_are_noticed_moved_ones_are_the_same(source, tmp_path, in_
 def test_other_machines_must_complete_alike(source, tmp_path, in_this_process):
     task = open_batch(frames_in(source), tmp_path / "out", SETTINGS).task
     with pytest.raises(InputError, match="would complete frames otherwise"):
-        complete_frame(dataclasses.replace(task, sha256="other"), frames_in(source)[0])
+        complete_frame(replace(task, sha256="other"), frames_in(source)[0])
 
 
 def test_shards_share_a_folder(source, tmp_path, in_this_process):
@@ -377,7 +378,7 @@ def test_every_frame_is_in_one_shard(count, shards):
 def test_settings_hold_what_their_files_do(source, tmp_path):
     mask = tmp_path / "mask.png"
     cv2.imwrite(str(mask), np.zeros((24, 32), np.uint8))
-    settings = dataclasses.replace(SETTINGS, distrust=str(mask), hidden=HiddenTest("areas", (0,)))
+    settings = replace(SETTINGS, distrust=str(mask), hidden=HiddenTest("areas", (0,)))
     before = settings.facts()
     cv2.imwrite(str(mask), np.full((24, 32), 255, np.uint8))
     assert before != settings.facts()
@@ -416,7 +417,12 @@ def test_a_camera_that_stands_still_gives_steady_depth(tmp_path, in_this_process
     assert np.allclose(made[10:, :40], 2.0)
     np.testing.assert_allclose(made[6, 6:9], [1.99, np.nan, 2.0])
     assert np.allclose(made[:, 56:], 2.03)
-    assert "Depth is the median of up to 3 frames" in manifest(out)[1]["message"]
+    measured = cv2.imread(str(source / "depth" / "0001.png"), cv2.IMREAD_UNCHANGED) / np.float32(1000)
+    changed = np.count_nonzero(np.isfinite(made) & (made != measured))
+    told = manifest(out)[1]["message"]
+    assert (
+        f"of up to 3 frames where nothing has changed: it differs from the measured depth at {changed} of 1536" in told
+    )
     assert main(["complete", "--replay", str(out / "rgb__0001" / "run.json"), "--out", str(tmp_path / "again")]) == 0
     assert "came out as recorded" in capsys.readouterr().out
     before = contents(out)
@@ -426,6 +432,39 @@ def test_a_camera_that_stands_still_gives_steady_depth(tmp_path, in_this_process
     assert main(command) == 1  # the second frame has taken depth from the first, the third has not
     assert "The files of 2 frames have changed" in capsys.readouterr().err
     assert exit_status([*command[: -len(FLAGS) - 1], "0", *FLAGS]) == 2
+
+
+def test_steady_depth_keeps_the_pose(tmp_path, in_this_process, capsys):
+    source, out = write_frames(tmp_path / "in", 2), tmp_path / "out"
+    pose = np.eye(4)
+    pose[0, 3] = 10
+    for number in range(2):
+        np.savetxt(source / "depth" / f"{number:04}.pose.txt", pose)
+    command = ["batch", str(source), "--out", str(out), "--quiet", "--steady", "1", "--intrinsics", "30,30,16,12"]
+    assert main([*command, "--axes", "world", *FLAGS[:-1]]) == 0
+    assert read_record(out / "rgb__0001" / "run.json").pose == tuple(map(tuple, pose.tolist()))
+    assert main(["nerfstudio", str(out), "--out", str(tmp_path / "nerf")]) == 0
+
+
+def test_frames_whose_cloud_cannot_be_in_the_world_fail_before_they_are_run(source, tmp_path, monkeypatch):
+    monkeypatch.setattr(ilf.Run, "complete", lambda *_, **__: pytest.fail("was run"))
+    first = replace(frames_in(source)[0], source=replace(frames_in(source)[0].source, intrinsics="30,30,16,12"))
+    (tmp_path / "out").mkdir()
+    settings = BatchSettings(QUICK, ExportOptions(axes="world"))
+    task = Task(str(tmp_path / "out"), settings, sha256_of(settings.facts()), (1.0, 3.0))
+    outcome = complete_frame(task, first)
+    assert outcome.message.startswith("Where the camera was is not known of this frame")
+
+
+def test_a_camera_that_moves_leaves_depth_as_measured(tmp_path, in_this_process):
+    source, rng = write_frames(tmp_path / "in", 3), np.random.default_rng(0)
+    for number in range(3):
+        image = rng.integers(0, 255, (24, 32, 3), np.uint8)
+        cv2.imwrite(str(source / "rgb" / f"{number:04}.png"), image)
+    assert main(["batch", str(source), "--out", str(tmp_path / "out"), "--quiet", "--steady", *FLAGS]) == 0
+    told = manifest(tmp_path / "out")[1]["message"]
+    assert "Depth is as measured: of 2 frames around it, none shows the same view." in told
+    assert "median" not in told
 
 
 def test_other_views_and_damaged_neighbours_have_no_say(tmp_path):
