@@ -141,6 +141,39 @@ def camera_text(camera: CameraIntrinsics | None) -> str:
     return f"fx {camera.fx:g}, fy {camera.fy:g}, cx {camera.cx:g}, cy {camera.cy:g}{name}"
 
 
+def is_preset(text: str) -> bool:
+    """Whether a text names one of the presets, in letters of any case."""
+    return text.strip().lower() in INTRINSICS
+
+
+def as_camera(given: Any, shape: tuple[int, int] | None) -> CameraIntrinsics:
+    """Intrinsics from what a caller of the library holds in their place; or InputError.
+
+    Parameters
+    ----------
+    given : CameraIntrinsics, str, sequence, mapping or ndarray
+        Intrinsics as they are; the name of a preset; or what `camera_of` takes.
+    shape : (int, int), optional
+        (H, W) of the frame, to which numbers are scaled whose own image size is known.
+
+    Examples
+    --------
+    >>> as_camera([[525, 0, 319.5], [0, 525, 239.5], [0, 0, 1]], None)
+    CameraIntrinsics(fx=525.0, fy=525.0, cx=319.5, cy=239.5, name='')
+    """
+    if isinstance(given, CameraIntrinsics):
+        return given
+    if not isinstance(given, str):
+        return camera_of(given, shape, name="")
+    if not is_preset(given):
+        raise InputError(
+            f"There is no intrinsics preset {given!r:.60}. Known: {', '.join(INTRINSICS)}. Give one of these, four "
+            "numbers fx, fy, cx, cy, or a 3 x 3 matrix."
+        )
+    name = given.strip().lower()
+    return fitted(INTRINSICS[name], IMAGE_SIZES[name], shape)
+
+
 def camera_of(data: Any, shape: tuple[int, int] | None, name: str) -> CameraIntrinsics:
     """Intrinsics from parsed JSON, or from what a caller of the library holds in its place; or InputError."""
     if not isinstance(data, Mapping):

@@ -27,12 +27,12 @@ from .errors import InputError
 from .filter.convergence import IterationRecord
 from .filter.history import CompactHistory
 from .filter.stepper import Stepper, edge_parameters, edges_for, guide_carries, is_guided, make_stepper, most_pixels
-from .frame import RGBDFrame
+from .frame import RGBDFrame, checked_frame
 from .guide import Guide
 from .memory import give_back
 from .number_words import counted
 from .outcomes import NO_BLOCK, BlockOutcome, BlockResult, Completion, Progress, Status, compose, notes_of
-from .parameters import BlockParameters, Parameters
+from .parameters import BlockParameters, Parameters, as_parameters
 from .stopping import check_stopped
 from .threads import Steps, available_cores, one_by_one, side_by_side
 
@@ -40,7 +40,8 @@ _AT_ONCE, _FRAMES_AT_ONCE = 1 << 24, 1.2
 """Pixels that are worked on at a time, at most, or so many times those of the frame if that is more: each takes some 70
 bytes, however many threads there are."""
 
-ParameterChoice = Parameters | Mapping[int, Parameters]
+ParameterChoice = Parameters | str | Mapping[int, Parameters | str]
+"""Of all blocks, or block label -> parameters; a text is the name of a preset."""
 
 Watch = Callable[[Block, IterationRecord, Stepper], None]
 """Is called after every iteration, in the thread that made it, with the block, the record and what iterates on it."""
@@ -60,7 +61,8 @@ class CompletionRun(Iterator[Progress]):
     frame : RGBDFrame
     labels : ndarray of int, shape (H, W)
         Label map, 0 = no block.
-    parameters : Parameters or mapping of label to Parameters
+    parameters : Parameters, str or mapping of label to either
+        A text is the name of a preset.
     only : collection of int, optional
         Run just these blocks; in the order of a sequence, if they run one after the other.
     threads : int, optional
@@ -78,6 +80,8 @@ class CompletionRun(Iterator[Progress]):
     ------
     InputError
         If label map or drawn borders do not fit the frame, or a block has no parameters.
+    ParameterError
+        For an unknown preset, or what are no parameters.
     """
 
     def __init__(
@@ -95,7 +99,8 @@ class CompletionRun(Iterator[Progress]):
         borders = checked_drawn(drawn, frame.shape)
         self.blocks = find_blocks(checked_labels(labels, frame.shape), only)
         self.results: dict[int, BlockResult] = {}
-        self._parameters = {label: _parameters_for(parameters, label) for label in self.blocks}
+        choice = parameters if isinstance(parameters, Mapping) else as_parameters(parameters)
+        self._parameters = {label: _parameters_for(choice, label) for label in self.blocks}
         self.uncorrected: dict[int, BlockResult] = {}
         """Blocks that have been iterated on and wait for the correction, as they are without it."""
         self._live: dict[int, Stepper] = {}
@@ -176,8 +181,8 @@ def complete(
     frame : RGBDFrame
     blocks : ndarray of int, shape (H, W)
         Label map, 0 = no block.
-    parameters : Parameters or mapping of label to Parameters, optional
-        The default preset, "best", if left out.
+    parameters : Parameters, str or mapping of label to either, optional
+        A text is the name of a preset. The default preset, "best", if left out.
     on_progress : callable, optional
         Called with every `Progress`; raise `Cancelled` in it to stop.
     threads : int, optional
@@ -203,6 +208,8 @@ def complete(
     ------
     InputError
         If label map or drawn borders do not fit the frame.
+    ParameterError
+        For an unknown preset, or what are no parameters.
 
     Examples
     --------
@@ -216,7 +223,7 @@ def complete(
     (40, 2.0, 'completed')
     """
     chosen = Parameters() if parameters is None else parameters
-    guided = frame if guide is None else frame.with_guide(guide)
+    guided = checked_frame(frame) if guide is None else checked_frame(frame).with_guide(guide)
     with CompletionRun(guided, blocks, chosen, threads=threads, extraction=extraction, drawn=drawn) as run:
         for progress in run:
             if on_progress is not None:
@@ -228,7 +235,7 @@ def iterate(
     frame: RGBDFrame,
     blocks: NDArray[np.integer],
     label: int,
-    parameters: Parameters | None = None,
+    parameters: Parameters | str | None = None,
     *,
     extraction: BlockParameters | None = None,
     drawn: ArrayLike | None = None,
@@ -243,8 +250,8 @@ def iterate(
         Label map, 0 = no block.
     label : int
         The block.
-    parameters : Parameters, optional
-        The default preset, "best", if left out.
+    parameters : Parameters or str, optional
+        Or the name of a preset. The default preset, "best", if left out.
     extraction : BlockParameters, optional
         As in `complete`.
     drawn : array_like of bool, shape (H, W), optional
@@ -261,6 +268,8 @@ def iterate(
     ------
     InputError
         If there is no such block, or it has no known depth at all.
+    ParameterError
+        For an unknown preset, or what are no parameters.
 
     Examples
     --------
@@ -275,7 +284,7 @@ def iterate(
     >>> stepper.surface.shape
     (600,)
     """
-    found = find_blocks(checked_labels(blocks, frame.shape))
+    found = find_blocks(checked_labels(blocks, checked_frame(frame).shape))
     if label not in found:
         raise InputError(f"There is no block {label}. Blocks: {', '.join(map(str, found)) or 'none'}.")
     block = found[label]
@@ -283,7 +292,7 @@ def iterate(
         raise InputError(f"Block {label} has no known depth, so there is nothing to iterate on.")
     own = drawn_of(block, checked_drawn(drawn, frame.shape))
     guided = frame if guide is None else frame.with_guide(guide)
-    return make_stepper(guided, block, parameters or Parameters(), extraction, own)
+    return make_stepper(guided, block, as_parameters(parameters), extraction, own)
 
 
 def prepare(frame: RGBDFrame, parameters: Parameters, extraction: BlockParameters | None = None) -> None:
@@ -450,11 +459,11 @@ def _hidden_truth(frame: RGBDFrame, block: Block) -> tuple[NDArray[np.bool_], ND
     return (judged, truth[judged].astype(np.float64)) if judged.any() else None
 
 
-def _parameters_for(parameters: ParameterChoice, label: int) -> Parameters:
+def _parameters_for(parameters: Parameters | Mapping[int, Parameters | str], label: int) -> Parameters:
     if isinstance(parameters, Parameters):
         return parameters
     try:
-        return parameters[label]
+        return as_parameters(parameters[label])
     except KeyError:
         raise InputError(f"No parameters are given for block {label}.") from None
 

@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .camera import CameraIntrinsics, checked_motion
+from .camera import CameraIntrinsics, as_camera, checked_motion
 from .errors import InputError
 from .guide import Guide, as_guide
 from .masks import checked_mask, fixed
@@ -75,7 +75,8 @@ class RGBDFrame:
         Depth [m], shape (H, W), any real type. NaN, infinite, zero and negative values all mean
         *missing* and become NaN, and so does distrusted depth.
     intrinsics : CameraIntrinsics, optional
-        Needed for point clouds only.
+        Needed for point clouds only. Also four numbers fx, fy, cx, cy [px], a 3 x 3 camera matrix, a mapping of either,
+        or the name of a preset (`ilf.camera.INTRINSICS`).
     name : str
         What to call the frame in lists and reports.
     inputs : FrameInputs, optional
@@ -107,7 +108,8 @@ class RGBDFrame:
     Raises
     ------
     InputError
-        If shapes or types do not fit, no depth is known, or the median depth is outside 0.1-50 m.
+        If shapes or types do not fit, the intrinsics are none, no depth is known, or the median depth is outside
+        0.1-50 m.
 
     Examples
     --------
@@ -154,13 +156,15 @@ class RGBDFrame:
             if np.isfinite(measured[outside]).any():
                 outside = _frozen(outside & np.isnan(measured))
             object.__setattr__(self, "outside_view", outside if outside.any() else None)
+        if self.intrinsics is not None:
+            object.__setattr__(self, "intrinsics", as_camera(self.intrinsics, self.shape))
         if self.pose is not None:
             object.__setattr__(self, "pose", checked_motion(self.pose, "The pose of a frame"))
         if self.truth is not None:
             object.__setattr__(self, "truth", _checked_truth(self.truth, self.shape))
         if self.guide is not None:
             object.__setattr__(self, "guide", as_guide(self.guide).of_size(self.shape))
-        check_depth_scale(self.depth)
+        check_depth_scale(self.depth, in_file=self.inputs is not None)
 
     @property
     def sources(self) -> dict[str, object]:
@@ -284,13 +288,26 @@ class RGBDFrame:
         return float(np.count_nonzero(self.missing)) / self.depth.size
 
 
-def check_depth_scale(depth: NDArray[np.floating]) -> float:
+def checked_frame(frame: RGBDFrame) -> RGBDFrame:
+    """The frame that a caller of the library gives; raises InputError for anything else, such as its colour alone."""
+    if not isinstance(frame, RGBDFrame):
+        raise InputError(
+            f"The first argument must be an ilf.RGBDFrame, not {type(frame).__name__}: make one of colour and depth by "
+            "ilf.RGBDFrame(rgb, depth), or read one by ilf.load_frame."
+        )
+    return frame
+
+
+def check_depth_scale(depth: NDArray[np.floating], *, in_file: bool = True) -> float:
     """Median of the known depth [m]; raise InputError where there is none or it cannot be metres.
 
     Parameters
     ----------
     depth : ndarray
         Depth [m], NaN = missing.
+    in_file : bool
+        Whether it was read from a file, whose units per metre may be another number; else it is an array of the
+        caller's.
     """
     known = depth[np.isfinite(depth)]
     if known.size == 0:
@@ -301,10 +318,15 @@ def check_depth_scale(depth: NDArray[np.floating]) -> float:
     median = float(np.median(known))
     low, high = MEDIAN_DEPTH_RANGE
     if not low <= median <= high:
+        outside = f"The median depth would be {median:.4g} m, outside {low:g}-{high:g} m. "
+        if not in_file:
+            raise InputError(
+                f"{outside}Depth must be in metres: divide it by its units per metre first, such as depth / 1000.0 for "
+                "millimetres."
+            )
         direction = "larger" if median > high else "smaller"
         raise InputError(
-            f"The median depth would be {median:.4g} m, outside {low:g}-{high:g} m. "
-            f"The depth units are probably wrong: try a {direction} value of file units per metre "
+            f"{outside}The depth units are probably wrong: try a {direction} value of file units per metre "
             "(1000 for millimetres, 5000 for TUM, 10000 for 0.1 mm, 1 for metres)."
         )
     _check_extremes(known)

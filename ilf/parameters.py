@@ -306,6 +306,38 @@ PRESETS: dict[str, Parameters] = {
 DEFAULT_PRESET = "best"
 
 
+def as_parameters(given: Parameters | str | None) -> Parameters:
+    """Parameters that a caller of the library gives, or names by a preset; None stands for the default preset.
+
+    Raises
+    ------
+    ParameterError
+        For an unknown preset, or anything else.
+
+    Examples
+    --------
+    >>> as_parameters("paper") == preset("paper")
+    True
+    """
+    if isinstance(given, Parameters):
+        return given
+    if given is None or isinstance(given, str):
+        return preset(DEFAULT_PRESET if given is None else given)
+    raise ParameterError(
+        f"Parameters must be ilf.Parameters or the name of a preset ({', '.join(PRESETS)}), not {given!r:.60}."
+    )
+
+
+def as_extraction(given: BlockParameters | None) -> BlockParameters:
+    """Parameters of the extraction that a caller of the library gives, the defaults for None; or ParameterError."""
+    if given is None or isinstance(given, BlockParameters):
+        return given or BlockParameters()
+    raise ParameterError(
+        f"Blocks are extracted with ilf.BlockParameters, not {given!r:.60}. Parameters and presets of the filter are "
+        "given as parameters=."
+    )
+
+
 def preset(name: str = DEFAULT_PRESET, **changes: object) -> Parameters:
     """Parameters by preset name, with any of them changed.
 

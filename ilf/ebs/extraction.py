@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..edges.frame_edges import find_edges, forget_evidence, lines_of, relief_of
-from ..frame import RGBDFrame
+from ..frame import RGBDFrame, checked_frame
 from ..memory import give_back
-from ..parameters import BlockParameters, Parameters
+from ..parameters import BlockParameters, Parameters, as_extraction
 from ..per_frame import forget, once_per_frame, once_per_image
 from ..stopping import check_stopped
 from .boundaries import contract, dilate, regions_between, snap_to_jumps
@@ -103,10 +103,11 @@ def extract(frame: RGBDFrame, parameters: BlockParameters | None = None) -> Extr
     )
 
 
-def found_blocks(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
+def found_blocks(frame: RGBDFrame, parameters: BlockParameters | None) -> FoundBlocks:
     """The same blocks without the pictures of the stages, which take time and memory."""
-    edges = find_edges(frame, parameters)
-    return FoundBlocks(_blocks(frame, parameters), edges.network, edges.notes)
+    chosen = as_extraction(parameters)
+    edges = find_edges(checked_frame(frame), chosen)
+    return FoundBlocks(_blocks(frame, chosen), edges.network, edges.notes)
 
 
 def forget_stages(frame: RGBDFrame) -> None:
@@ -167,6 +168,13 @@ def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None) 
         4-connected region, and all but the margin is in a block, unless nothing is known at all or an existence rate
         is asked for.
 
+    Raises
+    ------
+    InputError
+        For anything but a frame.
+    ParameterError
+        For other parameters, such as those of the filter.
+
     Warns
     -----
     RuntimeWarning
@@ -182,7 +190,7 @@ def extract_blocks(frame: RGBDFrame, parameters: BlockParameters | None = None) 
     >>> blocks.dtype, blocks.shape, bool((blocks == 1).sum() >= (blocks == 2).sum())
     (dtype('int32'), (480, 640), True)
     """
-    blocks, _, notes = found_blocks(frame, parameters or BlockParameters())
+    blocks, _, notes = found_blocks(frame, parameters)
     for note in notes:
         warnings.warn(note, RuntimeWarning, stacklevel=2)
     return blocks.copy()

@@ -62,7 +62,9 @@ def edge_strength(
     defaults = BlockParameters(detector="hed", model=model, multiscale=multiscale)
     frame = image if isinstance(image, RGBDFrame) else None
     if frame is None and detector in _OF_FRAMES:
-        raise InputError(f"The detector {detector!r} needs a frame with depth; 'hed' and 'canny' take colour alone.")
+        raise InputError(
+            f"The detector {detector!r} needs a frame with depth (ilf.RGBDFrame); 'hed' and 'canny' take colour alone."
+        )
     rgb = np.asarray(image) if frame is None else frame.rgb
     check_image(rgb)
     if detector == "canny":

@@ -10,7 +10,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from ..camera import IMAGE_SIZES, INTRINSICS, WAY_OUT, CameraIntrinsics, camera_from_numbers, camera_of, fitted
+from ..camera import INTRINSICS, WAY_OUT, CameraIntrinsics, as_camera, camera_from_numbers, camera_of, is_preset
 from ..errors import InputError
 from .files import read_json
 
@@ -51,16 +51,12 @@ def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None =
     >>> intrinsics_from("kinect-v2", shape=(212, 256)).fx
     182.728
     """
-    if spec is None or isinstance(spec, CameraIntrinsics):
-        return spec
-    if isinstance(spec, str) and spec.strip().lower() in INTRINSICS:
-        name = spec.strip().lower()
-        return fitted(INTRINSICS[name], IMAGE_SIZES[name], shape)
-    if isinstance(spec, str) and "," in spec and not os.path.exists(spec):
-        return _from_text(spec)
-    if isinstance(spec, str | os.PathLike):
-        return _from_file(Path(spec), shape)
-    return camera_of(spec, shape, name="")
+    if spec is None:
+        return None
+    if isinstance(spec, os.PathLike) or (isinstance(spec, str) and not is_preset(spec)):
+        is_text = isinstance(spec, str) and "," in spec and not os.path.exists(spec)
+        return _from_text(str(spec)) if is_text else _from_file(Path(spec), shape)
+    return as_camera(spec, shape)
 
 
 def _from_text(text: str) -> CameraIntrinsics:

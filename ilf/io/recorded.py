@@ -94,6 +94,7 @@ class ReadFrame:
             metres,
             None if camera is None else camera.intrinsics,
             self._name(name),
+            inputs=self._inputs(),
             notes=(*self._notes(), *_distortion_note(camera)),
         )
 

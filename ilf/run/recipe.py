@@ -10,7 +10,7 @@ from ..errors import InputError
 from ..frame import RGBDFrame
 from ..io import LoadedBlocks, read_blocks
 from ..io.label_files import read_mask
-from ..parameters import BlockParameters, Parameters, preset
+from ..parameters import BlockParameters, Parameters, as_parameters, preset
 from .run import Run
 
 
@@ -20,8 +20,8 @@ class Recipe:
 
     Parameters
     ----------
-    parameters : Parameters
-        The preset "best" if left out.
+    parameters : Parameters or str
+        Or the name of a preset; the preset "best" if left out.
     extraction : BlockParameters
         The defaults if left out.
     dense : bool
@@ -40,6 +40,9 @@ class Recipe:
     blocks: str | None = None
     fill_gaps: bool = False
     drawn: str | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "parameters", as_parameters(self.parameters))
 
     def run_of(self, frame: RGBDFrame) -> Run:
         """The run of a frame. What only other extractions of it would need is not remembered.

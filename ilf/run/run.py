@@ -16,10 +16,10 @@ from ..completion import CompletionRun, Watch
 from ..dense import guess_steps
 from ..ebs import found_blocks
 from ..filter.convergence import IterationRecord
-from ..frame import RGBDFrame
+from ..frame import RGBDFrame, checked_frame
 from ..masks import fixed
 from ..outcomes import Completion, Progress, compose
-from ..parameters import BlockParameters, Parameters, preset
+from ..parameters import BlockParameters, Parameters, as_parameters, preset
 
 GUESS = 0
 """What stands for a block's label in the `Progress` of the guess."""
@@ -35,9 +35,9 @@ class Run:
         With its inputs, if it was read from files, its distrusted depth and its guide.
     blocks : ndarray of int, shape (H, W)
         Label map, 0 = no block.
-    parameters : Parameters
-        Of all blocks but those that have their own; the preset "best" if left out.
-    own : mapping of int to Parameters
+    parameters : Parameters or str
+        Of all blocks but those that have their own, or the name of a preset; the preset "best" if left out.
+    own : mapping of int to Parameters or str
         Block label -> parameters of its own.
     only : collection of int, optional
         Just these blocks are run; in the order of a sequence, if they run one after the other.
@@ -59,6 +59,8 @@ class Run:
     ------
     InputError
         If the label map or the mask of drawn borders does not fit the frame.
+    ParameterError
+        For an unknown preset, or what are no parameters.
 
     Examples
     --------
@@ -83,9 +85,11 @@ class Run:
     drawn: NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "blocks", fixed(checked_labels(self.blocks, self.frame.shape)))
+        object.__setattr__(self, "blocks", fixed(checked_labels(self.blocks, checked_frame(self.frame).shape)))
         object.__setattr__(self, "drawn", checked_drawn(self.drawn, self.frame.shape))
-        object.__setattr__(self, "own", MappingProxyType(dict(self.own)))
+        object.__setattr__(self, "parameters", as_parameters(self.parameters))
+        own = {label: as_parameters(parameters) for label, parameters in self.own.items()}
+        object.__setattr__(self, "own", MappingProxyType(own))
         object.__setattr__(self, "edited", self.edited or self.extraction is None)
 
     @classmethod
@@ -93,7 +97,7 @@ class Run:
         cls,
         frame: RGBDFrame,
         extraction: BlockParameters | None = None,
-        parameters: Parameters | None = None,
+        parameters: Parameters | str | None = None,
         *,
         dense: bool = False,
     ) -> Self:
@@ -104,8 +108,8 @@ class Run:
         frame : RGBDFrame
         extraction : BlockParameters, optional
             The defaults if left out.
-        parameters : Parameters, optional
-            The preset "best" if left out.
+        parameters : Parameters or str, optional
+            Or the name of a preset; the preset "best" if left out.
         dense : bool
         """
         chosen = extraction or BlockParameters()
@@ -113,7 +117,7 @@ class Run:
         return cls(
             frame,
             found.blocks,
-            parameters or preset(),
+            as_parameters(parameters),
             dense=dense,
             extraction=chosen,
             network=found.network,

@@ -14,10 +14,12 @@ import pytest
 import ilf
 from ilf.blocks import Block
 from ilf.completion import CompletionRun, complete, known_needed
-from ilf.errors import Cancelled, InputError
+from ilf.errors import Cancelled, InputError, ParameterError
 from ilf.filter.pass_band.iteration import PassBandIteration
 from ilf.frame import RGBDFrame
+from ilf.judgement import HiddenTest, judge_hidden
 from ilf.outcomes import Progress, Status, compose
+from ilf.run import Recipe
 from ilf.threads import side_by_side
 
 
@@ -28,6 +30,52 @@ def test_fill_mode_leaves_every_known_pixel_untouched(small_frame: RGBDFrame, sm
     assert np.isfinite(result.depth).all()
     assert np.array_equal(result.filled, ~known)
     assert result.depth.dtype == np.float32
+
+
+def test_the_name_of_a_preset_stands_for_its_parameters(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:
+    wanted = ilf.complete(small_frame, small_labels, ilf.preset("paper")).depth
+    blocks = np.unique(small_labels[small_labels > 0]).tolist()
+    for named in ("paper", dict.fromkeys(blocks, "paper")):
+        assert np.array_equal(ilf.complete(small_frame, small_labels, named).depth, wanted, equal_nan=True)
+    assert np.array_equal(ilf.Run(small_frame, small_labels, "paper").complete().depth, wanted, equal_nan=True)
+    own = ilf.Run(small_frame, small_labels, own=dict.fromkeys(blocks, "paper"))
+    assert np.array_equal(own.complete().depth, wanted, equal_nan=True)
+    assert len(list(ilf.iterate(small_frame, small_labels, 1, "released-code"))) == 1500
+    assert ilf.Run.extracted(small_frame, parameters="paper").parameters == ilf.preset("paper")
+    assert Recipe("paper").run_of(small_frame).parameters == ilf.preset("paper")
+    test = HiddenTest("random", (0,))
+    judged = [
+        judge_hidden(ilf.Run(small_frame, small_labels, given), test).whole for given in ("paper", ilf.preset("paper"))
+    ]
+    assert judged[0] == judged[1]
+
+
+@pytest.mark.parametrize("given", ["nope", 7, ilf.BlockParameters(), {1: "nope", 2: "paper"}])
+def test_what_are_no_parameters_is_refused(small_frame: RGBDFrame, small_labels: np.ndarray, given: object) -> None:
+    with pytest.raises(ParameterError, match="best, paper, released-code"):
+        ilf.complete(small_frame, small_labels, given)
+    if not isinstance(given, dict):
+        with pytest.raises(ParameterError, match="best, paper, released-code"):
+            ilf.iterate(small_frame, small_labels, 1, given)
+        with pytest.raises(ParameterError, match="best, paper, released-code"):
+            ilf.Run(small_frame, small_labels, given)
+    with pytest.raises(ParameterError, match="parameters="):
+        ilf.Run.extracted(small_frame, "paper")
+
+
+@pytest.mark.parametrize("given", [np.zeros((48, 64, 3), np.uint8), "rgb.png", None])
+def test_anything_but_a_frame_is_refused_with_what_to_give(given: object, small_labels: np.ndarray) -> None:
+    for call in (
+        lambda: ilf.complete(given, small_labels),
+        lambda: ilf.complete(given, small_labels, guide=np.ones((48, 64))),
+        lambda: ilf.iterate(given, small_labels, 1),
+        lambda: ilf.extract_blocks(given),
+        lambda: ilf.Run(given, small_labels),
+        lambda: ilf.Run.extracted(given),
+        lambda: ilf.edge_strength(given),
+    ):
+        with pytest.raises(InputError, match="RGBDFrame"):
+            call()
 
 
 def test_holes_in_planes_come_back_close(small_frame: RGBDFrame, small_labels: np.ndarray) -> None:

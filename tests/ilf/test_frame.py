@@ -42,8 +42,8 @@ def test_arrays_are_copies_and_read_only() -> None:
         (RGB, np.ones((2, 4), complex), "one real number per pixel"),
         (RGB, np.zeros((2, 4)), "no known pixel"),
         (RGB, np.full((2, 4), np.nan), "no known pixel"),
-        (RGB, np.full((2, 4), 1500.0), "try a larger value"),
-        (RGB, np.full((2, 4), 0.002), "try a smaller value"),
+        (RGB, np.full((2, 4), 1500, np.uint16), r"in metres: divide .* depth / 1000\.0 for millimetres\.$"),
+        (RGB, np.full((2, 4), 0.002), "in metres: divide"),
     ],
 )
 def test_unusable_arrays_are_refused_with_the_way_out(rgb: np.ndarray, depth: np.ndarray, message: str) -> None:
@@ -55,6 +55,45 @@ def test_unusable_arrays_are_refused_with_the_way_out(rgb: np.ndarray, depth: np
 def test_impossible_intrinsics_are_refused(numbers: tuple[float, float, float, float]) -> None:
     with pytest.raises(InputError):
         CameraIntrinsics(*numbers)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        np.array([[50.0, 0, 2], [0, 60, 1], [0, 0, 1]]),
+        [[50, 0, 2], [0, 60, 1], [0, 0, 1]],
+        (50, 60, 2, 1),
+        {"fx": 50, "fy": 60, "cx": 2, "cy": 1},
+        CameraIntrinsics(50.0, 60.0, 2.0, 1.0),
+    ],
+    ids=lambda given: type(given).__name__,
+)
+def test_intrinsics_are_taken_in_the_forms_that_programs_hold(given: object) -> None:
+    frame = RGBDFrame(RGB, np.ones((2, 4)), given)  # type: ignore[arg-type]
+    assert frame.intrinsics == CameraIntrinsics(50.0, 60.0, 2.0, 1.0)
+
+
+def test_intrinsics_of_a_preset_are_scaled_to_the_frame() -> None:
+    frame = RGBDFrame(np.zeros((212, 256, 3), np.uint8), np.ones((212, 256)), "kinect-v2")  # type: ignore[arg-type]
+    assert frame.intrinsics is not None
+    assert frame.intrinsics.fx == pytest.approx(182.728)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("nope", "no intrinsics preset 'nope'. Known: nyu"),
+        ("50,60,2,1", "no intrinsics preset"),
+        (3, "four numbers or a 3 x 3 matrix"),
+        (np.eye(4), "four numbers or a 3 x 3 matrix"),
+        ([[50, 1, 2], [0, 60, 1], [0, 0, 1]], "without skew"),
+        ({"fx": 50}, "lack fy, cx, cy"),
+        (object(), "plain numbers"),
+    ],
+)
+def test_what_are_no_intrinsics_is_refused_at_once(given: object, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        RGBDFrame(RGB, np.ones((2, 4)), given)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
