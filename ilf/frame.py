@@ -144,11 +144,7 @@ class RGBDFrame:
             depth = _frozen(np.where(distrusted, np.float32(np.nan), depth))
         object.__setattr__(self, "measured", measured)
         object.__setattr__(self, "depth", depth)
-        if self.rgb.shape[:2] != self.depth.shape:
-            raise InputError(
-                f"Colour is {_size(self.rgb)} but depth is {_size(self.depth)}. "
-                "Both must show the same pixels: register and resize one to the other first."
-            )
+        check_same_size(self.rgb, self.depth)
         if self.distrusted is not None and not self.known.any() and np.isfinite(self.measured).any():
             raise InputError("All depth of the frame is distrusted: nothing is left to go by. Trust some of it.")
         if self.outside_view is not None:
@@ -296,6 +292,15 @@ def checked_frame(frame: RGBDFrame) -> RGBDFrame:
             "ilf.RGBDFrame(rgb, depth), or read one by ilf.load_frame."
         )
     return frame
+
+
+def check_same_size(rgb: NDArray[np.generic], depth: NDArray[np.generic]) -> None:
+    """Raise InputError if colour and depth have other heights or widths."""
+    if rgb.shape[:2] != depth.shape:
+        raise InputError(
+            f"Colour is {_size(rgb)} but depth is {_size(depth)}. Both must show the same pixels: register and resize "
+            "one to the other first."
+        )
 
 
 def check_depth_scale(depth: NDArray[np.floating], *, in_file: bool = True) -> float:

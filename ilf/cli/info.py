@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..camera import CameraIntrinsics, camera_text
 from ..errors import InputError
-from ..frame import RGBDFrame, check_depth_scale
+from ..frame import RGBDFrame, check_depth_scale, check_same_size
 from ..io import (
     META_NAME,
     FrameFiles,
@@ -73,21 +73,29 @@ def run(arguments: argparse.Namespace) -> None:
         _print_source(source_from(arguments), arguments)
     elif len(inputs) == 1 and os.path.isdir(inputs[0]):
         _print_folder(inputs[0], arguments)
-    elif len(inputs) in {1, 2}:
-        facts = [("colour", _colour(inputs[0]))]
-        if len(inputs) == 2:
-            beside = frame_beside(*inputs)
-            if beside is not None:
-                _print_frame(beside, arguments)
-                return
-            given = one_encoding(arguments.depth_encoding, arguments.depth_units)
-            depth = read_depth(read_file(inputs[1]), given, None, arguments.invalid)
-            facts += [*_depth_facts(inputs[1], depth, arguments.intrinsics)]
-            facts += _truth_facts(arguments.truth, arguments.truth_units, depth)
-            facts += _guide_facts(arguments.guide, depth.metres)
-        _print_facts(facts)
+    elif len(inputs) == 1:
+        _print_facts([_colour_fact(inputs[0], read_colour(inputs[0]))])
+    elif len(inputs) == 2:
+        _print_two_files(*inputs, arguments)
     else:
         raise UsageError("Give a colour and a depth file, one folder, or a run.json.")
+
+
+def _print_two_files(rgb: Path, path: Path, arguments: argparse.Namespace) -> None:
+    """A frame by its colour and its depth file."""
+    beside = frame_beside(rgb, path)
+    if beside is not None:
+        _print_frame(beside, arguments)
+        return
+    given = one_encoding(arguments.depth_encoding, arguments.depth_units)
+    depth = read_depth(read_file(path), given, None, arguments.invalid)
+    _print_facts(
+        [
+            *_pair_facts(rgb, path, depth, arguments.intrinsics),
+            *_truth_facts(arguments.truth, arguments.truth_units, depth),
+            *_guide_facts(arguments.guide, depth.metres),
+        ]
+    )
 
 
 def _is_source(folder: Path) -> bool:
@@ -156,8 +164,7 @@ def _print_frame(files: FrameFiles, arguments: argparse.Namespace) -> None:
     _print_facts(
         [
             ("name", files.name),
-            ("colour", _colour(files.rgb)),
-            *_depth_facts(files.depth, depth, arguments.intrinsics or files.intrinsics),
+            *_pair_facts(files.rgb, files.depth, depth, arguments.intrinsics or files.intrinsics),
             *truth,
             *_guide_facts(arguments.guide or files.guide, depth.metres),
             *_confidence_facts(files, arguments.min_confidence, depth.metres),
@@ -172,9 +179,21 @@ def _print_record(path: Path) -> None:
     print("", *outcome_lines(record.outcomes), sep="\n")
 
 
-def _colour(path: Path) -> str:
-    rgb = read_colour(path)
-    return f"{path}, {rgb.shape[1]} x {rgb.shape[0]}"
+def _colour_fact(path: Path, rgb: NDArray[np.uint8]) -> tuple[str, str]:
+    return "colour", f"{path}, {rgb.shape[1]} x {rgb.shape[0]}"
+
+
+def _pair_facts(
+    colour: Path, path: Path, depth: DepthReading, camera: str | CameraIntrinsics | None
+) -> list[tuple[str, str]]:
+    """What there is to say about colour and depth, and whether they fit each other."""
+    rgb = read_colour(colour)
+    facts = [_colour_fact(colour, rgb), *_depth_facts(path, depth, camera)]
+    try:
+        check_same_size(rgb, depth.metres)
+    except InputError as error:
+        facts.append(("problem", str(error)))
+    return facts
 
 
 def _depth_facts(path: Path, depth: DepthReading, camera: str | CameraIntrinsics | None) -> list[tuple[str, str]]:

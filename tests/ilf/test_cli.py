@@ -452,6 +452,16 @@ def test_info_shows_frames_and_records(files, capsys):
     assert "block  pixels" in text
 
 
+def test_info_tells_of_colour_and_depth_of_different_sizes(files, capsys):
+    cv2.imwrite(files[1], np.full((20, 30), 2000, np.uint16))
+    assert main(["info", *files]) == 0
+    rows, columns, _ = cv2.imread(files[0]).shape
+    assert (
+        f"problem:      Colour is {columns} x {rows} but depth is 30 x 20. Both must show the same pixels"
+        in capsys.readouterr().out
+    )
+
+
 def test_info_shows_what_is_wrong_with_a_set(files, capsys):
     main(["complete", *files, "--no-cloud", "--dense", "--out", "out", "--quiet", *QUICK])
     assert main(["info", "out"]) == 0
