@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -63,6 +63,15 @@ class BlockOutcome(NanEqual):
     def defect_rate(self) -> float:
         """Share of the block's pixels without raw depth in the depth camera's view, 0-1."""
         return 1.0 - (self.known + self.outside) / self.pixels
+
+
+def blocks_by_message(outcomes: Iterable[BlockOutcome]) -> dict[str, list[int]]:
+    """Message -> labels of the blocks whose outcome has it, in their order; without those that have none."""
+    found: dict[str, list[int]] = {}
+    for outcome in outcomes:
+        if outcome.message:
+            found.setdefault(outcome.message, []).append(outcome.label)
+    return found
 
 
 @dataclass(frozen=True, eq=False)

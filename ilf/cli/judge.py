@@ -51,7 +51,7 @@ from .parsing import (
     with_given,
 )
 from .progress import ShareProgress
-from .report import table, warn
+from .report import largest_share, table, warn
 
 
 @dataclass(frozen=True)
@@ -237,6 +237,10 @@ def _report(
     lines += comparison_table(_COLUMNS, whole, heading)
     if not pixels:
         lines.append("No pixel was filled by all of them.")
+    else:
+        name, best = min(zip(names, results, strict=True), key=lambda item: item[1].whole.rmse)
+        if largest := largest_share(best.whole, best.blocks):
+            lines.append(f"{name}: block {largest[0]} has {largest[1]:.0%} of the squared error.")
     if by_block:
         for _, group in groupby(zip(names, results, strict=True), lambda item: item[1].run.blocks.tobytes()):
             lines += ["", *_block_table(*zip(*group, strict=True))]

@@ -9,14 +9,17 @@ from pathlib import Path
 
 import numpy as np
 
-from ..confidence import expected_error
+from ..confidence import expected_error, unvouched
 from ..errors import one_line
 from ..filter.edge_aware.guiding import fit_guide
 from ..frame import RGBDFrame
 from ..judgement import Judgement, judge_blocks, judge_completion
-from ..number_words import covered
-from ..outcomes import BlockOutcome, Completion, Status
+from ..number_words import counted, covered
+from ..outcomes import BlockOutcome, Completion, Status, blocks_by_message
 from ..run import Run
+
+_MOST = 0.5
+"""The larger part of a whole, from this share on."""
 
 
 def completion_report(
@@ -33,8 +36,9 @@ def completion_report(
     errors: dict[int, Judgement] = {}
     if frame.truth is not None:
         expected = expected_error(frame, completion)
-        judged = [_judgement_line(judge_completion(frame, completion, expected=expected))]
+        whole = judge_completion(frame, completion, expected=expected)
         errors = judge_blocks(frame, completion, run.blocks)
+        judged = [_judgement_line(whole), *_source_of_error(run, completion, largest_share(whole, errors))]
     return "\n".join([
         *outcome_lines(outcomes, errors),
         "",
@@ -68,12 +72,26 @@ def outcome_lines(outcomes: Iterable[BlockOutcome], errors: Mapping[int, Judgeme
         head.append("RMSE [mm]")
         for row, outcome in zip(rows, outcomes, strict=True):
             row.append(f"{1000 * errors[outcome.label].rmse:.2f}" if outcome.label in errors else "-")
-    remarks = [
-        f"Block {outcome.label}: {outcome.message}"
-        for outcome in outcomes
-        if outcome.message and outcome.status is not Status.NOTHING_MISSING
-    ]
+    told = blocks_by_message(outcome for outcome in outcomes if outcome.status is not Status.NOTHING_MISSING)
+    remarks = [f"{_blocks_text(labels)}: {message}" for message, labels in told.items()]
     return [*table(head, rows), *([""] if remarks else []), *remarks]
+
+
+def _blocks_text(labels: Sequence[int]) -> str:
+    if len(labels) == 1:
+        return f"Block {labels[0]}"
+    return f"{counted(len(labels), 'block')} ({', '.join(map(str, labels))})"
+
+
+def largest_share(whole: Judgement, blocks: Mapping[int, Judgement]) -> tuple[int, float] | None:
+    """The block that has at least half of the squared error of the whole in less than half of its pixels, and its
+    share of the error, 0-1; None if no block has."""
+    for label, one in blocks.items():
+        if 0 < one.pixels < _MOST * whole.pixels and one.rmse > 0:
+            share = one.pixels * one.rmse**2 / (whole.pixels * whole.rmse**2)
+            if share >= _MOST:
+                return label, share
+    return None
 
 
 def warn(notes: Iterable[str]) -> None:
@@ -102,9 +120,19 @@ def _judgement_line(judgement: Judgement) -> str:
         return "Against the truth: it is not known where depth was filled."
     within = "" if judgement.within is None else f"; {judgement.within:.0%} within the expected error"
     return (
-        f"Against the truth, over {judgement.pixels} filled pixels: RMSE {1000 * judgement.rmse:.2f} mm, "
-        f"MAE {1000 * judgement.mae:.2f} mm, median {1000 * judgement.median:.2f} mm{within}."
+        f"Against the truth, over {judgement.pixels} filled pixels: median error {1000 * judgement.median:.2f} mm, "
+        f"MAE {1000 * judgement.mae:.2f} mm, RMSE {1000 * judgement.rmse:.2f} mm{within}."
     )
+
+
+def _source_of_error(run: Run, completion: Completion, largest: tuple[int, float] | None) -> list[str]:
+    """Where most of the error comes from, as a line; none if it comes from all over the frame."""
+    if largest is None:
+        return []
+    label, share = largest
+    doubtful = unvouched(run.frame, completion)[completion.filled & (run.blocks == label)].mean()
+    why = f"; nothing measured vouches for {doubtful:.0%} of its filled pixels" if doubtful >= _MOST else ""
+    return [f"Block {label} has {share:.0%} of the squared error{why}."]
 
 
 def _recovered_line(frame: RGBDFrame, completion: Completion, seconds: float) -> str:

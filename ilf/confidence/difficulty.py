@@ -49,6 +49,8 @@ def own_test(frame: RGBDFrame) -> tuple[NDArray[np.float32], NDArray[np.float64]
     """
     stride = -(-max(frame.shape) // _LONGEST)
     depth = np.ascontiguousarray(frame.depth[stride // 2 :: stride, stride // 2 :: stride])
+    if depth.size < 2 * _FEWEST:  # so thin that the copy has no column, perhaps
+        return None
     hidden = _discs(depth.shape) & np.isfinite(depth)
     if min(np.count_nonzero(hidden), np.count_nonzero(np.isfinite(depth) & ~hidden)) < _FEWEST:
         return None

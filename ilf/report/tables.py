@@ -8,7 +8,7 @@ import numpy as np
 
 from ..judgement import Judgement
 from ..number_words import UNKNOWN, grouped, millimetres
-from ..outcomes import Status
+from ..outcomes import Status, blocks_by_message
 from ..preset_words import in_words, likeness
 from ..project.own_values import own_values
 from .content import Cell, Column, Table
@@ -71,11 +71,12 @@ def block_table(figures: Figures) -> Table:
 
 def block_remarks(subject: Subject) -> list[str]:
     """What went wrong with single blocks, and what the table's words mean."""
-    blocks_of: dict[str, list[int]] = {}
-    for label, outcome in subject.completion.outcomes.items():
-        if outcome.message and outcome.status in (Status.NOT_RECOVERABLE, Status.ITERATION_LIMIT):
-            blocks_of.setdefault(outcome.message, []).append(label)
-    remarks = [f"No. {', '.join(map(str, labels))}: {message}" for message, labels in blocks_of.items()]
+    wrong = [
+        outcome
+        for outcome in subject.completion.outcomes.values()
+        if outcome.status in (Status.NOT_RECOVERABLE, Status.ITERATION_LIMIT)
+    ]
+    remarks = [f"No. {', '.join(map(str, labels))}: {message}" for message, labels in blocks_by_message(wrong).items()]
     run = subject.run
     if any(
         not result.parameters.same_effect(run.parameters_of(label))

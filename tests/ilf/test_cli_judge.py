@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 
 import cv2
@@ -11,8 +12,10 @@ import numpy as np
 import pytest
 
 import ilf
+from ilf.assets import asset_path
 from ilf.cli import main
-from ilf.judgement import HiddenTest, Sweep, compare_hidden, judge_completion, judge_hidden, run_sweep
+from ilf.cli.report import completion_report, largest_share
+from ilf.judgement import HiddenTest, Judgement, Sweep, compare_hidden, judge_completion, judge_hidden, run_sweep
 from ilf.parameters import BlockParameters
 from ilf.preset_files import OwnPreset, save_preset, write_preset
 
@@ -45,13 +48,63 @@ def test_complete_tells_the_error_against_the_truth(files, capsys):
     frame = ilf.load_frame(*files, truth="in/gt.png", truth_units=5000)
     run = ilf.Run.extracted(frame, parameters=ilf.preset(max_iterations=25))
     judgement = judge_completion(frame, run.complete())
-    assert f"over {judgement.pixels} filled pixels: RMSE {1000 * judgement.rmse:.2f} mm" in text
+    assert f"over {judgement.pixels} filled pixels: median error {1000 * judgement.median:.2f} mm, MAE " in text
+    assert f", RMSE {1000 * judgement.rmse:.2f} mm" in text
     assert "RMSE [mm]" in text.splitlines()[0]
     assert json.loads(Path("out/run.json").read_text())["inputs"]["truth"]["units"] == 5000
     assert main(["complete", "--replay", "out/run.json", "--out", "again", "--quiet"]) == 0
     assert Path("again/curves.csv").read_bytes() == Path("out/curves.csv").read_bytes()
     assert main(["info", "out/run.json"]) == 0
     assert "gt.png, 5000 units per metre" in capsys.readouterr().out
+
+
+@pytest.fixture(scope="module")
+def room():
+    """The bundled sample, its run and the completion."""
+    run = ilf.Run.extracted(ilf.load_frame(asset_path("samples/room")))
+    return run, run.complete()
+
+
+def test_the_first_report_of_the_sample_is_short_and_tells_where_the_error_comes_from(room):
+    run, completion = room
+    lines = completion_report(run, completion, 1.0, Path("out"), ()).splitlines()
+    limited = [label for label, outcome in completion.outcomes.items() if outcome.message]
+    assert len(limited) > 5
+    remark = "Step limit reached in the last stage."
+    assert [line for line in lines if remark in line] == [
+        f"{len(limited)} blocks ({', '.join(map(str, limited))}): {remark}"
+    ]
+    block = run.blocks == 2  # the open door into the dark
+    truth, filled = run.frame.truth, completion.filled
+    squared = (completion.depth - truth)[filled] ** 2
+    share = squared[block[filled]].sum() / squared.sum()
+    doubtful = ilf.unvouched(run.frame, completion)[block & filled].mean()
+    why = f"nothing measured vouches for {doubtful:.0%} of its filled pixels"
+    assert f"Block 2 has {share:.0%} of the squared error; {why}." in lines
+
+
+def test_judge_names_the_block_that_most_of_the_error_is_in(capsys):
+    assert main(["judge", str(asset_path("samples/room")), "--preset", "paper", "--preset", "best"]) == 0
+    assert re.fullmatch(r"best: block 2 has \d\d% of the squared error\.", capsys.readouterr().out.splitlines()[-1])
+
+
+@pytest.mark.parametrize(
+    ("blocks", "found"),
+    [
+        ({}, None),
+        ({1: Judgement(4, rmse=1.0)}, None),
+        ({1: Judgement(4, rmse=1.0), 2: Judgement(0)}, None),
+        ({1: Judgement(4, rmse=0.0), 2: Judgement(4, rmse=0.0)}, None),
+        ({1: Judgement(4, rmse=1.0), 2: Judgement(3, rmse=2.0)}, 2),
+        ({1: Judgement(3, rmse=1.0), 2: Judgement(4, rmse=2.0)}, None),
+        ({1: Judgement(1, rmse=1.0), 2: Judgement(2, rmse=1.0), 3: Judgement(2, rmse=1.0)}, None),
+    ],
+)
+def test_the_block_that_has_most_of_the_error(blocks, found):
+    pixels = sum(one.pixels for one in blocks.values())
+    squared = sum(one.pixels * one.rmse**2 for one in blocks.values() if one.pixels)
+    whole = Judgement(pixels, rmse=(squared / max(pixels, 1)) ** 0.5)
+    assert largest_share(whole, blocks) == (None if found is None else (found, pytest.approx(0.75)))
 
 
 def test_info_tells_what_is_known_of_the_truth(files, capsys):

@@ -28,6 +28,7 @@ from ilf.confidence.difficulty import _discs, own_test
 from ilf.confidence.model import wideness
 from ilf.confidence.walks import walk
 from ilf.errors import InputError, ParameterError
+from ilf.judgement import HiddenTest, judge_hidden
 from ilf.parameters import Parameters
 
 from .small_frames import QUICK, write_small_frame
@@ -262,3 +263,19 @@ def test_calibration_command(tmp_path, capsys, monkeypatch):
         (tmp_path / name / "meta.json").write_text(json.dumps(meta))
     assert main([*arguments[:7], "--others"]) == 1
     assert "of one sensor" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("shape", [(3000, 2), (2, 3000), (400, 1), (1, 400)])
+@pytest.mark.parametrize(
+    "parameters", [ilf.preset(), ilf.preset("paper"), ilf.preset("released-code", max_iterations=9)]
+)
+def test_frames_as_thin_as_a_line_come_out_without_a_warning(shape, parameters):
+    rng = np.random.default_rng(0)
+    depth = np.linspace(2, 3, shape[0] * shape[1]).reshape(shape)
+    depth[rng.random(shape) < 0.3] = np.nan
+    frame = ilf.RGBDFrame(rng.integers(0, 255, (*shape, 3), np.uint8), depth, truth=np.full(shape, 2.5))
+    run = ilf.Run.extracted(frame, parameters=parameters)
+    completion = run.complete()
+    assert np.isfinite(expected_error(frame, completion)[completion.filled]).all()
+    assert judge_hidden(run, HiddenTest("random", (0,))).whole.pixels
+    assert own_test(frame) is None

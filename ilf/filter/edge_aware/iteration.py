@@ -193,7 +193,7 @@ class EdgeAwareIteration(Iterator[EdgeAwareRecord]):
         """Said of an iteration whose last stage was not steady at its end."""
         if self._steady:
             return ""
-        return f"The last stage ended by its number of steps, at sigma_i = {1000 * self._sigma:.2g} mm."
+        return "Step limit reached in the last stage."
 
     @property
     def _steady(self) -> bool:
