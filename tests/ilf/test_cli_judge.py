@@ -173,7 +173,7 @@ def test_judge_sweeps_one_parameter_or_two(files, capsys):
         assert figures(text, name)[2].rstrip("*") == f"{1000 * point.whole.rmse:.2f}"
     grid = ["--sweep", "smoothness=1,3", "--sweep", "trend=on,off", "--hidden", "random", "--seeds", "1"]
     assert main(["judge", *files, *grid, *QUICK]) == 0
-    lines = capsys.readouterr().out.splitlines()[2:]
+    lines = capsys.readouterr().out.splitlines()[2:6]
     points = [f"smoothness {value} x, trend {switch}" for value in (1, 3) for switch in ("on", "off")]
     assert [line.split("  ")[0] for line in lines] == points
 
