@@ -76,7 +76,7 @@ def run(arguments: argparse.Namespace) -> None:
     elif len(inputs) == 1:
         _print_facts([_colour_fact(inputs[0], read_colour(inputs[0]))])
     elif len(inputs) == 2:
-        _print_two_files(*inputs, arguments)
+        _print_two_files(inputs[0], inputs[1], arguments)
     else:
         raise UsageError("Give a colour and a depth file, one folder, or a run.json.")
 
