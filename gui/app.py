@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -16,6 +17,7 @@ from ilf.cli.ending import ending_at_once
 from ilf.errors import IlfError, InputError
 from ilf.extras import optional
 from ilf.fault_log import note_crashes, note_fault
+from ilf.private import private_file, tighten
 
 if TYPE_CHECKING:
     from gui.main_window import MainWindow
@@ -69,6 +71,10 @@ def _main(arguments: Sequence[str] | None) -> int:
     note_crashes()
     QCoreApplication.setOrganizationName("ILF Studio")
     QCoreApplication.setApplicationName("ilf-studio")
+    if sys.platform.startswith("linux"):  # elsewhere the system keeps them
+        with suppress(OSError):
+            private_file(settings := Path(QSettings().fileName()))
+            tighten(settings)
     present = QApplication.instance()
     app = present if isinstance(present, QApplication) else QApplication(sys.argv[:1])
     theme.apply_theme(app, options.theme or str(QSettings().value("theme", "system")))

@@ -50,6 +50,10 @@ class ExportError(IlfError):
     """A result could not be written; files that were there before are as they were."""
 
 
+class InstallationError(IlfError):
+    """A package that the program needs has been replaced by another; the message says how to undo that."""
+
+
 class Cancelled(IlfError):
     """The user stopped the run."""
 

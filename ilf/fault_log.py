@@ -13,6 +13,7 @@ from typing import TextIO
 
 import platformdirs
 
+from .private import private_file, tighten
 from .version import __version__
 
 _LARGEST = 1_000_000
@@ -64,7 +65,8 @@ def _head() -> str:
 
 def _opened() -> TextIO:
     path = fault_log()
-    path.parent.mkdir(parents=True, exist_ok=True)
     if path.exists() and path.stat().st_size > _LARGEST:
         os.replace(path, path.with_name(f"{path.name}.1"))
+    private_file(path)
+    tighten(path)
     return open(path, "a", encoding="utf-8", errors="backslashreplace")

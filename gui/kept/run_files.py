@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 from collections.abc import Sequence
 
 from gui.kept.run_rows import RunRow
-from ilf.io.atomic import write_bytes
+from ilf.io.tables import write_csv
 from ilf.parameters import Parameters
 from ilf.preset_words import likeness
 
@@ -30,12 +28,8 @@ def write_runs(path: str | os.PathLike[str], rows: Sequence[RunRow]) -> None:
     ExportError
         If the file cannot be written; what was there before is as it was.
     """
-    text = io.StringIO()
     lines = [_line(row) for row in rows]
-    writer = csv.DictWriter(text, list(lines[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(lines)
-    write_bytes(path, text.getvalue().encode())
+    write_csv(path, [lines[0], *(line.values() for line in lines)])
 
 
 def _line(row: RunRow) -> dict[str, object]:

@@ -19,10 +19,12 @@ from gui.state.session import Session
 from gui.work.worker import Worker
 from ilf.errors import InputError
 from ilf.io.folders import made_folder
+from ilf.private import tighten
 from ilf.project import Parts, Project
 from ilf.project.archive import Archive
 from ilf.project.encoding import frame_part
 from ilf.project.file import OpenedProject, open_project, save_project
+from ilf.project.folder_files import projects_of_folders
 from ilf.project.thumbnail import thumbnail_part
 
 _TELL_EVERY_MS = 100
@@ -169,6 +171,8 @@ class Saving(QObject):
         """Called in the thread."""
         wish, project = taken.wish, taken.project
         made_folder(wish.path.parent)
+        if wish.path.is_relative_to(projects_of_folders()):  # which is no place that the user has chosen
+            tighten(projects_of_folders())
         archive = taken.archive
         with store.held():
             left = [] if wish.only is None else [frame.id for frame in project.frames if frame.id not in wish.only]

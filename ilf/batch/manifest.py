@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
-import io
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..io.atomic import write_bytes
+from ..io.tables import write_csv
 from .frame_record import FRAME_FILE, FrameOutcome, read_frame_record
 from .frames import BatchFrame
 
@@ -48,7 +46,7 @@ def write_manifest(folder: Path, order: Sequence[BatchFrame]) -> list[FrameOutco
     while (state := _state(folder)) != before:
         before = state
         outcomes = read_outcomes(folder, order)
-        write_bytes(folder / MANIFEST_FILE, _csv(outcomes))
+        write_csv(folder / MANIFEST_FILE, [MANIFEST_COLUMNS, *map(dataclasses.astuple, outcomes)])
     return outcomes
 
 
@@ -69,11 +67,3 @@ def _state(folder: Path) -> dict[str, int]:
         except OSError:  # gone since
             continue
     return state
-
-
-def _csv(outcomes: Sequence[FrameOutcome]) -> bytes:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(MANIFEST_COLUMNS)
-    writer.writerows(dataclasses.astuple(outcome) for outcome in outcomes)
-    return text.getvalue().encode(errors="backslashreplace")  # names of files may be no text

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
-import io
 import json
 import os
 from collections.abc import Iterable, Mapping
@@ -12,17 +10,14 @@ from typing import Any
 
 from .. import __version__
 from ..io.atomic import write_bytes
+from ..io.tables import write_csv
 from ..run.machine import library_versions
 from ..run.record import PROGRAM
 
 
 def write_table(path: str | os.PathLike[str], kind: type[Any], lines: Iterable[Any]) -> None:
     """Write instances of a dataclass as CSV, atomically, its fields as columns; raises ExportError if that fails."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(field.name for field in dataclasses.fields(kind))
-    writer.writerows(dataclasses.astuple(line) for line in lines)
-    write_bytes(path, text.getvalue().encode())
+    write_csv(path, [[field.name for field in dataclasses.fields(kind)], *map(dataclasses.astuple, lines)])
 
 
 def write_content(path: str | os.PathLike[str], content: Mapping[str, Any]) -> None:

@@ -7,7 +7,7 @@ depth (`model`, `fitted`) with `ilf.bench.calibration`.
 """
 
 from .expected import DEFAULT_MODEL, depth_error, expected_error, unvouched
-from .features import FEATURES, FLOOR, error_features, filled_pixels, usual_edges
+from .features import FEATURES, FLOOR, error_features, filled_pixels, usual_edges, usual_notes
 from .fitted import MODELS
 from .model import WITHIN, WITHIN_TWICE, Curve, ErrorModel
 
@@ -26,4 +26,5 @@ __all__ = [
     "filled_pixels",
     "unvouched",
     "usual_edges",
+    "usual_notes",
 ]

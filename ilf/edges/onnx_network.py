@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+from importlib.metadata import distributions
 from pathlib import Path
 from threading import Lock
 from typing import ClassVar, Self
@@ -12,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import FormatError, InputError
+from ..errors import FormatError, InputError, InstallationError
 from ..io.files import read_file
 from ..stopping import check_stopped, out_of_signals_way, taking
 from ..trial import in_child
@@ -70,6 +71,8 @@ class OnnxNetwork:
             If there is no such file.
         FormatError
             If it is no ONNX network, or not one of this kind.
+        InstallationError
+            As `read` does.
         """
         path = Path(path).resolve()
         if not os.path.isfile(path):
@@ -101,7 +104,10 @@ class OnnxNetwork:
         FormatError
             If it is no ONNX network, or not one of this kind, takes weights from other files, crashes the reader, or
             has crashed the program and would again.
+        InstallationError
+            If the reader is not that of OpenCV 5: then no file is to blame, and nothing stands in.
         """
+        _check_opencv()
         cls._check_content(content, path)
         sha256, kind = hashlib.sha256(content.data).hexdigest(), cls.__name__
         if not is_proven(sha256, kind):
@@ -193,6 +199,20 @@ class OnnxNetwork:
     def _try(self) -> None:
         """Raise FormatError for a network that is none of this kind, before it is used."""
         raise NotImplementedError
+
+
+def _check_opencv() -> None:
+    """Refuse another OpenCV than the one that the program is installed with: packages of OpenCV share one module."""
+    if cv2.__version__.startswith("5."):
+        return
+    names = {str(found.name) for found in distributions()}
+    others = sorted(name for name in names if name.startswith("opencv-") and name != "opencv-python-headless")
+    uninstall = f"pip uninstall {' '.join(others)} && " if others else ""
+    raise InstallationError(
+        f"OpenCV {cv2.__version__} has replaced OpenCV 5, which the networks for edges and correction need. Restore it: "
+        f'{uninstall}pip install --force-reinstall "opencv-python-headless>=5,<6". Or complete without networks: '
+        "--blocks-detector canny --edges canny --no-correction."
+    )
 
 
 def _unreadable(path: Path) -> FormatError:

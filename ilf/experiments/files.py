@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import math
 import os
@@ -16,6 +15,7 @@ from ..bench.result_files import write_content
 from ..errors import FormatError, InputError
 from ..io.atomic import write_bytes
 from ..io.files import read_json
+from ..io.tables import write_csv
 from .experiment import Drawing, Experiment, Result, Row
 
 PNG_DPI = 110
@@ -76,7 +76,8 @@ def write_result(result: Result, experiment: Experiment, folder: str | os.PathLi
     written = []
     for stem, rows in ((name, result.rows), *((f"{name}-{key}", table) for key, table in result.tables.items())):
         written.append(root / f"{stem}.csv")
-        write_bytes(written[-1], _csv(rows))
+        names = list(dict.fromkeys(name for row in rows for name in row))
+        write_csv(written[-1], [names, *([row.get(name) for name in names] for row in rows)])
     drawings = experiment.draw(result)
     for drawing in drawings:
         for suffix in ("png", "svg"):
@@ -170,15 +171,6 @@ def stored_results(folder: str | os.PathLike[str], names: Sequence[str]) -> list
     if not found:
         raise InputError(f"{root} has no results of experiments. Run them first: ilf experiments run all --out {root}.")
     return [read_result(path) for path in found]
-
-
-def _csv(rows: Sequence[Row]) -> bytes:
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    text = io.StringIO()
-    writer = csv.DictWriter(text, names, restval="", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue().encode()
 
 
 def _without_nan(value: Any) -> Any:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -13,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..camera import CameraIntrinsics
 from ..errors import InputError
+from ..io.tables import csv_text
 from .profile import ImagePoint
 from .surfaces import PlaneFit
 
@@ -153,17 +152,15 @@ def measurements_csv(chains: Iterable[tuple[Sequence[ImagePoint], Measured]]) ->
 
     What is missing is an empty cell.
     """
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
     names = ["x_m", "y_m", "z_m", "distance_m", "height_m", "angle_deg"]
-    writer.writerow(["measurement", "point", "x", "y", *names])
+    rows: list[list[object]] = [["measurement", "point", "x", "y", *names]]
     for number, (chain, measured) in enumerate(chains, 1):
         for n, (x, y) in enumerate(chain):
             since = [measured.distances[n - 1], measured.heights[n - 1]] if n else [math.nan, math.nan]
             values = [*measured.points[n], *since, measured.angles[n]]
             cells = ["" if math.isnan(value) else f"{value:.5f}" for value in values]
-            writer.writerow([number, n + 1, math.floor(x), math.floor(y), *cells])
-    return text.getvalue()
+            rows.append([number, n + 1, math.floor(x), math.floor(y), *cells])
+    return csv_text(rows)
 
 
 def _place_or_nan(depth: NDArray[np.floating], point: ImagePoint, intrinsics: CameraIntrinsics) -> NDArray[np.float64]:

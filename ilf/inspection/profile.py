@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -12,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..camera import CameraIntrinsics
 from ..errors import InputError
+from ..io.tables import csv_text
 
 ImagePoint = tuple[float, float]
 """Image coordinates x, y: the pixel in row r, column c covers x in [c, c + 1), y in [r, r + 1)."""
@@ -49,17 +48,15 @@ class DepthProfile:
 
     def to_csv(self) -> str:
         """A table with a line per sample; the cell of what is missing is empty."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
         metres = {} if self.metres is None else {"surface_m": self.metres}
         lengths = {"distance_px": self.pixels, **metres}
         depths = {"depth_m": self.depth, **self.others}
-        writer.writerow(["x", "y", *lengths, *depths])
+        rows: list[list[object]] = [["x", "y", *lengths, *depths]]
         for n, (x, y) in enumerate(zip(self.columns.tolist(), self.rows.tolist(), strict=True)):
             cells = [float(f"{values[n]:.6g}") for values in lengths.values()]
             cells += [float(f"{values[n]:.7g}") for values in depths.values()]
-            writer.writerow([x, y, *("" if np.isnan(cell) else cell for cell in cells)])
-        return text.getvalue()
+            rows.append([x, y, *("" if np.isnan(cell) else cell for cell in cells)])
+        return csv_text(rows)
 
 
 def depth_profile(

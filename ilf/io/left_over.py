@@ -30,8 +30,13 @@ def is_dead(match: re.Match[str]) -> bool:
     return match["host"] == _host() and not _runs(int(match["process"]))
 
 
+def is_own(status: os.stat_result) -> bool:
+    """Whether a file or folder belongs to the user of this process; where files have no owners, all do."""
+    return not hasattr(os, "geteuid") or status.st_uid == os.geteuid()
+
+
 def clear_left_files(temporary: Path) -> None:
-    """Take away what writers of single files have left in the folder of one that has just been made.
+    """Take away what this user's writers of single files have left in the folder of one that has just been made.
 
     That is files whose writer is dead for sure, and those that have lain untouched for a day, by the time of the
     folder's own disk, which may be another computer's. A process looks once into each folder.
@@ -46,7 +51,9 @@ def clear_left_files(temporary: Path) -> None:
             match = _FILE.fullmatch(entry.name)
             if match is not None and entry.is_file(follow_symlinks=False):
                 with suppress(OSError):  # another program has been quicker
-                    if (match["host"] and is_dead(match)) or now - entry.stat().st_mtime > _DAY_S:
+                    status = entry.stat()
+                    dead = (match["host"] and is_dead(match)) or now - status.st_mtime > _DAY_S
+                    if dead and is_own(status):
                         os.unlink(entry)
 
 

@@ -19,17 +19,18 @@ import numpy as np
 
 from ..errors import ExportError, InputError
 from ..io.atomic import way_out
+from ..private import private_file, tighten
 from ..version import __version__
 from .pieces import Change, Pieces
 
 SCHEMA = 1
 _APPLICATION = 0x494C464A  # "ILFJ"
 _WAIT_S = 2.0
-# pages are small as strokes are; a log of 4 MB is brought into the file; deleted pages need not be written over
+# pages are small as strokes are; a log of 4 MB is brought into the file; what is taken out is written over
 _SETTINGS = """
     PRAGMA page_size = 1024;
     PRAGMA locking_mode = EXCLUSIVE;
-    PRAGMA secure_delete = OFF;
+    PRAGMA secure_delete = ON;
     PRAGMA wal_autocheckpoint = 4000;
     PRAGMA journal_size_limit = 8000000;
     PRAGMA synchronous = FULL;
@@ -112,7 +113,7 @@ class Journal:
     Parameters
     ----------
     path : path-like
-        Made with its folders if it is not there.
+        Made with its folders if it is not there. No other user may read it.
 
     Raises
     ------
@@ -142,11 +143,13 @@ class Journal:
         # who looks at a new file for a moment is waited for; who works on one is not
         wait = 0.0 if there else _WAIT_S
         with self._telling(reading=there):
-            self.path.parent.mkdir(parents=True, exist_ok=True)
+            private_file(self.path)
             self._database = sqlite3.connect(self.path, timeout=wait, isolation_level=None, check_same_thread=False)
         try:
             with self._telling(reading=True):
                 self._open()
+            for path in (self.path, self._log):
+                tighten(path)  # those of earlier versions
             self._file = _identity(self.path)
         except BaseException:
             self._database.close()
@@ -275,8 +278,13 @@ class Journal:
         there = self.is_there
         self.close()
         if there:
-            for suffix in ("-wal", ""):
-                self.path.with_name(self.path.name + suffix).unlink(missing_ok=True)
+            for path in (self._log, self.path):
+                path.unlink(missing_ok=True)
+
+    @property
+    def _log(self) -> Path:
+        """SQLite's write-ahead log beside the file, which is made with the file's permissions."""
+        return self.path.with_name(f"{self.path.name}-wal")
 
     @contextmanager
     def _telling(self, reading: bool) -> Iterator[None]:

@@ -13,6 +13,7 @@ from pathlib import Path
 import platformdirs
 
 from ..errors import IlfError, InputError
+from ..private import tighten
 from .encoding import frame_part
 from .journal import Journal, JournalInUse, JournalNote
 from .parts import Parts
@@ -90,8 +91,10 @@ class LeftWork:
 def left_work(folder: Path) -> list[LeftWork]:
     """What windows that are no longer there have left in a folder, the newest first.
 
-    Journals that are in use are left alone. Those that hold nothing that is not saved are taken away.
+    Journals that are in use are left alone. Those that hold nothing that is not saved are taken away. From now on no
+    other user may look into the folder.
     """
+    tighten(folder)
     found = [_left(path) for path in folder.glob(f"*{SUFFIX}")]
     there = [left for left in found if left is not None]
     return sorted(there, key=lambda left: left.note.changed.timestamp() if left.note else 0.0, reverse=True)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 from collections.abc import Mapping, Sequence
@@ -11,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from ..filter.convergence import IterationRecord
 from ..filter.edge_aware.record import EdgeAwareRecord
 from ..filter.pass_band.record import PassBandRecord
-from ..io.atomic import write_bytes
+from ..io.tables import write_csv
 
 CURVE_COLUMNS = (
     "label", "i", "stage", "r_y", "r_x", "sigma_i_m", "l1_m", "residual_m", "held_out_m", "weighted",
@@ -37,12 +35,8 @@ def write_curves(path: str | os.PathLike[str], history: Mapping[int, Sequence[It
     ExportError
         If the file cannot be written.
     """
-    text = io.StringIO()
-    writer = csv.DictWriter(text, CURVE_COLUMNS, restval="", lineterminator="\n")
-    writer.writeheader()
-    for label in sorted(history):
-        writer.writerows({"label": label, **_cells(record)} for record in history[label])
-    write_bytes(path, text.getvalue().encode())
+    lines = ({"label": label, **_cells(record)} for label in sorted(history) for record in history[label])
+    write_csv(path, [CURVE_COLUMNS, *([line.get(name) for name in CURVE_COLUMNS] for line in lines)])
 
 
 def _cells(record: IterationRecord) -> dict[str, object]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..correction import load_correction_network
 from ..edges.depth_network import DepthEdgeNetwork
 from ..edges.network import load_model
-from ..errors import IlfError
+from ..errors import InputError
 from ..models import CORRECTION, DEPTH_EDGES, model_path
 
 Asked = tuple[str, ...]
@@ -39,10 +39,16 @@ def used_network(sha256: str | None, asked: Asked) -> dict[str, str]:
 
 
 def present_sha256(name: str) -> str | None:
-    """SHA-256 of the network of a name as it is now; None if there is none that works."""
+    """SHA-256 of the network of a name as it is now; None if there is none that works.
+
+    Raises
+    ------
+    InstallationError
+        If no network can be read here.
+    """
     try:
         if name == CORRECTION:
             return load_correction_network().sha256
         return (DepthEdgeNetwork.load(model_path(name)) if name == DEPTH_EDGES else load_model(name)).sha256
-    except IlfError:
+    except InputError:
         return None

@@ -2,7 +2,8 @@
 
 The files are made in a temporary folder inside the target and then moved into their places one after the other, the
 last one last: it is the set's seal. Files that they replace wait in the temporary folder, and go back if a move fails.
-A process that dies half way leaves that folder behind; who writes next into the target puts the old files back first.
+A process that dies half way leaves that folder behind; who writes next into the target puts the old files back first,
+if the folder is the same user's, and only files of the set.
 """
 
 from __future__ import annotations
@@ -10,12 +11,13 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import stat
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ..errors import ExportError
-from ..io.left_over import MADE_BY, is_dead, made_by
+from ..io.left_over import MADE_BY, is_dead, is_own, made_by
 from ..sections import is_plain
 from ..unfinished import moving, remove_empty, unfinished
 
@@ -88,19 +90,22 @@ def move_in(folder: Path, target: Path, names: Sequence[str]) -> None:
 
 
 def interrupted(target: Path) -> list[Path]:
-    """Temporary folders that processes which are no more have left in a folder."""
-    return [path for path in sorted(target.glob(f"{_PREFIX}*")) if path.is_dir() and _is_left(path)]
+    """Temporary folders that this user's processes which are no more have left in a folder."""
+    return [path for path in sorted(target.glob(f"{_PREFIX}*")) if _is_left(path) and _is_sound(path)]
 
 
 def clear_interrupted(target: Path) -> None:
     """Undo what dead processes have begun in a folder: the files that they had replaced come back.
 
-    Unless the seal is there: then they had moved all files, or another set has been written since.
+    Unless the seal is there: then they had moved all files, or another set has been written since. Files that the list
+    of names does not name stay where they are.
     """
     for folder in interrupted(target):
-        if not _is_sealed(folder, target):
+        is_sealed = _is_sealed(folder, target)
+        if not is_sealed:
             _take_back(folder, target)
-        _discard(folder)
+        if is_sealed or not any((folder / _BEFORE).glob("*")):
+            _discard(folder)
 
 
 def _take_back(folder: Path, target: Path) -> None:
@@ -110,7 +115,7 @@ def _take_back(folder: Path, target: Path) -> None:
     for name in names:
         if (target / name).exists() and not (folder / name).exists():
             os.replace(target / name, folder / name)
-    for path in sorted(_old_files(folder), key=lambda path: path.name in names[-1:]):
+    for path in _old_files(folder):
         os.replace(path, target / path.name)
 
 
@@ -130,8 +135,9 @@ def _names(folder: Path) -> list[str]:
 
 
 def _old_files(folder: Path) -> list[Path]:
-    """The replaced files that still wait in a temporary folder."""
-    return sorted((folder / _BEFORE).glob("*"))
+    """The replaced files of the set that still wait in a temporary folder, the seal last."""
+    before = folder / _BEFORE
+    return [before / name for name in _names(folder) if os.path.lexists(before / name)]
 
 
 def _is_sealed(folder: Path, target: Path) -> bool:
@@ -143,6 +149,16 @@ def _is_left(folder: Path) -> bool:
     """Whether the process that made a temporary folder has died."""
     match = _LEFT.fullmatch(folder.name)
     return match is not None and is_dead(match)
+
+
+def _is_sound(folder: Path) -> bool:
+    """Whether a temporary folder and that of the replaced files are this user's own, and no links to others."""
+    for path in (folder, folder / _BEFORE):
+        with suppress(FileNotFoundError):
+            status = path.lstat()
+            if not (stat.S_ISDIR(status.st_mode) and is_own(status)):
+                return False
+    return True
 
 
 @contextmanager

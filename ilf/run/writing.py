@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..confidence import expected_error, unvouched
+from ..confidence import expected_error, unvouched, usual_notes
 from ..errors import ExportError, IlfError
 from ..frame import FrameInputs, RGBDFrame
 from ..io import META_NAME, coarser_units, write_depth, write_expected_error, write_labels, write_mask
@@ -233,6 +233,7 @@ def _write_results(
     error = doubtful = None
     if options.expected_error and (options.depth_formats or options.cloud or options.mesh):
         error, doubtful = expected_error(run.frame, completion), unvouched(run.frame, completion)
+        remarks += [note for note in usual_notes(run.frame) if note not in completion.notes]
         for depth_format in options.depth_formats:
             name = ERROR_FILES[depth_format]
             found = write_expected_error(folder / name, error, options.depth_units)

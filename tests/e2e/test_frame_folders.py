@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import stat
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -17,6 +19,7 @@ from gui.state.entries import Entry
 from ilf.ebs.edit import patch_between
 from ilf.frame import RGBDFrame
 from ilf.project import Stage
+from ilf.project.folder_files import projects_of_folders
 
 from .conftest import WAIT_MS, write_frame
 
@@ -201,6 +204,7 @@ def test_work_on_a_folder_is_there_again_the_next_time(
     with qtbot.waitSignal(window.project.saving.saved, timeout=WAIT_MS):
         window.actions_["save_project"].trigger()
     assert not window.project.present.unsaved
+    assert os.name != "posix" or stat.S_IMODE(projects_of_folders().stat().st_mode) == 0o700, "it is the user's own"
     assert window.close()
 
     write_frame(folder / "frame-9", small_frame)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 import subprocess
 import sys
 from collections.abc import Callable
@@ -11,7 +12,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import QSettings, QTimer
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -100,6 +101,17 @@ def test_a_run_that_guesses_the_rest_has_its_picture_after_that(
 def test_a_picture_without_a_run(start: Start, frame_folder: Path, picture: Path) -> None:
     assert start(frame_folder) == (0, "")
     assert picture.exists()
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="elsewhere the system keeps the settings")
+def test_no_other_user_may_read_the_settings(start: Start, frame_folder: Path) -> None:
+    settings = Path(QSettings().fileName())
+    settings.parent.mkdir(parents=True, exist_ok=True)
+    settings.touch(0o644)
+    assert start(frame_folder) == (0, "")
+    QSettings().setValue("recent/frames", "[]")
+    QSettings().sync()
+    assert stat.S_IMODE(Path(QSettings().fileName()).stat().st_mode) == 0o600
 
 
 def test_a_frame_that_is_not_there(start: Start, tmp_path: Path, picture: Path) -> None:

@@ -314,7 +314,8 @@ def test_errors_of_different_tests_are_not_compared(session: Session) -> None:
 
 def test_the_list_as_a_table(session: Session, workspace: Workspace, tmp_path: Path) -> None:
     for number, parameters in ((1, preset()), (2, preset("paper", max_iterations=3))):
-        workspace.keep_run(session, kept_run(session, number, parameters, note='a, "b"', truth_error=0.0123))
+        note = 'a, "b"' if number == 1 else "=1+1"
+        workspace.keep_run(session, kept_run(session, number, parameters, note=note, truth_error=0.0123))
     path = tmp_path / "runs.csv"
     write_runs(path, run_rows(session))
     with path.open(newline="") as file:
@@ -325,6 +326,7 @@ def test_the_list_as_a_table(session: Session, workspace: Workspace, tmp_path: P
         "12.300",
         "",
     )
+    assert second["note"] == "'=1+1", "no formula"
     assert (second["preset"], second["values"], second["max_iterations"]) == (
         "paper",
         "paper, iterations at most 3",

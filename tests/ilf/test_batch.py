@@ -48,6 +48,7 @@ from ilf.judgement import HiddenTest
 from ilf.run import ExportOptions, Recipe, read_record
 
 from .batch_frames import Deadly, contents, work_in_this_process, write_frames
+from .small_frames import write_small_frame
 
 QUICK = Recipe(ilf.preset(max_iterations=5, correction=False), ilf.BlockParameters(detector="canny", min_size=20))
 SETTINGS = BatchSettings(QUICK, ExportOptions(cloud=None))
@@ -118,6 +119,16 @@ def test_frames_whose_names_are_no_text(source, tmp_path, in_this_process):
         assert len(in_this_process) == count
         in_this_process.clear()
     assert [row["frame"] for row in manifest(tmp_path / "out")] == [r"rgb/\udce9"]
+
+
+def test_names_that_are_formulae_are_texts_in_the_manifest(tmp_path, in_this_process):
+    for name in ("=1+1", "@SUM(A1)"):
+        write_small_frame(tmp_path / "in" / name)
+    for names in (["=1+1/rgb", "@SUM(A1)/rgb"], []):
+        assert main(["batch", str(tmp_path / "in"), "--out", str(tmp_path / "out"), *FLAGS]) == 0
+        assert in_this_process == names, "the second time all are there"
+        in_this_process.clear()
+    assert [row["frame"] for row in manifest(tmp_path / "out")] == ["'=1+1/rgb", "'@SUM(A1)/rgb"]
 
 
 def test_finished_frames_are_not_done_again(source, tmp_path, in_this_process, capsys):
@@ -248,13 +259,13 @@ def test_a_manifest_has_what_comes_while_it_is_written(source, tmp_path, monkeyp
     out = tmp_path / "out"
     batch = open_batch(frames_in(source), out, SETTINGS)
     complete_frame(batch.task, batch.to_do[0])
-    real = ilf.batch.manifest.write_bytes
+    real = ilf.batch.manifest.write_csv
 
-    def slow(path: Path, content: bytes) -> None:
-        real(path, content)
+    def slow(path: Path, rows: list) -> None:
+        real(path, rows)
         complete_frame(batch.task, batch.to_do[1])  # by somebody else, who has written a manifest before
 
-    monkeypatch.setattr(ilf.batch.manifest, "write_bytes", slow)
+    monkeypatch.setattr(ilf.batch.manifest, "write_csv", slow)
     assert len(write_manifest(out, batch.frames)) == 2
     assert len(manifest(out)) == 2
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import stat
 import subprocess
 import sys
 import time
@@ -209,6 +210,15 @@ def test_a_log_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.setenv("ILF_LOG", str(tmp_path / "file" / "faults.log"))
     assert "could not be written" in note_fault(ZeroDivisionError())
     assert "Memory" in note_fault(MemoryError())
+
+
+@pytest.mark.skipif(os.name != "posix", reason="asks for permissions")
+@pytest.mark.parametrize("is_there", [False, True])
+def test_no_other_user_may_read_the_log(is_there: bool) -> None:
+    if is_there:
+        fault_log().touch(0o644)
+    note_fault(KeyError("new"))
+    assert stat.S_IMODE(fault_log().stat().st_mode) == 0o600
 
 
 def test_a_large_log_begins_anew(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import os
 import random
 import shutil
 import sqlite3
+import stat
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from hypothesis import strategies as st
 
 from ilf.errors import ExportError, InputError
 from ilf.project.journal import SCHEMA, Journal, JournalInUse, JournalNote
+from ilf.project.journals import left_work
 from ilf.project.packing import labels_from_bytes, labels_to_bytes
 
 _NAMES = st.sampled_from([f"arrays/{number}.png" for number in range(6)])
@@ -122,6 +124,41 @@ def test_a_damaged_file_gives_what_can_be_read_and_nothing_that_is_wrong(journal
     assert read_all > 40 * 40 * 0.75
 
 
+def _mode(path: Path) -> int:
+    return stat.S_IMODE(path.stat().st_mode)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="asks for permissions")
+def test_no_other_user_may_read_it(journal: Journal, path: Path) -> None:
+    journal.commit({"frames/1.json": b"{}"})
+    log = path.with_name(f"{path.name}-wal")
+    assert [_mode(made) for made in (path.parent, path, log)] == [0o700, 0o600, 0o600]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="asks for permissions")
+def test_one_of_an_earlier_version_is_tightened(journal: Journal, path: Path, tmp_path: Path) -> None:
+    journal.commit({"frames/1.json": b"{}"})
+    folder = tmp_path / "earlier"
+    folder.mkdir()
+    for name in (path.name, f"{path.name}-wal"):  # as a window leaves them that comes to a sudden end
+        shutil.copy(path.with_name(name), folder)
+        (folder / name).chmod(0o644)
+    folder.chmod(0o755)
+    with contextlib.closing(Journal(folder / path.name)):
+        assert [_mode(made) for made in folder.iterdir()] == [0o600, 0o600]
+    (left,) = left_work(folder)
+    left.release()
+    assert _mode(folder) == 0o700
+
+
+def test_what_is_taken_out_is_gone_from_the_file(journal: Journal, path: Path) -> None:
+    secret = random.Random(0).randbytes(200)
+    journal.commit({"arrays/1.png": secret * 50, "arrays/2.png": b"2" * 5000})
+    journal.commit({}, drop=["arrays/1.png"])
+    journal.close()
+    assert secret not in path.read_bytes()
+
+
 def test_names_that_are_none_are_passed_over(journal: Journal) -> None:
     journal.commit({"frames/1.json": b"{}"})
     journal._database.execute("INSERT INTO parts VALUES (NULL, 0, ''), (X'ff', 0, '')")
@@ -141,9 +178,10 @@ def test_what_is_no_journal_is_said_and_left_as_it_is(path: Path) -> None:
     path.parent.mkdir()
     for content in (b"no journal at all" * 100, _of_another_program(path), _of_a_newer_program(path)):
         path.write_bytes(content)
+        mode = path.stat().st_mode
         with pytest.raises(InputError, match=r"no journal|newer version"):
             Journal(path)
-        assert path.read_bytes() == content
+        assert (path.read_bytes(), path.stat().st_mode) == (content, mode)
     path.unlink()
     path.mkdir()
     with pytest.raises(InputError, match="Could not read"):

@@ -55,6 +55,14 @@ def test_what_others_may_still_be_writing_stays_for_a_day(tmp_path: Path) -> Non
         assert hidden(folder) == (set(names.values()) if age < 1 else set())
 
 
+def test_temporary_files_of_other_users_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    left = tmp_path / f".ilf-{made_by()}".replace(f"-{os.getpid()}-", f"-{10**30}-")
+    left.touch()
+    monkeypatch.setattr(os, "geteuid", lambda: left.stat().st_uid + 1, raising=False)
+    write_bytes(tmp_path / "notes.txt", b"whole")
+    assert hidden(tmp_path) == {left.name}
+
+
 def test_a_number_that_no_process_can_have_is_of_a_dead_one(tmp_path: Path) -> None:
     name = f".ilf-{made_by()}".replace(f"-{os.getpid()}-", f"-{10**30}-")
     (tmp_path / name).touch()

@@ -255,6 +255,11 @@ def test_versions_are_those_of_the_distribution_that_is_there(monkeypatch):
     versions = library_versions()
     assert versions.pop("python") == platform.python_version()
     assert versions == {"numpy": "2.1", "scipy": None, "opencv": "4.9", "scikit-image": None, "numba": None}
+    # of two that put the same module into the same place, the later one is there
+    found |= {"opencv-python-headless": "5.0.0.93", "opencv-python": "4.14.0.94"}
+    for imported, version_there in (("4.14.0", "4.14.0.94"), ("5.0.0", "5.0.0.93")):
+        monkeypatch.setattr("cv2.__version__", imported)
+        assert library_versions()["opencv"] == version_there
 
 
 @pytest.mark.parametrize(

@@ -146,6 +146,55 @@ def test_a_damaged_list_of_names_moves_no_other_file(tmp_path, names):
     assert interrupted(target) == []
 
 
+def left_behind(target):
+    """A temporary folder as a process leaves it that dies when the old seal and the old a have been put aside."""
+    folder = target / f".ilf-export-{made_by()}".replace(f"-{os.getpid()}-", "-999999999-")
+    (folder / "before").mkdir(parents=True)
+    (folder / ".names").write_text("\n".join(NAMES))
+    for name in ("a", "seal"):
+        (folder / "before" / name).write_text("old " + name)
+    return folder
+
+
+def names_in(folder):
+    return {path.name for path in folder.iterdir() if not path.name.startswith(".")}
+
+
+def test_only_files_of_the_set_come_back(tmp_path):
+    folder = left_behind(tmp_path)
+    (folder / "before" / "other").write_text("of no set")
+    clear_interrupted(tmp_path)
+    assert names_in(tmp_path) == {"a", "seal"}
+    assert contents(folder / "before") == {"other": b"of no set"}, "and nothing is lost"
+
+
+@pytest.mark.parametrize("link", ["", "before"])
+def test_links_of_a_left_folder_are_not_followed(tmp_path, link):
+    """Who may write into a shared folder could have files of other folders moved into it."""
+    target = tmp_path / "shared"
+    linked = left_behind(target) / link
+    private = linked.rename(tmp_path / "private")
+    linked.symlink_to(private)
+    before = sorted(private.rglob("*"))
+    clear_interrupted(target)
+    assert names_in(target) == set()
+    write_set(target, "new ")
+    assert names_in(target) == set(NAMES)
+    assert sorted(private.rglob("*")) == before
+    assert linked.is_symlink()
+    assert interrupted(target) == []
+
+
+def test_folders_of_other_users_are_left_alone(tmp_path, monkeypatch):
+    folder = left_behind(tmp_path)
+    assert interrupted(tmp_path) == [folder]
+    monkeypatch.setattr(os, "geteuid", lambda: folder.stat().st_uid + 1, raising=False)
+    assert interrupted(tmp_path) == []
+    clear_interrupted(tmp_path)
+    assert contents(folder / "before") == {"a": b"old a", "seal": b"old seal"}
+    assert names_in(tmp_path) == set()
+
+
 @pytest.mark.skipif(os.name != "posix", reason="kills a process by a signal")
 def test_the_next_set_clears_up_before_it_is_written(tmp_path):
     write_set(tmp_path, "old ")

@@ -19,11 +19,12 @@ from ilf.edges.frame_edges import lines_of, relief_of
 from ilf.edges.network import EdgeNetwork
 from ilf.edges.relief import find_relief
 from ilf.edges.strength import DETECTORS
-from ilf.errors import FormatError, InputError
+from ilf.errors import FormatError, InputError, InstallationError
 from ilf.filter.stepper import edges_for
 from ilf.frame import RGBDFrame
 from ilf.outcomes import compose
 from ilf.parameters import BlockParameters
+from ilf.run import ExportOptions
 
 
 def _frame() -> RGBDFrame:
@@ -166,6 +167,43 @@ def test_without_the_network_canny_is_taken_and_that_is_said(
     assert np.array_equal(canny.depth, result.depth)
     assert canny.notes == ()
     assert canny.outcomes == result.outcomes
+
+
+@pytest.fixture
+def replaced_opencv(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As after pip install "opencv-python<5"."""
+    monkeypatch.setattr("cv2.__version__", "4.12.0")
+    monkeypatch.setattr("ilf.edges.onnx_network._networks", {})
+    names = ("opencv-python-headless", "opencv-python", "numpy")
+    monkeypatch.setattr("ilf.edges.onnx_network.distributions", lambda: map(_Distribution, names))
+
+
+class _Distribution:
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+
+def test_nothing_stands_in_for_networks_that_another_opencv_cannot_read(replaced_opencv: None) -> None:
+    frame, labels = _holed()
+    cure = 'pip uninstall opencv-python && pip install --force-reinstall "opencv-python-headless>=5,<6"'
+    for parameters in (ilf.preset(), ilf.preset(correction=False), ilf.preset(edges="canny")):
+        with pytest.raises(InstallationError, match="OpenCV 4.12.0 has replaced OpenCV 5") as caught:
+            ilf.complete(frame, labels, parameters)
+        assert cure in str(caught.value)
+    with pytest.raises(InstallationError):
+        extract(frame)
+
+
+def test_a_run_that_asks_for_no_network_needs_none(replaced_opencv: None, tmp_path: Path) -> None:
+    frame, labels = _holed()
+    found = extract(frame, CANNY)
+    for parameters in (ilf.preset(edges="canny", correction=False), ilf.preset("paper")):
+        run = ilf.Run(frame, labels, parameters)
+        completion = run.complete()
+        assert found.notes == completion.notes == ()
+        written = ilf.write(tmp_path / parameters.filter, run, completion, ExportOptions(cloud=None))
+        note = written.remarks[0]
+        assert note.startswith("Canny's edges stand in where errors are expected: OpenCV 4.12.0 has replaced")
 
 
 def test_a_note_on_many_blocks_is_said_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

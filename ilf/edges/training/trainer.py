@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import time
 from abc import ABC, abstractmethod
@@ -17,6 +16,8 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
+
+from ...io.tables import csv_text
 
 Arrays = tuple[NDArray[np.float32], ...]
 
@@ -178,12 +179,9 @@ class Trainer:
             **{name: f"{value:.4f}" for name, value in held_out.items()},
         }
         path = self.out / "log.csv"
-        new = not path.exists()
+        head = [] if path.exists() else [values.keys()]
         with path.open("a", newline="") as file:
-            writer = csv.writer(file)
-            if new:
-                writer.writerow(values)
-            writer.writerow(values.values())
+            file.write(csv_text([*head, values.values()]))
         self.save()
         with replacing(self.out / self.lesson.file_name) as unfinished:
             self.lesson.export(self.average, unfinished)
