@@ -71,6 +71,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     # a truth by the dialog: what does not fit is said, what fits is taken
     actions["load_truth"].trigger()
     dialog = window.findChild(TruthDialog)
+    assert dialog.focusWidget() is dialog.file_button
     dialog.units.setEditText("many")
     dialog.path.setText(str(truth_file))
     dialog.read()

@@ -195,7 +195,7 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
     assert "<b>Paint &lt;Block&gt; 2</b>" in line.label.text()
     assert "60 px moved" in line.label.text()
     until(lambda: "on hidden depth 40.0 → " in line.label.text())
-    assert "expected error 20.0 → " in line.label.text()
+    assert "expected error, RMS 20.0 → " in line.label.text()
     before, after, (earlier, later) = asked[0]
     np.testing.assert_array_equal(before.blocks, former)
     np.testing.assert_array_equal(after.blocks, bench.session.labels)

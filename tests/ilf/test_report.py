@@ -154,6 +154,13 @@ def test_the_page_of_a_frame_is_whole_and_its_numbers_are_those_of_the_judgement
         assert row[5:7] == [outcome.status, str(outcome.iterations)]
         assert row[7] == millimetres(outcome.sigma_i)
         assert row[9] == millimetres(by_block[outcome.label].rmse)
+    # expected errors, each by its name
+    figures = error_summary(expected, subject.completion)
+    facts = dict(row for table in page.tables for row in table if len(row) == 2)
+    assert facts["Expected error, RMS"] == f"{millimetres(figures.rms)} mm"
+    assert facts["Expected error, median"] == f"{millimetres(figures.median)} mm"
+    heads = [cell for table in page.tables for cell in table[0] if "expected error" in cell.lower() and "mm" in cell]
+    assert set(heads) == {"Expected error, RMS [mm]"}
     # parameters, curves, kept runs, files
     assert page.table("parameter", "name", "value") == [["Iterations, at most", "max_iterations", "25"]]
     assert page.table("no.", "block", "values of its own")[0][2] == "smoothness 3 x"
