@@ -19,7 +19,6 @@ _EQUAL = 0.05
 _MARGIN = 8
 
 
-
 class _Words(NamedTuple):
     moved: str
     filled: str
@@ -103,8 +102,9 @@ class EffectLine(QWidget):
             if effect.filled is not None and effect.filled[0] != effect.filled[1]:
                 before, after = effect.filled
                 parts.append(names.filled.format(self._tinted(grouped(before), f"{grouped(after)} px", after > before)))
-            errors = (effect.by_truth, names.by_truth), (effect.expected, names.expected), (effect.held_out, names.held_out)
-            parts += [name.format(self._change(*error)) for error, name in errors if error is not None]
+            for name in ("by_truth", "expected", "held_out"):
+                if (error := getattr(effect, name)) is not None:
+                    parts.append(getattr(names, name).format(self._change(*error)))
         if note:
             parts.append(html.escape(note))
         return " &nbsp;·&nbsp; ".join(parts)

@@ -274,6 +274,25 @@ def test_better_is_green_and_worse_is_red(line: EffectLine) -> None:
     assert "50.0 → " in line.label.text()
 
 
+def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(
+    bench: Bench, solver: LiveSolver, line: EffectLine, until: Until, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def find(before: Run, after: Run, *_: object) -> Effect:
+        return Effect(60, by_truth=None if after.frame.truth is None else (0.1, 0.06))
+
+    monkeypatch.setattr("gui.effect.presenter.edit_effect", find)
+    _run(bench, until)
+    bench.workspace.edit_labels(_patch(bench, 2), "Paint")
+    until(lambda: "too little known depth near it" in line.label.text())
+    bench.workspace.set_truth(np.full(bench.session.frame.shape, 2.0, np.float32))
+    until(lambda: "RMSE against the truth 100 → " in line.label.text())
+    assert "too little known depth" not in line.label.text()
+    line.say("Edit", Effect(3, None, (0.05, 0.04), (0.2, 0.3), 50, (0.1, 0.06)))
+    words = line.label.text()
+    assert "RMSE against the truth 100 → " in words
+    assert words.index("truth") < words.index("expected error") < words.index("hidden depth")
+
+
 def test_looking_at_the_state_before_is_said(line: EffectLine) -> None:
     line.say("Edit", Effect(3))
     line.mark_look(True)
