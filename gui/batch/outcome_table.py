@@ -25,7 +25,7 @@ _HEADERS = (
     ("Message", "Why it failed, or what there is to know of the result"),
 )
 _FRAME, _STATUS, _MISSING, _ERROR, _SECONDS, _MESSAGE = range(len(_HEADERS))
-_WIDTHS = (170, 84, 110, 210, 70)
+_WIDTHS = (150, 84, 110, 196, 70)
 
 
 class OutcomeModel(RowModel[FrameOutcome]):

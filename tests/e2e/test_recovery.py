@@ -208,9 +208,14 @@ def test_a_journal_that_cannot_be_taken_away_does_not_keep_the_window_open(
     assert any(f"-{os.getpid()}-" in path.name for path in left.glob("*.journal"))
 
 
-@pytest.mark.parametrize("file_is_there", [True, False])
+@pytest.mark.parametrize(("file_is_there", "sets_more"), [(True, False), (True, True), (False, False)])
 def test_frames_that_were_saved_since_are_not_called_changed(
-    qtbot: QtBot, tmp_path: Path, small_frame: RGBDFrame, monkeypatch: pytest.MonkeyPatch, file_is_there: bool
+    qtbot: QtBot,
+    tmp_path: Path,
+    small_frame: RGBDFrame,
+    monkeypatch: pytest.MonkeyPatch,
+    file_is_there: bool,
+    sets_more: bool,
 ) -> None:
     former, path, folder = MainWindow(), tmp_path / "house.ilf", tmp_path / "left"
     former.documents.discard_silently = True
@@ -223,6 +228,8 @@ def test_frames_that_were_saved_since_are_not_called_changed(
     former.project.saving.save(Wish(path, then=done.append))
     qtbot.waitUntil(lambda: bool(done), timeout=WAIT_MS)
     former.workspace.edit_info(1, "Rename", name="roof")
+    if sets_more:
+        former.workspace.set_keeps_handmade(not former.workspace.keeps_handmade)
     stored: list[object] = []
     former.recorder.settle(stored.append)
     qtbot.waitUntil(lambda: bool(stored) and former.store.is_written, timeout=WAIT_MS)
@@ -245,4 +252,5 @@ def test_frames_that_were_saved_since_are_not_called_changed(
     assert window.workspace.session.info(1).name == "roof"
     unsaved = [entry.unsaved for entry in window.workspace.entries]
     assert unsaved == ([False, False, True] if file_is_there else [True, True, True])
+    assert window.project.project_words() == ("parameters of the extraction" if sets_more else "")
     window.close()
