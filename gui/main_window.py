@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QPixmap, QShowEvent
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragLeaveEvent, QDropEvent, QPixmap, QShowEvent
 from PySide6.QtWidgets import QMainWindow, QTabWidget
 
 from gui.accuracy.part import AccuracyPart
@@ -38,6 +37,7 @@ from gui.filtering.presenter import FilterPresenter
 from gui.filtering.sharing import SharingPresenter
 from gui.frame_list.frames_panel import FramesPanel
 from gui.frame_list.part import FramesPart
+from gui.frames.drops import FileDrops
 from gui.frames.loader import FrameLoader
 from gui.frames.replays import ReplayPresenter
 from gui.guide.part import GuidePart
@@ -112,7 +112,6 @@ class MainWindow(QMainWindow):
 
     def __init__(self, remembers: bool = True) -> None:
         super().__init__()
-        self.setAcceptDrops(True)
         self._make_state(remembers)
         self.panels = Docks(self, self.actions_["fold_panels"], remembers)
         self._make_widgets()
@@ -162,6 +161,7 @@ class MainWindow(QMainWindow):
         self.tool_bar = ToolBar(actions, self)
         self.view_bar = ViewBar(self.views, entries(actions, "contours_only block_names show_missing | fit"))
         self.experiments = ExperimentsMenu(self)
+        self.drops = FileDrops(self)
 
     def _make_presenters(self) -> None:
         workspace, runs, loader, actions = self.workspace, self.runs, self.loader, self.actions_
@@ -454,16 +454,17 @@ class MainWindow(QMainWindow):
     # events
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Take files."""
-        if event.mimeData().hasUrls():
-            event.acceptProposedAction()
+        """Show that files would be taken."""
+        self.drops.enter(event)
+
+    def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:
+        """They are dragged on."""
+        self.drops.leave()
 
     def dropEvent(self, event: QDropEvent) -> None:
         """Open what was dropped."""
-        paths = [url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()]
-        if paths:
-            event.acceptProposedAction()
-            self.documents.open_paths([Path(path) for path in paths])
+        if paths := self.drops.take(event):
+            self.documents.open_paths(paths)
 
     def changeEvent(self, event: QEvent) -> None:
         """Redraw icons for another theme; know of it when the system makes the window as large as the screen."""

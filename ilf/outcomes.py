@@ -144,6 +144,11 @@ class Completion:
     guess_network: str | None = None
 
     @property
+    def filled_by_blocks(self) -> NDArray[np.bool_]:
+        """The filled pixels without the guesses, bool, shape (H, W)."""
+        return self.filled & ~self.guessed
+
+    @property
     def history(self) -> dict[int, History]:
         """Block label -> the record of every iteration."""
         return {label: result.history for label, result in self.results.items()}

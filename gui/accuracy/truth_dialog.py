@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from PySide6.QtWidgets import QComboBox, QFileDialog, QGridLayout, QPushButton, QWidget
+from PySide6.QtWidgets import QComboBox, QFileDialog, QGridLayout, QWidget
 
 from gui.dialogs.reading_dialog import ReadingDialog
 from gui.widgets.messages import last_folder
@@ -77,9 +77,7 @@ class TruthDialog(ReadingDialog[TruthSource, RGBDFrame]):
         self.message.say(described(found), "good")
 
     def _form(self) -> QGridLayout:
-        browse = QPushButton("File…", autoDefault=False)
-        browse.setToolTip("Choose the file with the true depth")
-        browse.clicked.connect(lambda _=False: self._browse())
+        self.file_button.setToolTip("Choose the file with the true depth")
         grid = QGridLayout()
         grid.setHorizontalSpacing(8)
         grid.setVerticalSpacing(8)
@@ -89,10 +87,10 @@ class TruthDialog(ReadingDialog[TruthSource, RGBDFrame]):
             label.setBuddy(field)
             grid.addWidget(label, row, 0)
             grid.addWidget(field, row, 1, 1, 1 if field is self.path else 2)
-        grid.addWidget(browse, 0, 2)
+        grid.addWidget(self.file_button, 0, 2)
         return grid
 
-    def _browse(self) -> None:
+    def browse(self) -> None:
         patterns = " ".join(f"*{suffix}" for suffix in DEPTH_FILE_SUFFIXES)
         path, _ = QFileDialog.getOpenFileName(
             self, "Choose truth", last_folder(_FOLDER_KEY), f"Depth ({patterns});;All files (*)"

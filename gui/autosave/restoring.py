@@ -83,7 +83,7 @@ class Restoring(QObject):
         opened, problems = _project_of(left)
         newer = "" if opened is None else _why_newer(opened.path, left)
         stores: list[Parts] = [left.parts]
-        wanted = {former: frame_id for former, frame_id in plan.ids.items() if former in left.changed}
+        wanted = {former: frame_id for former, frame_id in plan.ids.items() if former in left.stored}
         if opened is not None and not plan.alone:
             stores.append(opened.parts)
             wanted |= {frame.id: plan.ids[frame.id] for frame in plan.frames if frame.has_state}
@@ -98,7 +98,9 @@ class Restoring(QObject):
         given = left.read.places.given  # files that were found again are found there, whatever the project's file says
         if plan.alone:
             places = left.read.places if brought.opened is None else replace(brought.opened.places, given=given)
-            self._opening.take_back(left.read.project, places, brought.opened, left.changed, brought.newer)
+            # a file that cannot be read, or is not the one that was saved to, holds none of it for certain
+            unsaved = left.stored if brought.opened is None or brought.newer else left.changed
+            self._opening.take_back(left.read.project, places, brought.opened, unsaved, brought.newer)
             desk.notes.warn(f"Restored {name_of(left)}", [brought.newer] * bool(brought.newer))
         else:
             desk.store.places = replace(desk.store.places, given={**given, **desk.store.places.given})
@@ -142,7 +144,7 @@ def _project_of(left: LeftWork) -> tuple[OpenedProject | None, tuple[str, ...]]:
     path = "" if left.note is None else left.note.project
     if not path:
         return None, ()
-    without = [frame for frame in left.read.project.frames if frame.has_state and frame.id not in left.changed]
+    without = [frame for frame in left.read.project.frames if frame.has_state and frame.id not in left.stored]
     lost = f" The work on {len(without)} frames that was in it alone is not there." if without else ""
     try:
         opened = open_project(path)

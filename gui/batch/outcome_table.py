@@ -13,18 +13,19 @@ from gui.widgets.hint import paint_hint
 from gui.widgets.plain_text import as_it_is
 from gui.widgets.row_model import Index, RowModel
 from ilf.batch import FrameOutcome, FrameStatus
+from ilf.confidence import MEDIAN_MEANING, MEDIAN_NAME
 from ilf.number_words import UNKNOWN, millimetres
 
 _HEADERS = (
     ("Frame", "Its name in the batch"),
     ("Status", "Whether it was completed"),
     ("Missing", "Share of the pixels without depth, before and after"),
-    ("Expected error [mm]", "Of half of the filled pixels it is at most so large"),
+    (f"{MEDIAN_NAME} [mm]", MEDIAN_MEANING),
     ("Seconds", "How long it took"),
     ("Message", "Why it failed, or what there is to know of the result"),
 )
 _FRAME, _STATUS, _MISSING, _ERROR, _SECONDS, _MESSAGE = range(len(_HEADERS))
-_WIDTHS = (170, 84, 110, 140, 70)
+_WIDTHS = (150, 84, 110, 196, 70)
 
 
 class OutcomeModel(RowModel[FrameOutcome]):

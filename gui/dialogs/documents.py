@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QSettings, Qt, Signal
@@ -232,11 +233,11 @@ class Documents(QObject):
         )
         dialog.set_depth(completion.depth if completion is not None else session.frame.depth)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.accepted.connect(lambda: self.export(Path(dialog.folder()), dialog.options()))
+        dialog.accepted.connect(lambda: self.export(Path(dialog.folder()), dialog.options(), dialog.png_note.text()))
         dialog.open()
 
-    def export(self, folder: Path, options: ExportOptions) -> None:
-        """Write the present frame's results, off the GUI's thread."""
+    def export(self, folder: Path, options: ExportOptions, told: str = "") -> None:
+        """Write the present frame's results, off the GUI's thread. What has been `told` before is no warning."""
         if self._exporter.busy:
             self._notes.tell("An export is under way already.")
             return
@@ -247,7 +248,10 @@ class Documents(QObject):
 
         def job() -> Generator[None, None, Written]:
             yield None
-            return write(folder, run, completion, options)
+            written = write(folder, run, completion, options)
+            known = [note for note in written.notes if told and told in note]
+            notes = tuple(note for note in written.notes if note not in known)
+            return replace(written, notes=notes, remarks=(*written.remarks, *known))
 
         self._exporter.start(job)
         self.exporting_changed.emit()

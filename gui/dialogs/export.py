@@ -31,6 +31,8 @@ from ilf.io import UINT16_MAX, coarser_units, png_fit
 from ilf.run import ExportOptions, Run, filenames
 
 _OPTIONS_KEY = "export/options"
+_UNITS_KEY = "export/png_units"
+"""Units of the PNG that were chosen in place of the input's."""
 
 _PNG_UNITS = ("1000 (millimetres)", "5000 (TUM)", "10000 (0.1 mm)", "256 (KITTI)")
 _CLOUD_FORMATS = {
@@ -82,7 +84,10 @@ class ExportDialog(QDialog):
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle(f"Export {run.frame.name}")
-        self._inputs = run.frame.inputs
+        inputs = run.frame.inputs
+        self._input_units = inputs.depth_units if inputs is not None else 1.0
+        is_whole = self._input_units > 1  # depth in metres has fractions
+        self._usual_units = f"{self._input_units if is_whole else ExportOptions().depth_units:.12g}"
         self._run = run
         self._has_intrinsics = run.frame.intrinsics is not None
         self._has_result = has_result
@@ -95,7 +100,7 @@ class ExportDialog(QDialog):
         self.depth_npy = QCheckBox("NPY, float32 metres")
         self.png_units = QComboBox(editable=True)
         self.png_units.addItems(_PNG_UNITS)
-        self.png_units.setToolTip("PNG values per metre")
+        self.png_units.setToolTip("PNG values per metre; those of the frame's own depth unless others are chosen")
         self.png_note = Message(lines=2)
         self.expected_error = QCheckBox("Expected error as well (expected_error.*)")
         self.expected_error.setToolTip(
@@ -176,6 +181,8 @@ class ExportDialog(QDialog):
         choices["mesh"] = _MESH_FORMATS[self.mesh_format.currentText()] if self.mesh.isChecked() else None
         choices["normals"], choices["drop_flying"] = self.normals.isChecked(), self.drop_flying.isChecked()
         QSettings().setValue(_OPTIONS_KEY, json.dumps(choices))
+        if (chosen := self._chosen_units()) != self._proposed_units:
+            QSettings().setValue(_UNITS_KEY, "" if chosen == self._usual_units else chosen)
         super().accept()
 
     def _build(self) -> None:
@@ -265,7 +272,7 @@ class ExportDialog(QDialog):
         self.depth_png.setChecked("png" in options.depth_formats)
         self.depth_tiff.setChecked("tiff" in options.depth_formats)
         self.depth_npy.setChecked("npy" in options.depth_formats)
-        units = f"{options.depth_units:g}"
+        self._proposed_units = units = str(QSettings().value(_UNITS_KEY) or self._usual_units)
         known = [text for text in _PNG_UNITS if text.partition(" ")[0] == units]
         self.png_units.setCurrentText(known[0] if known else units)
         self.expected_error.setChecked(options.expected_error)
@@ -344,7 +351,7 @@ class ExportDialog(QDialog):
 
     def _png_note(self, units: float) -> tuple[str, str]:
         fit = png_fit(self._depth, units)
-        if self._inputs is not None and not fit.clipped and (coarser := coarser_units(self._inputs.depth_units, units)):
+        if not fit.clipped and (coarser := coarser_units(self._input_units, units)):
             return coarser, "warning"
         if np.isnan(fit.deepest):
             return f"Steps of {1000 / units:.3g} mm.", "muted"
@@ -369,11 +376,14 @@ class ExportDialog(QDialog):
     def _makes_space(self) -> bool:
         return self._makes_cloud() or self._makes_mesh()
 
+    def _chosen_units(self) -> str:
+        return self.png_units.currentText().strip().partition(" ")[0]
+
     def _units(self) -> float:
-        text = self.png_units.currentText().strip()
         try:
-            return float(text.partition(" ")[0])
+            return float(self._chosen_units())
         except ValueError as error:
+            text = self.png_units.currentText().strip()
             raise ParameterError(f"PNG values per metre must be a number such as 1000, not {text!r}.") from error
 
 

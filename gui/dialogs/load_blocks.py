@@ -68,16 +68,15 @@ class LoadBlocksDialog(ReadingDialog[BlockSource, LoadedBlocks]):
     def _row(self) -> QHBoxLayout:
         label = PlainLabel("&Blocks")
         label.setBuddy(self.path)
-        file, folder = QPushButton("File…", autoDefault=False), QPushButton("Folder…", autoDefault=False)
-        file.clicked.connect(self._browse_file)
+        folder = QPushButton("Folder…", autoDefault=False)
         folder.clicked.connect(self._browse_folder)
         row = QHBoxLayout()
         row.setSpacing(8)
-        for widget in (label, self.path, file, folder):
+        for widget in (label, self.path, self.file_button, folder):
             row.addWidget(widget, 1 if widget is self.path else 0)
         return row
 
-    def _browse_file(self) -> None:
+    def browse(self) -> None:
         path, _ = QFileDialog.getOpenFileName(
             self, "Choose blocks", last_folder(_FOLDER_KEY), "Blocks (*.png *.json);;All files (*)"
         )

@@ -6,7 +6,16 @@ from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
 from PySide6.QtCore import QSettings, QTimer
-from PySide6.QtWidgets import QDialog, QDialogButtonBox, QHBoxLayout, QLayout, QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QHBoxLayout,
+    QLayout,
+    QLineEdit,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from gui.dialogs.preview import Preview
 from gui.widgets.messages import Message
@@ -32,6 +41,8 @@ Found = TypeVar("Found")
 
 class ReadingDialog(QDialog, Generic[Source, Found]):
     """Choose a file, and see what it is before it is taken. Load is enabled only while what is chosen has been read.
+
+    The focus is at the button that opens a file, and goes on to Load with what was chosen there.
 
     Parameters
     ----------
@@ -66,6 +77,10 @@ class ReadingDialog(QDialog, Generic[Source, Found]):
         questions.failed.connect(self._fail)
         self.path = QLineEdit(placeholderText=placeholder)
         self.path.textChanged.connect(self.schedule)
+        self.file_button = QPushButton("File…")
+        self.file_button.clicked.connect(lambda _=False: self.browse())
+        self._browsed = False
+        """Whether what is being read was browsed to, and not typed."""
         self.preview = Preview(shown)
         self.message = Message(lines=5)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Open | QDialogButtonBox.StandardButton.Cancel)
@@ -88,6 +103,10 @@ class ReadingDialog(QDialog, Generic[Source, Found]):
         """What is to be read of a path; InputError if something beside it is wrong."""
         raise NotImplementedError
 
+    def browse(self) -> None:
+        """Ask for a file, and `choose` it."""
+        raise NotImplementedError
+
     def show_found(self, found: Found) -> None:
         """Show what has been read, and say what it is."""
         raise NotImplementedError
@@ -99,6 +118,7 @@ class ReadingDialog(QDialog, Generic[Source, Found]):
                 self._column.insertWidget(place, part)
             else:
                 self._column.insertLayout(place, part)
+        self.file_button.setFocus()
         self.read()
 
     def found(self) -> Found:
@@ -139,9 +159,11 @@ class ReadingDialog(QDialog, Generic[Source, Found]):
             QSettings().setValue(self._folder_key, str(Path(path).parent))
             self.path.setText(path)
             self.read()
+            self._browsed = True
 
     def _forget(self) -> None:
         self._wanted = self._found = None
+        self._browsed = False
         self._questions.forget()
         self.load_button.setEnabled(False)
         self.preview.show_rgb(None)
@@ -151,6 +173,8 @@ class ReadingDialog(QDialog, Generic[Source, Found]):
             self._found = found
             self.show_found(found)
             self.load_button.setEnabled(True)
+            if self._browsed:
+                self.load_button.setFocus()
 
     def _fail(self, source: Source, error: Exception) -> None:
         if source is self._wanted:

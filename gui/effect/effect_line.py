@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from typing import NamedTuple
 
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QResizeEvent, QTextDocument
@@ -17,8 +18,17 @@ _EQUAL = 0.05
 
 _MARGIN = 8
 
-_LONG = "{} px moved", "filled {}", "expected error {}", "on hidden depth {}"
-_SHORT = "{} px", "filled {}", "expected {}", "hidden {}"
+
+class _Words(NamedTuple):
+    moved: str
+    filled: str
+    by_truth: str
+    expected: str
+    held_out: str
+
+
+_LONG = _Words("{} px moved", "filled {}", "RMSE against the truth {}", "expected error, RMS {}", "on hidden depth {}")
+_SHORT = _Words("{} px", "filled {}", "truth {}", "expected RMS {}", "hidden {}")
 
 
 class EffectLine(QWidget):
@@ -33,8 +43,10 @@ class EffectLine(QWidget):
         self.label.setTextFormat(Qt.TextFormat.RichText)
         self.label.setMinimumWidth(1)
         self.label.setToolTip(
-            "What the last edit has done. On hidden depth: the known depth near the border is hidden, and the blocks "
-            "there are completed without it, before and after: a hint, right in about two of three cases. "
+            "What the last edit has done. Against the truth, where the frame has one: root mean square error of what "
+            "the touched blocks fill, before and after. On hidden depth: the known depth near the border is hidden, "
+            "and the blocks there are completed without it: mean absolute error, a hint, right in about two of three "
+            "cases. "
             "Hold B to look at the state before the edit."
         )
         layout = QHBoxLayout(self)
@@ -83,18 +95,16 @@ class EffectLine(QWidget):
             words = self._words(_SHORT, text, effect, note)
         self.label.setText(words)
 
-    def _words(self, names: tuple[str, str, str, str], text: str, effect: Effect | None, note: str) -> str:
-        moved, filled, expected, held_out = names
+    def _words(self, names: _Words, text: str, effect: Effect | None, note: str) -> str:
         parts = [f"<b>{html.escape(text)}</b>"]
         if effect is not None:
-            parts.append(moved.format(grouped(effect.moved)))
+            parts.append(names.moved.format(grouped(effect.moved)))
             if effect.filled is not None and effect.filled[0] != effect.filled[1]:
                 before, after = effect.filled
-                parts.append(filled.format(self._tinted(grouped(before), f"{grouped(after)} px", after > before)))
-            if effect.expected is not None:
-                parts.append(expected.format(self._change(*effect.expected)))
-            if effect.held_out is not None:
-                parts.append(held_out.format(self._change(*effect.held_out)))
+                parts.append(names.filled.format(self._tinted(grouped(before), f"{grouped(after)} px", after > before)))
+            for name in ("by_truth", "expected", "held_out"):
+                if (error := getattr(effect, name)) is not None:
+                    parts.append(getattr(names, name).format(self._change(*error)))
         if note:
             parts.append(html.escape(note))
         return " &nbsp;·&nbsp; ".join(parts)

@@ -72,6 +72,7 @@ class EffectPresenter(QObject):
         workspace.replaced.connect(self._forget)
         workspace.guide_changed.connect(self._forget)
         workspace.distrusted_changed.connect(self._take_distrusted)
+        workspace.truth_changed.connect(self._ask_again)
         for changed in (workspace.parameters_changed, workspace.results_changed, runs.state_changed):
             changed.connect(self._go_on)
 
@@ -132,6 +133,11 @@ class EffectPresenter(QObject):
         change = self._change
         self._questions.ask(_Question(change.patch, change.forward, change.drawn, run, self._before, self._present))
 
+    def _ask_again(self) -> None:
+        """There is something else to judge the edit by."""
+        self._asked = self._change is None
+        self._go_on()
+
     def _there(self, session: Session) -> frozenset[int]:
         return frozenset() if self._change is None else self._change.blocks & session.counts().keys()
 
@@ -141,7 +147,7 @@ class EffectPresenter(QObject):
     def _say(self, question: _Question, effect: Effect | None, note: str = "") -> None:
         change = self._change
         if change is not None and (change.patch, change.forward) == (question.patch, question.forward):
-            unknown = effect is not None and effect.held_out is None
+            unknown = effect is not None and effect.held_out is None and effect.by_truth is None
             self._line.say(_title(change), effect, note or (_UNKNOWN if unknown else ""))
 
 

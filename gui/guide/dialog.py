@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QPushButton, QWidget
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QWidget
 
 from gui.dialogs.frame_files import GUIDE_FILES
 from gui.dialogs.reading_dialog import ReadingDialog
@@ -64,16 +64,14 @@ class GuideDialog(ReadingDialog[GuideSource, Guided]):
         self._frame = frame
         self.path.setToolTip("The file with the guide")
         self.load_button.setToolTip("Follow this guide in the runs to come")
-        browse = QPushButton("File…", autoDefault=False)
-        browse.setToolTip("Choose the file with the guide")
-        browse.clicked.connect(lambda _=False: self._browse())
+        self.file_button.setToolTip("Choose the file with the guide")
         label = PlainLabel("&Guide")
         label.setBuddy(self.path)
         row = QHBoxLayout()
         row.setSpacing(8)
         row.addWidget(label)
         row.addWidget(self.path, 1)
-        row.addWidget(browse)
+        row.addWidget(self.file_button)
         self.setMinimumWidth(600)
         self.ask(row)
 
@@ -84,7 +82,7 @@ class GuideDialog(ReadingDialog[GuideSource, Guided]):
         self.preview.show_depth(found.fitted.depth)
         self.message.say(described(found.fitted), "good" if found.fitted.belief else "warning")
 
-    def _browse(self) -> None:
+    def browse(self) -> None:
         path, _ = QFileDialog.getOpenFileName(self, "Choose guide", last_folder(_FOLDER_KEY), GUIDE_FILES)
         self.choose(path)
 

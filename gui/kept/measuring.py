@@ -14,7 +14,7 @@ from gui.state.session import Session
 from gui.state.workspace import Workspace
 from gui.work.latest_question import LatestQuestion
 from gui.work.runs import RunController, RunState
-from ilf.confidence import expected_error
+from ilf.confidence import error_summary, expected_error
 from ilf.frame import RGBDFrame
 from ilf.judgement import judge
 from ilf.outcomes import BlockResult, compose
@@ -99,10 +99,9 @@ def measure(frame: RGBDFrame, results: Mapping[int, BlockResult], truth: Truth) 
     completion = compose(frame, results)
     if not completion.filled.any():
         return Measures()
-    error = expected_error(frame, completion)[completion.filled].astype(np.float64)
     return Measures(
         truth_error=math.nan if truth is None else judge(completion.depth, truth, completion.filled).rmse,
-        expected_error=float(np.sqrt(np.nanmean(error**2))),
+        expected_error=error_summary(expected_error(frame, completion), completion).rms,
     )
 
 

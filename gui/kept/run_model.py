@@ -17,6 +17,7 @@ from gui.kept.run_rows import RunRow
 from gui.state.kept_runs import MOST_COMPARED
 from gui.widgets.plain_text import as_it_is
 from gui.widgets.row_model import Index, RowModel
+from ilf.confidence import RMS_MEANING, RMS_NAME
 from ilf.number_words import millimetres
 from ilf.parameters import PRESETS, Parameters
 from ilf.preset_words import likeness
@@ -61,8 +62,8 @@ HEADERS = {
         f"panel Accuracy. {_BEST}",
     ),
     Column.EXPECTED: (
-        "Expected [mm]",
-        f"Root mean square of the expected error, over the pixels that blocks have filled. {_BEST}",
+        f"{RMS_NAME} [mm]",
+        f"{RMS_MEANING}. {_BEST}",
     ),
     Column.NOTE: (
         "Note",

@@ -22,7 +22,7 @@ _WIDTHS = {
     Column.ITERATIONS: 52,
     Column.TRUTH: 86,
     Column.HIDDEN: 94,
-    Column.EXPECTED: 118,
+    Column.EXPECTED: 190,
     Column.NOTE: 110,
 }
 _NAME = 0.4, 120, 240

@@ -175,7 +175,8 @@ class Recorder(QObject):
             return
         self._under_way, self._waiting = self._waiting, _Batch()
         batch, frames = self._under_way, self._frames
-        note = replace(self._begun, project=self.project, unsaved=self.is_unsaved())
+        unsaved = tuple(entry.id for entry in self._workspace.entries if entry.unsaved)
+        note = replace(self._begun, project=self.project, unsaved=self.is_unsaved(), frames=unsaved)
 
         def job() -> Generator[None, None, _Outcome]:
             yield None

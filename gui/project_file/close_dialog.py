@@ -188,14 +188,21 @@ class CloseDialog(QDialog):
         return box
 
     def _follow_ticks(self) -> None:
-        ticked = len(self.ticked())
-        self.save_button.setEnabled(ticked > 0)
-        self.save_button.setText("&Save" if ticked == len(self._rows) else f"&Save {ticked} of {len(self._rows)}")
+        ticked = self.ticked()
+        frames, chosen = _frame_count(self._rows), len(ticked - {""})
+        self.save_button.setEnabled(bool(ticked))
+        self.save_button.setText("&Save" if chosen == frames else f"&Save {chosen} of {frames}")
 
 
 def _question(what: str, rows: Sequence[Unsaved]) -> str:
     if not rows:
         return f"Something is under way that ends when {what}."
-    if len(rows) == 1:
-        return f"Save the work on {rows[0].name} before {what}?"
-    return f"Save the work on {len(rows)} frames before {what}? What is not ticked is lost."
+    names = [row.name for row in rows if row.id]
+    parts = [names[0] if len(names) == 1 else f"{len(names)} frames"] * bool(names)
+    parts += ["the project itself"] * (len(rows) > len(names))
+    lost = " What is not ticked is lost." if len(names) > 1 else ""
+    return f"Save the work on {' and '.join(parts)} before {what}?{lost}"
+
+
+def _frame_count(rows: Sequence[Unsaved]) -> int:
+    return sum(bool(row.id) for row in rows)

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 
 from gui.desk import Desk
 from gui.project.whole import take_settings
-from gui.project_file.present import PresentProject
+from gui.project_file.present import PresentProject, Set
 from gui.project_file.view_state import ViewState
 from gui.state.entries import Entry
 from ilf.project import Project, ProjectFrame
@@ -92,11 +92,11 @@ class Opening(QObject):
         store, present = self._desk.store, self._present
         store.project, store.places = None if opened is None else opened.parts, places
         self._fill(project, unsaved)
-        nothing_listed = present.set_now()._replace(frames=())
         if opened is None:
             present.take(None)
         else:
-            present.take(opened.path, opened.project, _why_read_only(opened) or read_only, nothing_listed)
+            why = _why_read_only(opened) or read_only
+            present.take(opened.path, opened.project, why, Set.of(opened.project))
         self._show(project)
         self._record("" if opened is None else str(opened.path))
 

@@ -26,6 +26,12 @@ class Set(NamedTuple):
     extraction: BlockParameters
     keeps_handmade: bool
 
+    @classmethod
+    def of(cls, project: Project) -> Set:
+        """Of a project as its file has it."""
+        frames = tuple((frame.id, frame.source) for frame in project.frames)
+        return cls(frames, project.common if project.for_all else None, project.extraction, project.keeps_handmade)
+
 
 class FileMark(NamedTuple):
     """Tells a file from what another program has made of it since."""

@@ -93,7 +93,7 @@ class SaveAsDialog(QDialog):
     def chosen(self) -> Path:
         """The file, with its suffix."""
         path = Path(os.path.expanduser(self.path.text().strip())).absolute()
-        return path if path.suffix else path.with_name(path.name + PROJECT_SUFFIX)
+        return path if path.suffix or not path.name else path.with_name(path.name + PROJECT_SUFFIX)
 
     def accept(self) -> None:
         """Remember the folder."""
@@ -119,7 +119,7 @@ class SaveAsDialog(QDialog):
             elif not os.access(path.parent, os.W_OK):
                 problem = f"{path.parent} cannot be written: choose another folder."
             elif path.is_dir():
-                problem = f"{path.name} is a folder: choose another name."
+                problem = f"{path.name or path} is a folder: choose another name."
             elif path.exists() and not os.access(path, os.W_OK):
                 problem = f"{path.name} is write-protected: choose another name."
             replaces = not problem and path.exists()

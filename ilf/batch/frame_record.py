@@ -53,7 +53,8 @@ class FrameOutcome:
     outside_view : int or None
         Pixels that the depth camera could not see.
     expected_error_median, expected_error_p90 : float or None
-        Of the filled pixels' expected errors, half and 90 % are at most so large [m].
+        Of the expected errors of the pixels that blocks have filled, half and 90 % are at most so large [m]: `median`
+        and `p90` of `ilf.confidence.error_summary`.
     hidden_mae, hidden_rmse : float or None
         Errors [m] on known depth that was hidden, where the batch was asked for it.
     truth_mae, truth_rmse : float or None

@@ -10,7 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from ..confidence import expected_error
+from ..confidence import error_summary, expected_error
 from ..errors import Cancelled, ExportError, IlfError, InputError
 from ..io.files import file_sha256
 from ..io.label_files import also_distrusting
@@ -189,8 +189,7 @@ def _completed(task: Task, frame: BatchFrame, threads: int | None) -> FrameRecor
 
 def _measured(task: Task, frame: BatchFrame, run: Run, completion: Completion, threads: int | None) -> FrameOutcome:
     missing, outside = run.frame.missing, run.frame.outside_view
-    error = expected_error(run.frame, completion)
-    errors = error[np.isfinite(error)]
+    expected = error_summary(expected_error(run.frame, completion), completion)
     hidden = task.settings.hidden
     whole = Judgement() if hidden is None else judge_hidden(run, hidden, threads=threads).whole
     truth = Judgement() if run.frame.truth is None else judge_completion(run.frame, completion)
@@ -204,8 +203,8 @@ def _measured(task: Task, frame: BatchFrame, run: Run, completion: Completion, t
         missing_before=int(np.count_nonzero(missing)),
         missing_after=int(np.count_nonzero(missing & np.isnan(completion.depth))),
         outside_view=0 if outside is None else int(np.count_nonzero(outside)),
-        expected_error_median=_rounded(np.median(errors)) if errors.size else None,
-        expected_error_p90=_rounded(np.quantile(errors, 0.9)) if errors.size else None,
+        expected_error_median=_rounded(expected.median),
+        expected_error_p90=_rounded(expected.p90),
         hidden_mae=_rounded(whole.mae),
         hidden_rmse=_rounded(whole.rmse),
         truth_mae=_rounded(truth.mae),

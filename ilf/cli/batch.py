@@ -15,6 +15,7 @@ from statistics import median
 from ..batch import Batch, BatchFrame, BatchSettings, FrameOutcome, FrameStatus, frames_of_sources, open_batch
 from ..batch.frames import selected, shard_of, with_files
 from ..batch.sequence import write_contact_sheet, write_video
+from ..confidence import MEDIAN_NAME
 from ..errors import IlfError
 from ..judgement import HIDDEN_PATTERNS, HiddenTest
 from ..number_words import counted, millimetres
@@ -254,7 +255,7 @@ def _summary(batch: Batch, done: Sequence[FrameOutcome], seconds: float) -> list
         if outside:
             lines.append(f"{outside:.1%} more lie outside the depth camera's view.")
     if errors := [error for outcome in completed if (error := outcome.expected_error_median) is not None]:
-        lines.append(f"Expected error of what was filled: {millimetres(median(errors))} mm in the median frame.")
+        lines.append(f"{MEDIAN_NAME}: {millimetres(median(errors))} mm in the median frame.")
     return lines
 
 

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
+from ..confidence import RMS_NAME
 from ..parameters import Parameters
 from ..preset_words import likeness
 from ..project import Stage
@@ -46,7 +47,7 @@ def print_facts(opened: OpenedProject, facts: Sequence[FrameFacts]) -> None:
     for fact in facts:
         if fact.runs:
             print(f"\nRuns of {fact.frame.name}:")
-            head = ["run", "name", "end", "blocks", "time [s]", "truth [mm]", "hidden [mm]", "expected [mm]", "note"]
+            head = ["run", "name", "end", "blocks", "time [s]", "truth [mm]", "hidden [mm]", f"{RMS_NAME} [mm]", "note"]
             print(*table(head, [_run_row(run) for run in fact.runs]), sep="\n")
 
 

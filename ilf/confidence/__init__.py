@@ -10,20 +10,28 @@ from .expected import DEFAULT_MODEL, depth_error, expected_error, unvouched
 from .features import FEATURES, FLOOR, error_features, filled_pixels, usual_edges, usual_notes
 from .fitted import MODELS
 from .model import WITHIN, WITHIN_TWICE, Curve, ErrorModel
+from .summary import MEDIAN_MEANING, MEDIAN_NAME, RMS_MEANING, RMS_NAME, ErrorSummary, error_summary, summarised
 
 __all__ = [
     "DEFAULT_MODEL",
     "FEATURES",
     "FLOOR",
+    "MEDIAN_MEANING",
+    "MEDIAN_NAME",
     "MODELS",
+    "RMS_MEANING",
+    "RMS_NAME",
     "WITHIN",
     "WITHIN_TWICE",
     "Curve",
     "ErrorModel",
+    "ErrorSummary",
     "depth_error",
     "error_features",
+    "error_summary",
     "expected_error",
     "filled_pixels",
+    "summarised",
     "unvouched",
     "usual_edges",
     "usual_notes",

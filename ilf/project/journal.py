@@ -73,6 +73,8 @@ class JournalNote:
         Path of the project file; "" if there is none yet.
     unsaved : bool
         Whether it holds work that the project file does not.
+    frames : tuple of str or None
+        Ids of the frames with such work; None where nobody has noted that.
     host : str
         Name of the machine that the window runs on.
     process : int
@@ -90,6 +92,7 @@ class JournalNote:
     program: str = __version__
     started: datetime = field(default_factory=_now)
     changed: datetime = field(default_factory=_now)
+    frames: tuple[str, ...] | None = None
 
     def to_json(self) -> str:
         """As `from_json` takes it."""
@@ -101,7 +104,8 @@ class JournalNote:
         """Raises ValueError, TypeError or KeyError for what `to_json` has not made."""
         values = json.loads(text)
         times = {name: datetime.fromisoformat(values[name]) for name in ("started", "changed")}
-        return cls(**{**values, **times})
+        frames = values.get("frames")
+        return cls(**{**values, **times, "frames": None if frames is None else tuple(frames)})
 
 
 class Journal:

@@ -43,8 +43,10 @@ class LeftWork:
         Whose work it is, and of when; None if the journal cannot be read.
     read : ReadProject
         The list of frames, with how they stand now.
+    stored : frozenset of str
+        Ids of the frames whose state is in the journal: what the project file has of them is older, or the same.
     changed : frozenset of str
-        Ids of the frames whose state is in the journal: what the project file has of them is older.
+        Those of them with work that the project file did not hold when the journal was written last.
     problem : str
         Why the journal cannot be read; "" if it can.
     """
@@ -52,6 +54,7 @@ class LeftWork:
     path: Path
     note: JournalNote | None = None
     read: ReadProject = field(default_factory=lambda: ReadProject(Project()))
+    stored: frozenset[str] = frozenset()
     changed: frozenset[str] = frozenset()
     problem: str = ""
     _journal: Journal | None = None
@@ -65,7 +68,7 @@ class LeftWork:
 
     @property
     def frames(self) -> tuple[ProjectFrame, ...]:
-        """Those with work in it."""
+        """Those with work that is in it alone."""
         return tuple(frame for frame in self.read.project.frames if frame.id in self.changed)
 
     def picture(self) -> bytes | None:
@@ -108,7 +111,7 @@ def _left(path: Path) -> LeftWork | None:
     except IlfError as error:
         return LeftWork(path, problem=str(error))
     note, names = journal.note, journal.names()
-    changed = frozenset(name.split("/")[1].removesuffix(".json") for name in names if name.startswith("frames/"))
+    stored = frozenset(name.split("/")[1].removesuffix(".json") for name in names if name.startswith("frames/"))
     if not names or (not note.unsaved and note.host == socket.gethostname()):
         with contextlib.suppress(OSError):
             journal.discard()
@@ -121,7 +124,8 @@ def _left(path: Path) -> LeftWork | None:
     now = {frame.id: frame for frame in found_frames(journal)}
     listed = [_as_it_is(frame, now.pop(frame.id, None)) for frame in read.project.frames]
     project = replace(read.project, frames=(*listed, *now.values()))
-    return LeftWork(path, note, replace(read, project=project), changed, _journal=journal)
+    changed = stored if note.frames is None else stored.intersection(note.frames)
+    return LeftWork(path, note, replace(read, project=project), stored, changed, _journal=journal)
 
 
 def _as_it_is(listed: ProjectFrame, own: ProjectFrame | None) -> ProjectFrame:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..camera import camera_text
+from ..confidence import MEDIAN_NAME, RMS_NAME
 from ..declarations import ParameterSet, Value
 from ..filter.edge_aware.guiding import fit_guide
 from ..frame import InputFile
@@ -80,7 +81,7 @@ def index_entry(id: str, figures: Figures) -> Entry:
         f"{float(np.mean(frame.missing & np.isnan(completion.depth))):.1%}",
         str(blocks),
         str(len(completion.results)),
-        millimetres(figures.whole_expected),
+        millimetres(figures.whole_expected.rms),
         _rmse(figures.against_truth),
         _rmse(figures.on_hidden_depth),
     )
@@ -154,8 +155,10 @@ def _head(figures: Figures) -> Facts:
         facts.append(Fact("Missing after", f"{left / frame.depth.size:.1%} ({grouped(left)} pixels)"))
         if guessed := int(np.count_nonzero(completion.guessed)):
             facts.append(Fact("Guessed", f"{grouped(guessed)} pixels, which no block vouches for"))
-        if math.isfinite(figures.whole_expected):
-            facts.append(Fact("Expected error", f"{millimetres(figures.whole_expected)} mm (root mean square)"))
+        expected = figures.whole_expected
+        if math.isfinite(expected.rms):
+            facts.append(Fact(RMS_NAME, f"{millimetres(expected.rms)} mm"))
+            facts.append(Fact(MEDIAN_NAME, f"{millimetres(expected.median)} mm"))
     blocks = int(np.count_nonzero(np.bincount(subject.run.blocks.ravel())[1:]))
     facts.append(Fact("Blocks", f"{blocks}, over {inside:.1%} of the frame" if blocks else "none"))
     return Facts(tuple(facts))

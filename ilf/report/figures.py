@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..confidence import expected_error
+from ..confidence import ErrorSummary, error_summary, expected_error, summarised
 from ..judgement import HiddenResult, Judgement, judge_blocks, judge_completion
 from ..outcomes import BlockResult, Completion
 from .subject import Subject
@@ -59,7 +59,7 @@ class Figures:
     def by_blocks(self) -> Completion:
         """The completion as if nothing but what blocks vouch for had been filled."""
         completion = self.subject.completion
-        return replace(completion, filled=completion.filled & ~completion.guessed)
+        return replace(completion, filled=completion.filled_by_blocks)
 
     @cached_property
     def against_truth(self) -> ErrorFigures | None:
@@ -121,18 +121,12 @@ class Figures:
     def expected_of(self, result: BlockResult) -> float:
         """Root mean square of the expected error [m] over what a block has filled; NaN if that is nothing."""
         box, mask = result.block.box, result.block.mask
-        return rms(self.expected[box][mask & self.by_blocks.filled[box]])
+        return summarised(self.expected[box][mask & self.by_blocks.filled[box]]).rms
 
     @cached_property
-    def whole_expected(self) -> float:
-        """Root mean square of the expected error [m] over all that blocks have filled."""
-        return rms(self.expected[self.by_blocks.filled])
-
-
-def rms(values: NDArray[np.floating]) -> float:
-    """Root mean square over what is known; NaN if nothing is."""
-    known = values[np.isfinite(values)].astype(np.float64)
-    return math.sqrt(float(np.mean(known * known))) if known.size else math.nan
+    def whole_expected(self) -> ErrorSummary:
+        """Of all that blocks have filled."""
+        return error_summary(self.expected, self.subject.completion)
 
 
 def _p95(error: NDArray[np.floating]) -> float:

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ..confidence import RMS_MEANING, RMS_NAME
 from ..judgement import Judgement
 from ..number_words import UNKNOWN, grouped, millimetres
 from ..outcomes import Status, blocks_by_message
@@ -17,7 +18,7 @@ from .subject import Subject
 
 _WORDS = False
 RMSE = Column("RMSE [mm]", "Root mean square error: large errors count most")
-EXPECTED = Column("expected [mm]", "Root mean square of the expected error over what was filled")
+EXPECTED = Column(f"{RMS_NAME} [mm]", RMS_MEANING)
 
 NOT_RUN, OUTDATED = "not run", "values changed"
 

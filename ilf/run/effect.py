@@ -1,4 +1,4 @@
-"""Whether an edit was for the better: expected error, and the error on depth that is hidden near the border."""
+"""Whether an edit was for the better: by the truth, expected error, and error on depth hidden near the border."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..confidence import expected_error
+from ..confidence import expected_error, summarised
 from ..ebs.edit import LabelPatch
 from ..errors import InputError
 from ..outcomes import Completion
@@ -35,6 +35,9 @@ class Effect:
     expected : (float, float) or None
         Root mean square of the expected error [m], before and after, of those that are filled both times; None where
         they are too few.
+    by_truth : (float, float) or None
+        Root mean square error [m] against the frame's truth, before and after, of the pixels of the touched blocks that
+        are filled both times; None where the frame has no truth, or the truth is known at too few of them.
     held_out : (float, float) or None
         Mean absolute error [m] on the hidden depth, before and after; None where there is too little known depth.
     hidden : int
@@ -46,6 +49,7 @@ class Effect:
     expected: tuple[float, float] | None = None
     held_out: tuple[float, float] | None = None
     hidden: int = 0
+    by_truth: tuple[float, float] | None = None
 
 
 def edit_effect(
@@ -77,12 +81,13 @@ def edit_effect(
     filled, expected = None, None
     if completed[0] is not None and completed[1] is not None:
         filled, expected = _filled_and_expected((before, completed[0]), (after, completed[1]), touched)
+    effect = Effect(moved, filled, expected, by_truth=_by_truth((before, after), completed, touched))
     errors = _errors((before, after), _near(changed) & after.frame.known)
     both = np.isfinite(errors[0]) & np.isfinite(errors[1])
     count = int(np.count_nonzero(both))
     if count < _FEWEST:
-        return Effect(moved, filled, expected)
-    return Effect(moved, filled, expected, (_mean(errors[0][both]), _mean(errors[1][both])), count)
+        return effect
+    return replace(effect, held_out=(_mean(errors[0][both]), _mean(errors[1][both])), hidden=count)
 
 
 def _near(changed: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -111,14 +116,38 @@ def _filled_and_expected(
     states = before, after
     if not all(_is_of(run, completion, touched) for run, completion in states):
         return None, None
-    there = np.isin(before[0].blocks, list(touched)) | np.isin(after[0].blocks, list(touched))
-    first, second = (there & completion.filled for _, completion in states)
+    there = _pixels_of(touched, (before[0], after[0]))
+    first, second = (there & completion.filled_by_blocks for _, completion in states)
     filled = int(np.count_nonzero(first)), int(np.count_nonzero(second))
     both = first & second
     if np.count_nonzero(both) < _FEWEST:
         return filled, None
-    one, other = (_rms(expected_error(run.frame, completion)[both]) for run, completion in states)
+    one, other = (summarised(expected_error(run.frame, completion)[both]).rms for run, completion in states)
     return filled, (one, other)
+
+
+def _by_truth(
+    runs: tuple[Run, Run], completed: tuple[Completion | None, Completion | None], touched: set[int]
+) -> tuple[float, float] | None:
+    """Root mean square errors of what the touched blocks fill in both runs; they are completed where they are not."""
+    truth = runs[0].frame.truth
+    if truth is None:
+        return None
+    both, errors = np.isfinite(truth) & _pixels_of(touched, runs), []
+    for run, done in zip(runs, completed, strict=True):
+        if done is None or not _is_of(run, done, touched):
+            there = frozenset(touched & set(np.unique(run.blocks).tolist()))
+            done = replace(run, only=there, dense=False).complete(threads=1)
+        both &= done.filled_by_blocks
+        errors.append(done.depth - truth)
+    if np.count_nonzero(both) < _FEWEST:
+        return None
+    return _rms(errors[0][both]), _rms(errors[1][both])
+
+
+def _pixels_of(touched: set[int], runs: tuple[Run, Run]) -> NDArray[np.bool_]:
+    """Pixels that these blocks have in one of the runs."""
+    return np.isin(runs[0].blocks, list(touched)) | np.isin(runs[1].blocks, list(touched))
 
 
 def _is_of(run: Run, completion: Completion, touched: set[int]) -> bool:
@@ -132,7 +161,7 @@ def _is_of(run: Run, completion: Completion, touched: set[int]) -> bool:
 
 
 def _rms(values: NDArray[np.float32]) -> float:
-    return float(np.sqrt(np.nanmean(np.square(values, dtype=np.float64))))
+    return float(np.sqrt(np.mean(np.square(values, dtype=np.float64))))
 
 
 def _mean(errors: NDArray[np.float32]) -> float:

@@ -8,14 +8,16 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
-from PySide6.QtGui import QDropEvent
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDragLeaveEvent, QDragMoveEvent, QDropEvent
+from PySide6.QtWidgets import QApplication, QLineEdit, QMessageBox
 from pytestqt.qtbot import QtBot
 
 import ilf
 from gui.blocks.block_rows import block_rows
+from gui.dialogs.export import ExportDialog
 from gui.main_window import MainWindow
+from gui.project_file.save_as_dialog import SaveAsDialog
 from ilf.io.frame_source import FrameSource
 from ilf.run import ExportOptions
 
@@ -45,6 +47,15 @@ def _drop(window: MainWindow, *paths: Path) -> None:
     window.dropEvent(event)
 
 
+def _dragged(kind: type[QDropEvent], data: QMimeData, actions: Qt.DropAction) -> QDropEvent:
+    """As a file manager sends it that would rather move the files."""
+    place = QPointF(5, 5) if kind is QDropEvent else QPoint(5, 5)
+    event = kind(place, actions, data, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ShiftModifier)
+    event.setDropAction(Qt.DropAction.MoveAction)
+    event.ignore()
+    return event
+
+
 def test_a_frame_that_cannot_be_read_leaves_the_open_one_alone(
     opened: MainWindow, qtbot: QtBot, reported: list[str], tmp_path: Path
 ) -> None:
@@ -63,6 +74,55 @@ def test_dropping_a_folder_opens_it(window: MainWindow, qtbot: QtBot, frame_fold
     with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
         _drop(window, frame_folder)
     assert window.workspace.session.name == "two-planes"
+
+
+def test_files_are_taken_as_copies_and_by_the_window_alone(
+    window: MainWindow, qtbot: QtBot, frame_folder: Path, tmp_path: Path
+) -> None:
+    """After a move, the file manager may delete what was dropped."""
+    files, move = QMimeData(), Qt.DropAction.MoveAction
+    files.setUrls([QUrl.fromLocalFile(str(frame_folder))])
+    either = Qt.DropAction.CopyAction | move
+    dialog = SaveAsDialog(tmp_path / "p.ilf", False, [], "", window)
+    fields = [*window.findChildren(QLineEdit), *dialog.findChildren(QLineEdit), window.log.text.viewport()]
+    for field in [field for field in fields if field.acceptDrops()]:
+        for kind in (QDragEnterEvent, QDragMoveEvent, QDropEvent):
+            event = _dragged(kind, files, either)
+            QApplication.sendEvent(field, event)
+            taken = event.isAccepted() and event.dropAction() != Qt.DropAction.CopyAction
+            assert not taken, f"{field.accessibleName() or field} takes files to be moved"
+        assert "two-planes" not in getattr(field, "text", str)()
+    QApplication.sendEvent(window, QDragLeaveEvent())
+    assert not window.drops.isVisible()
+
+    only_move = _dragged(QDragEnterEvent, files, move)
+    window.dragEnterEvent(only_move)
+    assert not only_move.isAccepted()
+    far = QMimeData()
+    far.setUrls([QUrl("https://example.org/frame")])
+    elsewhere = _dragged(QDragEnterEvent, far, either)
+    window.dragEnterEvent(elsewhere)
+    assert not elsewhere.isAccepted(), "what cannot be opened is not taken"
+    assert not window.drops.isVisible()
+
+    entered = _dragged(QDragEnterEvent, files, either)
+    window.dragEnterEvent(entered)
+    assert (entered.isAccepted(), entered.dropAction()) == (True, Qt.DropAction.CopyAction)
+    assert window.drops.isVisible()
+    assert window.drops.geometry() == window.rect()
+    assert window.drops.text == "Drop to open two-planes"
+    accent = window.palette().highlight().color()
+    assert window.grab().toImage().pixelColor(1, 1) == accent
+    window.dragLeaveEvent(QDragLeaveEvent())
+    assert not window.drops.isVisible()
+    window.dragEnterEvent(entered)
+    dropped = _dragged(QDropEvent, files, either)
+    with qtbot.waitSignal(window.loader.idle, timeout=WAIT_MS):
+        window.dropEvent(dropped)
+    assert (dropped.isAccepted(), dropped.dropAction()) == (True, Qt.DropAction.CopyAction)
+    assert not window.drops.isVisible()
+    assert window.workspace.session.name == "two-planes"
+    dialog.close()
 
 
 def test_dropping_a_folder_without_a_frame_says_so(
@@ -100,6 +160,22 @@ def test_clipping_in_the_depth_png_is_a_warning(
     with qtbot.waitSignal(opened.documents.exported, timeout=WAIT_MS):
         opened.documents.export(tmp_path / "out", ExportOptions(depth_units=50_000.0))
     assert "clipped" in reported[0]
+
+
+def test_steps_that_a_png_loses_are_warned_of_once(
+    opened: MainWindow, qtbot: QtBot, run_all: Run, reported: list[str], tmp_path: Path
+) -> None:
+    run_all(opened)
+    opened.actions_["export"].trigger()
+    dialog = opened.findChild(ExportDialog)
+    assert dialog is not None
+    dialog.png_units.setEditText("500")
+    assert "steps of 2 mm, the input of 1 mm" in dialog.png_note.text()
+    dialog.folder_path.setText(str(tmp_path / "out"))
+    with qtbot.waitSignal(opened.documents.exported, timeout=WAIT_MS):
+        dialog.accept()
+    assert reported == [], "the dialog has said so, and was accepted"
+    assert "steps of 2 mm" in opened.log.text.toPlainText()
 
 
 def test_a_label_map_of_another_size_is_refused(opened: MainWindow, reported: list[str], tmp_path: Path) -> None:

@@ -71,6 +71,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     # a truth by the dialog: what does not fit is said, what fits is taken
     actions["load_truth"].trigger()
     dialog = window.findChild(TruthDialog)
+    assert dialog.focusWidget() is dialog.file_button
     dialog.units.setEditText("many")
     dialog.path.setText(str(truth_file))
     dialog.read()
@@ -81,8 +82,9 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     qtbot.waitUntil(lambda: "give 1000" in dialog.message.text(), timeout=WAIT_MS)
     assert not dialog.load_button.isEnabled()
     dialog.units.setCurrentIndex(0)
-    dialog.read()
+    dialog.choose(str(truth_file))
     qtbot.waitUntil(dialog.load_button.isEnabled, timeout=WAIT_MS)
+    assert dialog.focusWidget() is dialog.load_button
     dialog.accept()
     settle(window)
     session = workspace.session

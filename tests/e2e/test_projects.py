@@ -12,18 +12,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtWidgets import QApplication, QMessageBox
+from PySide6.QtWidgets import QApplication, QMessageBox, QWidget
 from pytestqt.qtbot import QtBot
 
 import ilf
 from gui.main_window import MainWindow
 from gui.project.capture import SessionCapture
-from gui.project_file.close_dialog import CloseDialog
+from gui.project_file.close_dialog import CloseDialog, Unsaved
 from gui.project_file.missing_dialog import MissingDialog
 from gui.project_file.save_as_dialog import SaveAsDialog
 from gui.project_file.saving import Wish
 from gui.state.session import Session
 from gui.sweep.part import SweepPart
+from gui.widgets.messages import Message
 from ilf.ebs.edit import patch_between
 from ilf.frame import RGBDFrame
 from ilf.io.frame_source import FrameSource
@@ -403,6 +404,35 @@ def test_closing_saves_discards_or_stays_frame_by_frame(
     window.documents.discard_silently = False
     window.close()
     assert not window.isVisible(), "there is nothing to be asked"
+
+
+def test_the_project_itself_is_no_frame(qtbot: QtBot) -> None:
+    parent = QWidget()
+    qtbot.addWidget(parent)
+    frames = [Unsaved(name, name, "1 edit", "edited") for name in ("hall", "attic")]
+    itself = Unsaved("", "The project itself", "list of frames", "")
+
+    def asked(*rows: Unsaved) -> tuple[str, CloseDialog]:
+        dialog = CloseDialog("the window closes", rows, [], False, parent)
+        return dialog.findChildren(Message)[0].text(), dialog
+
+    text, dialog = asked(*frames, itself)
+    assert "the work on 2 frames and the project itself before" in text
+    assert dialog.save_button.text() == "&Save"
+    dialog.tick({"hall"})
+    assert dialog.save_button.text() == "&Save 1 of 2"
+    assert "the work on hall and the project itself before" in asked(frames[0], itself)[0]
+    text, dialog = asked(itself)
+    assert text == "Save the work on the project itself before the window closes?"
+    assert dialog.save_button.isEnabled()
+
+
+def test_a_root_folder_is_no_place_for_a_project(qtbot: QtBot, tmp_path: Path) -> None:
+    dialog = SaveAsDialog(tmp_path / "p.ilf", False, [], "", None)
+    qtbot.addWidget(dialog)
+    dialog.path.setText(os.path.abspath(os.sep))
+    assert not dialog.save_button.isEnabled()
+    assert "is a folder" in dialog.message.text() or "cannot be written" in dialog.message.text()
 
 
 def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:

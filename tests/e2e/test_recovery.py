@@ -17,17 +17,20 @@ from gui.autosave.recovery_dialog import RecoveryDialog
 from gui.main_window import MainWindow
 from gui.project.recorder import Recorder
 from gui.project.store import WorkStore
+from gui.project_file.saving import Wish
 from gui.state.session import Session
 from gui.state.workspace import Workspace
+from gui.widgets.messages import Message
 from ilf.errors import ExportError
 from ilf.frame import RGBDFrame
 from ilf.io import load_frame
+from ilf.io.frame_source import FrameSource
 from ilf.project import Journal, JournalInUse, Project
 from ilf.project.file import save_project
 from ilf.run import Run
 from tests.gui.naming import unnamed
 
-from .conftest import WAIT_MS, write_frame
+from .conftest import WAIT_MS, open_frame, write_frame
 
 
 @pytest.fixture
@@ -203,3 +206,51 @@ def test_a_journal_that_cannot_be_taken_away_does_not_keep_the_window_open(
         window.close()
     assert not window.isVisible()
     assert any(f"-{os.getpid()}-" in path.name for path in left.glob("*.journal"))
+
+
+@pytest.mark.parametrize(("file_is_there", "sets_more"), [(True, False), (True, True), (False, False)])
+def test_frames_that_were_saved_since_are_not_called_changed(
+    qtbot: QtBot,
+    tmp_path: Path,
+    small_frame: RGBDFrame,
+    monkeypatch: pytest.MonkeyPatch,
+    file_is_there: bool,
+    sets_more: bool,
+) -> None:
+    former, path, folder = MainWindow(), tmp_path / "house.ilf", tmp_path / "left"
+    former.documents.discard_silently = True
+    qtbot.addWidget(former)
+    former.show()
+    for name in ("hall", "stairs", "attic"):
+        open_frame(former, qtbot, FrameSource(str(write_frame(tmp_path / name, small_frame))))
+        former.workspace.edit_info(1, "Rename", name="wall")
+    done: list[bool] = []
+    former.project.saving.save(Wish(path, then=done.append))
+    qtbot.waitUntil(lambda: bool(done), timeout=WAIT_MS)
+    former.workspace.edit_info(1, "Rename", name="roof")
+    if sets_more:
+        former.workspace.set_keeps_handmade(not former.workspace.keeps_handmade)
+    stored: list[object] = []
+    former.recorder.settle(stored.append)
+    qtbot.waitUntil(lambda: bool(stored) and former.store.is_written, timeout=WAIT_MS)
+    shutil.copytree(os.environ["ILF_AUTOSAVE"], folder)  # as a sudden end leaves it
+    former.close()
+    if not file_is_there:
+        path.unlink()
+
+    monkeypatch.setenv("ILF_AUTOSAVE", str(folder))
+    window = MainWindow()
+    window.documents.discard_silently = True
+    qtbot.addWidget(window)
+    window.show()
+    monkeypatch.setattr(window.notes, "warn", lambda *_: None)
+    dialog = _dialog(window, qtbot)
+    assert any("1 of 3 frames changed" in message.text() for message in dialog.findChildren(Message))
+    dialog.rows[0].restore_button.click()
+    qtbot.waitUntil(lambda: window.workspace.has_session and not window.loader.busy, timeout=WAIT_MS)
+    assert _names(window) == ["hall", "stairs", "attic"]
+    assert window.workspace.session.info(1).name == "roof"
+    unsaved = [entry.unsaved for entry in window.workspace.entries]
+    assert unsaved == ([False, False, True] if file_is_there else [True, True, True])
+    assert window.project.project_words() == ("parameters of the extraction" if sets_more else "")
+    window.close()

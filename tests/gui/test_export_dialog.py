@@ -161,7 +161,32 @@ def test_units_coarser_than_the_inputs_are_pointed_out(qtbot, tmp_path, small_fr
     inputs = FrameInputs(InputFile("rgb.png", "0"), InputFile("depth.png", "0"), 2000.0, None)
     dialog = ExportDialog(Run(replace(small_frame, inputs=inputs), small_labels), True, str(tmp_path))
     qtbot.addWidget(dialog)
+    dialog.png_units.setCurrentText("1000 (millimetres)")
     assert "steps of 1 mm, the input of 0.5 mm" in dialog.png_note.text()
     assert dialog.png_note.tone() == "warning"
     dialog.png_units.setEditText("2000")
     assert dialog.png_note.text() == "Steps of 0.5 mm."
+
+
+def test_a_png_has_the_units_of_the_input_unless_others_are_chosen(qtbot, tmp_path, small_frame, small_labels):
+    def dialog_of(units: float) -> ExportDialog:
+        inputs = FrameInputs(InputFile("rgb.png", "0"), InputFile("depth.png", "0"), units, None)
+        dialog = ExportDialog(Run(replace(small_frame, inputs=inputs), small_labels), True, str(tmp_path))
+        qtbot.addWidget(dialog)
+        return dialog
+
+    for units in (10_000.0, 5000.0, 256.0, 1234.5678):
+        dialog = dialog_of(units)
+        assert dialog.options().depth_units == units
+        assert dialog.png_note.tone() == "muted"
+        dialog.accept()
+    assert dialog_of(10_000.0).png_units.currentText() == "10000 (0.1 mm)"
+    assert dialog_of(1.0).options().depth_units == 1000, "depth in metres has fractions"
+    dialog = dialog_of(5000.0)
+    dialog.png_units.setCurrentText("1000 (millimetres)")
+    dialog.accept()
+    assert dialog_of(10_000.0).options().depth_units == 1000, "as it was chosen"
+    dialog = dialog_of(5000.0)
+    dialog.png_units.setCurrentText("5000 (TUM)")
+    dialog.accept()
+    assert dialog_of(10_000.0).options().depth_units == 10_000

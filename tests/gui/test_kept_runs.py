@@ -12,9 +12,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QWidget
+from pytestqt.qtbot import QtBot
 
+from gui.batch.outcome_table import OutcomeModel
 from gui.kept.measuring import measure
 from gui.kept.run_files import write_runs
+from gui.kept.run_model import RunModel
 from gui.kept.run_rows import best_of, run_rows
 from gui.state.commands import DRAG_S
 from gui.state.kept_runs import COLOURS, MOST_COMPARED, memory_of, next_colour, sharing
@@ -24,6 +29,7 @@ from gui.work.keeping import RunKeeper
 from gui.work.runs import RunState
 from ilf import RGBDFrame, expected_error, fill_rest, preset
 from ilf.completion import complete
+from ilf.confidence import error_summary
 from ilf.errors import ExportError
 from ilf.judgement import HiddenTest
 from ilf.project.kept_run import KeptRun
@@ -291,6 +297,22 @@ def test_how_good_a_run_is(session: Session, small_frame: RGBDFrame) -> None:
     assert measures.expected_error == pytest.approx(math.sqrt(np.mean(error.astype(float) ** 2)))
     assert math.isnan(measure(session.frame, kept.results, None).truth_error)
     assert math.isnan(measure(session.frame, {}, truth).expected_error)
+
+
+def test_an_expected_error_has_one_name_for_each_meaning(qtbot: QtBot, session: Session) -> None:
+    parent = QWidget()
+    qtbot.addWidget(parent)
+    horizontal, display = Qt.Orientation.Horizontal, Qt.ItemDataRole.DisplayRole
+    runs, batch = RunModel(parent), OutcomeModel(parent)
+    columns = [(model, section) for model in (runs, batch) for section in range(model.columnCount())]
+    found = {model.headerData(section, horizontal, display) for model, section in columns}
+    assert {text for text in found if "xpected" in text} == {
+        "Expected error, RMS [mm]",
+        "Expected error, median [mm]",
+    }
+    kept = kept_run(session, parameters=QUICK)
+    figures = error_summary(expected_error(session.frame, kept.completion), kept.completion)
+    assert measure(session.frame, kept.results, None).expected_error == figures.rms
 
 
 def test_the_best_run_has_filled_about_as_much_as_any(session: Session) -> None:

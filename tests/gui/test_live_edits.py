@@ -195,7 +195,7 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(
     assert "<b>Paint &lt;Block&gt; 2</b>" in line.label.text()
     assert "60 px moved" in line.label.text()
     until(lambda: "on hidden depth 40.0 → " in line.label.text())
-    assert "expected error 20.0 → " in line.label.text()
+    assert "expected error, RMS 20.0 → " in line.label.text()
     before, after, (earlier, later) = asked[0]
     np.testing.assert_array_equal(before.blocks, former)
     np.testing.assert_array_equal(after.blocks, bench.session.labels)
@@ -272,6 +272,25 @@ def test_better_is_green_and_worse_is_red(line: EffectLine) -> None:
     assert (good, same in (better, worse)) == (better, False)
     assert "200 → " in line.label.text()
     assert "50.0 → " in line.label.text()
+
+
+def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(
+    bench: Bench, solver: LiveSolver, line: EffectLine, until: Until, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def find(before: Run, after: Run, *_: object) -> Effect:
+        return Effect(60, by_truth=None if after.frame.truth is None else (0.1, 0.06))
+
+    monkeypatch.setattr("gui.effect.presenter.edit_effect", find)
+    _run(bench, until)
+    bench.workspace.edit_labels(_patch(bench, 2), "Paint")
+    until(lambda: "too little known depth near it" in line.label.text())
+    bench.workspace.set_truth(np.full(bench.session.frame.shape, 2.0, np.float32))
+    until(lambda: "RMSE against the truth 100 → " in line.label.text())
+    assert "too little known depth" not in line.label.text()
+    line.say("Edit", Effect(3, None, (0.05, 0.04), (0.2, 0.3), 50, (0.1, 0.06)))
+    words = line.label.text()
+    assert "RMSE against the truth 100 → " in words
+    assert words.index("truth") < words.index("expected error") < words.index("hidden depth")
 
 
 def test_looking_at_the_state_before_is_said(line: EffectLine) -> None:

@@ -136,7 +136,9 @@ def test_finished_frames_are_not_done_again(source, tmp_path, in_this_process, c
     command = ["batch", str(source), "--out", str(out), *FLAGS]
     assert main([*command, "--frames", ":2"]) == 0
     before = contents(out)
-    assert "2 frames: 2 completed, 0 failed" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "2 frames: 2 completed, 0 failed" in said
+    assert "Expected error, median: " in said
     assert main(command) == 0
     assert in_this_process == ["rgb/0000", "rgb/0001", "rgb/0002"]
     assert "3 frames: 1 completed, 0 failed, 2 there already" in capsys.readouterr().out

@@ -21,7 +21,9 @@ from ilf.confidence import (
     ErrorModel,
     depth_error,
     error_features,
+    error_summary,
     expected_error,
+    summarised,
     unvouched,
 )
 from ilf.confidence.difficulty import _discs, own_test
@@ -109,6 +111,20 @@ def test_each_block_of_a_completion_has_the_model_of_its_filter(tmp_path):
     np.testing.assert_array_equal(np.isfinite(expected), completion.filled)
     guesses = replace(completion, guessed=completion.filled & (labels == 2))
     np.testing.assert_array_equal(expected_error(frame, guesses), expected)
+
+
+def test_figures_of_expected_errors_are_over_what_blocks_have_filled(tmp_path):
+    frame = ilf.load_frame(*write_small_frame(tmp_path))
+    labels = np.tile(np.where(np.arange(80) < 40, 1, 2).astype(np.int32), (60, 1))
+    completion = complete(frame, labels, ilf.preset("paper", **QUICK, rgb_iterations=5))
+    dense = replace(completion, guessed=completion.filled & (labels == 2))
+    error = expected_error(frame, dense)
+    of_blocks = error[completion.filled & (labels == 1)].astype(np.float64)
+    figures = error_summary(error, dense)
+    assert figures.rms == pytest.approx(np.sqrt(np.mean(of_blocks**2)))
+    assert (figures.median, figures.p90) == pytest.approx((np.median(of_blocks), np.quantile(of_blocks, 0.9)))
+    assert error_summary(error, completion).rms != figures.rms
+    assert np.isnan(summarised(np.full(3, np.nan, np.float32))).all()
 
 
 def test_what_does_not_fit_is_refused():

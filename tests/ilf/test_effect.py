@@ -113,3 +113,24 @@ def test_the_correction_network_is_asked_once_for_both_states(
     before, after = (replace(run, parameters=ilf.preset(), drawn=None) for run in moved[:2])
     assert edit_effect(before, after, moved[2]).held_out is not None
     assert len(asked) == 1
+
+
+def test_an_edit_is_judged_by_the_truth_where_there_is_one(moved: tuple[Run, Run, LabelPatch]) -> None:
+    before, after, patch = moved
+    columns = np.arange(64) + np.zeros_like(after.blocks)
+    measured = np.where((columns > 26) & (columns < 33), np.nan, after.frame.depth)
+    truth = np.where(after.blocks == 1, 1.5, 2.4).astype(np.float32) + 0.0 * columns
+    frame = ilf.RGBDFrame(after.frame.rgb, measured).with_truth(truth)
+    before, after = (replace(run, frame=frame) for run in (before, after))
+    done = before.complete(), after.complete()
+    effect = edit_effect(before, after, patch, done)
+    both = done[0].filled & done[1].filled
+    squares = [np.square(one.depth - frame.truth)[both].astype(float) for one in done]
+    assert effect.by_truth == pytest.approx([np.sqrt(np.mean(square)) for square in squares], rel=1e-5)
+    assert edit_effect(before, after, patch).by_truth == pytest.approx(effect.by_truth, rel=1e-5), "completed for it"
+    none = edit_effect(*(replace(run, frame=ilf.RGBDFrame(frame.rgb, measured)) for run in moved[:2]), patch)
+    assert none.by_truth is None
+    little = np.full_like(truth, np.nan)
+    little[0] = truth[0]
+    rarely = [replace(run, frame=frame.with_truth(little)) for run in (before, after)]
+    assert edit_effect(*rarely, patch, done).by_truth is None, "known at too few of the pixels"

@@ -16,6 +16,7 @@ from PIL import Image
 
 import ilf
 from ilf.cli import main
+from ilf.confidence import error_summary
 from ilf.errors import InputError
 from ilf.io.frame_source import FrameSource
 from ilf.judgement import HiddenTest, judge_blocks, judge_completion, judge_hidden
@@ -154,6 +155,12 @@ def test_the_page_of_a_frame_is_whole_and_its_numbers_are_those_of_the_judgement
         assert row[5:7] == [outcome.status, str(outcome.iterations)]
         assert row[7] == millimetres(outcome.sigma_i)
         assert row[9] == millimetres(by_block[outcome.label].rmse)
+    # expected errors, each by its name
+    figures = error_summary(expected, subject.completion)
+    for name, figure in (("Expected error, RMS", figures.rms), ("Expected error, median", figures.median)):
+        assert page.words[page.words.index(name) + 1] == f"{millimetres(figure)} mm"
+    heads = [cell for table in page.tables for cell in table[0] if "expected error" in cell.lower() and "mm" in cell]
+    assert set(heads) == {"Expected error, RMS [mm]"}
     # parameters, curves, kept runs, files
     assert page.table("parameter", "name", "value") == [["Iterations, at most", "max_iterations", "25"]]
     assert page.table("no.", "block", "values of its own")[0][2] == "smoothness 3 x"

@@ -191,7 +191,7 @@ def _in_work(left: LeftWork, base: Parts | None) -> dict[str, str]:
         raise InputError(left.problem or " ".join(left.read.problems))
     digests = {}
     for frame in left.read.project.frames:
-        parts = left.parts if frame.id in left.changed else base
+        parts = left.parts if frame.id in left.stored else base
         if parts is not None and frame_part(frame.id) in parts.names():
             digests[frame.id] = _digest(frame, parts)
     return digests
