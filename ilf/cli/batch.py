@@ -21,6 +21,7 @@ from ..number_words import counted, millimetres
 from ..parameters import DEFAULT_PRESET, PRESETS, Parameters
 from ..run import Recipe
 from ..sources import open_source
+from .ending import allowing
 from .export_options import add_export_options, export_options
 from .given_blocks import add_given_blocks, check_given_blocks
 from .parsing import (
@@ -52,6 +53,9 @@ _USAGE = """ilf batch SOURCE... --out DIR [options]
 
 _REACH = 3
 """Frames before and after that help one to be steady."""
+
+_ENDING_S = 30.0
+"""How long it may take to end [s]: its processes end, and the manifest is written over all that is done."""
 
 _NAMED = 5
 """Failed frames that are named on the terminal; the manifest has all."""
@@ -145,12 +149,13 @@ def run(arguments: argparse.Namespace) -> None:
     )
     started = time.perf_counter()
     done: list[FrameOutcome] = []
-    try:
-        _complete(batch, arguments, done)
-    finally:
-        all_of_them = batch.write_manifest()
-        if not arguments.quiet:
-            print("\n".join(_summary(batch, done, time.perf_counter() - started)), flush=True)
+    with allowing(_ENDING_S):
+        try:
+            _complete(batch, arguments, done)
+        finally:
+            all_of_them = batch.write_manifest()
+            if not arguments.quiet:
+                print("\n".join(_summary(batch, done, time.perf_counter() - started)), flush=True)
     shown = [path.name for path in _pictures(arguments, batch, all_of_them)]
     if not arguments.quiet:
         print(f"Written to {arguments.out}: {', '.join(['manifest.csv', *shown])}, and a folder for each frame.")

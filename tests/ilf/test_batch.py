@@ -6,6 +6,7 @@ import csv
 import dataclasses
 import json
 import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -347,6 +348,49 @@ def test_what_is_no_address_is_not_asked_for_a_scheduler(monkeypatch):
     monkeypatch.setattr(distributed, "Client", lambda **_: pytest.fail("a client was made"))
     with pytest.raises(InputError, match="no Dask scheduler at nowhere"):
         next(outcomes_on_cluster(None, (), "nowhere"))
+
+
+_LOST = """
+import subprocess, sys
+from pathlib import Path
+
+import distributed
+
+from ilf.cli import main
+
+source, out, told = sys.argv[1:]
+if __name__ == "__main__":
+    command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0"]
+    with subprocess.Popen([*command, "--no-dashboard", "--scheduler-file", told], stderr=subprocess.DEVNULL) as scheduler:
+        try:
+            while not Path(told).exists():
+                assert scheduler.poll() is None
+            as_completed = distributed.as_completed
+
+            def lost(*args, **more):  # once the frames have been handed in
+                scheduler.kill()
+                return as_completed(*args, **more)
+
+            distributed.as_completed = lost
+            sys.exit(main(["batch", source, "--out", out, "--dask", told]))
+        finally:
+            scheduler.kill()
+"""
+
+
+def test_a_scheduler_that_is_lost_is_told_in_one_line(source, tmp_path):
+    pytest.importorskip("distributed")
+    told = tmp_path / "scheduler.json"
+    ended = subprocess.run(
+        [sys.executable, "-c", _LOST, source, tmp_path / "out", told], capture_output=True, text=True
+    )
+    assert ended.returncode == 1
+    assert ended.stderr == (
+        f"ilf: error: The connection to the Dask scheduler at {told} was lost. Frames that are done stay: start the "
+        "same command again to resume.\n"
+    )
+    assert "3 not done" in ended.stdout
+    assert (tmp_path / "out" / "manifest.csv").exists()
 
 
 def test_sources_of_one_name_are_refused(source):
