@@ -79,6 +79,25 @@ def test_what_does_not_end_is_cut_short_and_leaves_neither_files_nor_processes(t
         assert command.stderr.read() == "ilf: error: ended by SIGTERM\n"
 
 
+_STARTING = """
+import os, signal
+from ilf.processes import process_pool
+
+if __name__ == "__main__":
+    with process_pool(1) as pool:
+        print(pool.submit(abs, -1).result())
+else:  # the other process is being started
+    os.kill(os.getpid(), signal.SIGINT)
+"""
+
+
+@posix
+def test_a_process_that_is_being_started_leaves_the_terminal_s_interrupt_to_who_starts_it(tmp_path: Path) -> None:
+    (tmp_path / "program.py").write_text(_STARTING)
+    ended = subprocess.run([sys.executable, tmp_path / "program.py"], capture_output=True, text=True)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, "1\n", "")
+
+
 _BATCH = """
 import sys, time
 from ilf.batch import batch
