@@ -43,7 +43,7 @@ from .parsing import (
     seeds_of,
     with_given,
 )
-from .progress import Bar
+from .progress import FramesBar
 from .report import warn
 
 _USAGE = """ilf batch SOURCE... --out DIR [options]
@@ -217,24 +217,13 @@ def _complete(batch: Batch, arguments: argparse.Namespace, done: list[FrameOutco
     """Complete the frames, with a bar, and add what comes of each."""
     shown = not arguments.quiet and (sys.stderr.isatty() if arguments.progress is None else arguments.progress)
     there = len(batch.finished) + len(batch.failed)
-    failed = len(batch.failed)
     with (
-        Bar(
-            total=there + len(batch.to_do),
-            initial=there,
-            disable=not shown,
-            mininterval=0,
-            leave=False,
-            dynamic_ncols=True,
-            bar_format="{n_fmt}/{total_fmt} frames |{bar:30}| {elapsed}, {remaining} left{postfix}",
-        ) as bar,
+        FramesBar(there + len(batch.to_do), there, len(batch.failed), shown=shown) as bar,
         closing(batch.outcomes(jobs=arguments.jobs or 1, cluster=arguments.dask)) as outcomes,
     ):
         for outcome in outcomes:
             done.append(outcome)
-            failed += outcome.status is FrameStatus.FAILED
-            bar.set_postfix_str(f"{failed} failed" if failed else "", refresh=False)
-            bar.update(1)
+            bar.add(completed=outcome.status is FrameStatus.COMPLETED)
 
 
 def _summary(batch: Batch, done: Sequence[FrameOutcome], seconds: float) -> list[str]:
@@ -245,7 +234,7 @@ def _summary(batch: Batch, done: Sequence[FrameOutcome], seconds: float) -> list
     if left := len(batch.to_do) - len(done):
         parts.append(f"{left} not done")
     total = len(batch.to_do) + len(batch.finished) + len(batch.failed)
-    rate = f" ({len(done) / seconds:.2g} frames per second)" if done else ""
+    rate = f" ({len(completed) / seconds:.2g} frames per second)" if completed else ""
     lines = [f"{counted(total, 'frame')}: {', '.join(parts)}, in {seconds:.0f} s{rate}."]
     if left:
         lines.append("Give the same command again to go on.")

@@ -42,6 +42,7 @@ from ilf.batch.settings import read_settings, write_settings
 from ilf.batch.steady import steady_depth
 from ilf.batch.task import Task, complete_frame
 from ilf.cli import main
+from ilf.cli.progress import FramesBar
 from ilf.errors import FormatError, InputError
 from ilf.io.frame_source import FrameSource
 from ilf.judgement import HiddenTest
@@ -174,6 +175,25 @@ def test_failed_frames_are_told_and_tried_again_on_request(source, tmp_path, in_
     assert main(command) == 0  # it has changed since
     assert in_this_process[4:] == ["rgb/0001"]
     assert [row["status"] for row in manifest(out)] == ["completed"] * 3
+
+
+def test_the_time_left_follows_from_frames_completed_since_the_start(source, tmp_path, capsys, in_this_process):
+    with FramesBar(100, 40, 3, shown=True) as bar:
+        bar.start_t -= 3600
+        for _ in range(20):
+            bar.add(completed=False)
+        assert "60/100 frames" in str(bar)
+        assert "?" in str(bar)
+        for _ in range(2):
+            bar.add(completed=True)
+        assert ", 19:00:" in str(bar)  # 38 left, at half an hour each
+        assert str(bar).endswith("left, 23 failed")
+    (source / "depth" / "0001.png").write_bytes(b"no image")
+    assert main(["batch", str(source), "--out", str(tmp_path / "out"), "--progress", "--frames", "1:2", *FLAGS]) == 1
+    told = capsys.readouterr()
+    assert "1/1 frames" in told.err
+    assert "? left, 1 failed" in told.err
+    assert "frames per second" not in told.out
 
 
 def test_whatever_is_wrong_with_a_frame_is_its_outcome(source, tmp_path, monkeypatch, in_this_process):
