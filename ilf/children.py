@@ -1,4 +1,4 @@
-"""Python for a process of its own: the interpreter, or this program itself where it is frozen and has none beside it."""
+"""Python for a process of its own: the interpreter, or this program itself where it is frozen and has none."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def child_command(module: str) -> list[str]:
 
 
 def serve_as_child() -> None:
-    """Called first by every entry point. In a frozen program that was started as a child of itself, by `child_command` or
-    by `multiprocessing`, it does that child's work and does not return."""
+    """Called first by every entry point. In a frozen program that was started as a child of itself, by `child_command`
+    or by `multiprocessing`, it does that child's work and does not return."""
     if not _is_frozen():
         return
     import multiprocessing

@@ -17,8 +17,8 @@ def pcd_parts(cloud: PointCloud, *, axes: str = "camera", unit: str = "m", ascii
     """A PCD file, part by part.
 
     Of every point float x, y, z; rgb, packed into the bits of a float as that library has it; normal_x, normal_y,
-    normal_z where there are normals; and the scalars as in PLY. The camera is the viewpoint. A cloud with a point for every
-    pixel of its image is organised: WIDTH and HEIGHT are the image's.
+    normal_z where there are normals; and the scalars as in PLY. The camera is the viewpoint. A cloud with a point for
+    every pixel of its image is organised: WIDTH and HEIGHT are the image's.
 
     Parameters
     ----------

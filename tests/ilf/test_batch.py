@@ -381,7 +381,8 @@ from ilf.cli import main
 source, out, told = sys.argv[1:]
 if __name__ == "__main__":
     command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0"]
-    with subprocess.Popen([*command, "--no-dashboard", "--scheduler-file", told], stderr=subprocess.DEVNULL) as scheduler:
+    command += ["--no-dashboard", "--scheduler-file", told]
+    with subprocess.Popen(command, stderr=subprocess.DEVNULL) as scheduler:
         try:
             while not Path(told).exists():
                 assert scheduler.poll() is None
