@@ -45,8 +45,8 @@ class WorkRow(QWidget):
         self.show()
 
     def show_share(self, share: float, worked: float | None = None) -> None:
-        """So much is done, 0-1; `worked` is the share of the work since `begin`, where `share` also counts what was done
-        before, or took no time."""
+        """So much is done, 0-1; `worked` is the share of the work since `begin`, where `share` also counts what was
+        done before, or took no time."""
         self.bar.setValue(round(1000 * share))
         self._pace.note(share if worked is None else worked)
         left = self._pace.text()

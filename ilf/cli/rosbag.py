@@ -39,8 +39,8 @@ def add_command(commands: Commands) -> None:
         "rosbag",
         help="write completed depth as a recording of ROS 2",
         description=f"Write the completed depth of runs as a recording of ROS 2, with the topics {DEPTH_TOPIC}, "
-        f"{CAMERA_TOPIC}, {COLOUR_TOPIC} and, where runs have one, {ERROR_TOPIC}, and with the times of the frames that "
-        "it was completed from.",
+        f"{CAMERA_TOPIC}, {COLOUR_TOPIC} and, where runs have one, {ERROR_TOPIC}, and with the times of the frames "
+        "that it was completed from.",
         allow_abbrev=False,
     )
     parser.set_defaults(command=run)
