@@ -20,7 +20,7 @@ class Bar(tqdm):
 
 
 class FramesBar(Bar):
-    """A bar of a batch's frames on stderr, as long as the context lasts. The time left follows from the frames that were
+    """A bar of a batch's frames on stderr, as long as the context lasts. The time left follows from the frames
     completed in this time: those that failed, or were there before, took hardly any.
 
     Parameters
