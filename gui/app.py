@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from gui.display import display_problem, qt_problem
 from ilf.assets import asset_path
+from ilf.children import serve_as_child
 from ilf.cli.ending import ending_at_once
 from ilf.errors import IlfError, InputError
 from ilf.extras import optional
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point of `ilf-gui`."""
+    serve_as_child()
     # whatever takes long to import is imported after this
     with ending_at_once("ilf-gui"):
         try:

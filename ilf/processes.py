@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import multiprocessing
+import signal
 import time
 from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from multiprocessing.context import SpawnContext, SpawnProcess
 from multiprocessing.process import BaseProcess
 from typing import Any, TypeVar
 
@@ -18,6 +20,27 @@ _GRACE_S = 0.3
 """What processes are given to take away what they were writing."""
 
 Result = TypeVar("Result")
+
+
+class _Process(SpawnProcess):
+    """A process that does not hear Ctrl+C, as `live_by` has it, from its first moment on."""
+
+    def start(self) -> None:
+        """As any process is started; what is blocked here meanwhile stays so there."""
+        if not hasattr(signal, "pthread_sigmask"):  # Windows
+            super().start()
+            return
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            super().start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+class ProcessContext(SpawnContext):
+    """How this program has other processes made: anew, with nothing of this one in them."""
+
+    Process = _Process
 
 
 @contextmanager
@@ -32,7 +55,7 @@ def process_pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
     jobs : int
         How many there are.
     """
-    context = multiprocessing.get_context("spawn")
+    context = ProcessContext()
     # nothing is ever sent: its other end is only in this process, and closes with it
     lifeline, held = context.Pipe(duplex=False)
     pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=live_by, initargs=(lifeline.recv_bytes,))

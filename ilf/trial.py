@@ -13,6 +13,7 @@ from contextlib import suppress
 from importlib.util import find_spec
 from typing import Any
 
+from .children import child_command
 from .errors import FormatError, IlfError, InputError
 from .lifeline import live_by
 
@@ -87,7 +88,7 @@ def run_apart(work: bytes, seconds: float) -> tuple[int, bytes]:
     reading, writing = os.pipe()
     with open(writing, "wb", buffering=0) as held, open(reading, "rb", buffering=0) as stdin:
         child = subprocess.Popen(
-            [sys.executable, "-P", "-c", f"from {__name__} import main; main()"],
+            child_command(__name__),
             stdin=stdin,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,

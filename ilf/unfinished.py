@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -51,7 +52,10 @@ def moving() -> Iterator[None]:
 
 def discard_unfinished() -> None:
     """For a process that ends now, whatever its threads are doing: what is being moved is finished, all else that is
-    being written is taken away. Nothing is moved any more after that."""
+    being written is taken away, and semaphores that other processes share are given back. Nothing is moved any more
+    after that."""
+    if (shared := sys.modules.get("multiprocessing.util")) is not None:
+        shared._run_finalizers(0)  # as at the interpreter's end; whoever tracks semaphores warns of those that are left
     _moving.acquire(timeout=_MOVING_LIMIT_S)
     for path, folders in list(_paths.items()):
         remove(path)

@@ -36,7 +36,7 @@ class BatchPart(Part):
         self.worker.failed.connect(self._fail)
         self.worker.cancelled.connect(lambda: self._end("Cancelled: begun again, it does what is not done yet."))
         self._folder = Path()
-        self._total, self._done, self._failed = 0, 0, 0
+        self._total, self._done, self._failed, self._completed = 0, 0, 0, 0
         for signal in (desk.workspace.entries.added, desk.workspace.entries.removed):
             signal.connect(lambda *_: self._allow())
         self._allow()
@@ -78,7 +78,8 @@ class BatchPart(Part):
             dialog.sheet.isChecked(),
             dialog.video.isChecked(),
         )
-        self._folder, self._total, self._done, self._failed = wish.folder, len(wish.only), 0, 0
+        self._folder, self._total = wish.folder, len(wish.only)
+        self._done, self._failed, self._completed = 0, 0, 0
         dialog.begin()
         self.worker.start(lambda: batch_steps(wish))
 
@@ -108,12 +109,17 @@ class BatchPart(Part):
     def _take(self, items: list[Opened | FrameOutcome]) -> None:
         outcomes: list[FrameOutcome] = []
         for item in items:
-            outcomes += [*item.batch.finished, *item.batch.failed] if isinstance(item, Opened) else [item]
+            if isinstance(item, Opened):
+                outcomes += [*item.batch.finished, *item.batch.failed]
+            else:
+                outcomes.append(item)
+                self._completed += item.status is FrameStatus.COMPLETED
         self._done += len(outcomes)
         self._failed += sum(outcome.status is FrameStatus.FAILED for outcome in outcomes)
         if outcomes:
             self.dialog.table.outcomes.add(outcomes)
-        self.dialog.work.show_share(self._done / max(self._total, 1))
+        left = self._total - self._done
+        self.dialog.work.show_share(self._done / max(self._total, 1), self._completed / max(self._completed + left, 1))
         self.dialog.state.say(self._text())
 
     def _text(self) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import tempfile
 import traceback
 from collections.abc import Generator, Sequence
@@ -15,6 +14,7 @@ from ilf.experiments import EXPERIMENTS, Progress, Settings, run_experiment, wri
 from ilf.experiments.sources import find_sources
 from ilf.io.folders import made_folder
 from ilf.lifeline import live_by
+from ilf.processes import ProcessContext
 
 _POLL_S = 0.1
 """Longest time until a wish to stop is noticed."""
@@ -60,7 +60,7 @@ def run_apart(names: Sequence[str], settings: Settings, folder: Path) -> Generat
     IlfError, OSError
         What the run ended on. A process that breaks off without a word is an IlfError too.
     """
-    context = multiprocessing.get_context("spawn")
+    context = ProcessContext()
     receiving, sending = context.Pipe(duplex=False)
     lifeline, held = context.Pipe(duplex=False)
     process = context.Process(target=_work, args=(tuple(names), settings, folder, sending, lifeline), daemon=True)

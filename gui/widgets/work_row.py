@@ -44,10 +44,11 @@ class WorkRow(QWidget):
         self.show_share(0.0)
         self.show()
 
-    def show_share(self, share: float) -> None:
-        """So much is done, 0-1."""
+    def show_share(self, share: float, worked: float | None = None) -> None:
+        """So much is done, 0-1; `worked` is the share of the work since `begin`, where `share` also counts what was
+        done before, or took no time."""
         self.bar.setValue(round(1000 * share))
-        self._pace.note(share)
+        self._pace.note(share if worked is None else worked)
         left = self._pace.text()
         self.bar.setFormat(f"{share:.0%}, {left}" if left else f"{share:.0%}")
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import logging
 import os
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterator, Sequence
+from concurrent.futures import CancelledError
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
+from ..errors import IlfError, InputError
 from ..extras import optional
 from ..io.files import read_json
 from ..sections import Section
@@ -41,12 +44,32 @@ def outcomes_on_cluster(task: Task, frames: Sequence[BatchFrame], address: str) 
         If `distributed` is not installed (extra `cluster`), there is no scheduler, or its workers do not see the folder
         of the results.
     IlfError
-        As `complete_frame` does.
+        If the connection to the scheduler is lost; and as `complete_frame` does.
     """
     distributed = optional("distributed", "cluster", "A batch on several machines")
-    with _client(distributed, address) as client:
-        again = yield from _given_up(distributed, client, task, frames)
+    try:
+        with _without_its_log(), _client(distributed, address) as client:
+            again = yield from _given_up(distributed, client, task, frames)
+    except (CancelledError, distributed.comm.CommClosedError) as error:
+        raise IlfError(
+            f"The connection to the Dask scheduler at {address} was lost. Frames that are done stay: start the same "
+            "command again to resume."
+        ) from error
     yield from outcomes_here(task, again)
+
+
+@contextmanager
+def _without_its_log() -> Iterator[None]:
+    """Within the block, Dask does not log what its exceptions tell as well."""
+    loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
+    levels = [logger.level for logger in loggers]
+    try:
+        for logger in loggers:
+            logger.setLevel(logging.CRITICAL + 1)
+        yield
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
 
 
 def scheduler_address(address: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..children import serve_as_child
 from .ending import ending_at_once
 
 
@@ -21,6 +22,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         Exit status: 0 if all is well, 1 after an error, 2 for wrong usage, 130 if interrupted, 143 and 129 if ended by
         SIGTERM or SIGHUP. Whatever goes wrong is one line on stderr; nothing that was being written is left half done.
     """
+    serve_as_child()
     with ending_at_once("ilf"):
         from .commands import run  # takes a second, in which it can be asked to end, too
 

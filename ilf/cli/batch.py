@@ -22,6 +22,7 @@ from ..number_words import counted, millimetres
 from ..parameters import DEFAULT_PRESET, PRESETS, Parameters
 from ..run import Recipe
 from ..sources import open_source
+from .ending import allowing
 from .export_options import add_export_options, export_options
 from .given_blocks import add_given_blocks, check_given_blocks
 from .parsing import (
@@ -43,7 +44,7 @@ from .parsing import (
     seeds_of,
     with_given,
 )
-from .progress import Bar
+from .progress import FramesBar
 from .report import warn
 
 _USAGE = """ilf batch SOURCE... --out DIR [options]
@@ -53,6 +54,9 @@ _USAGE = """ilf batch SOURCE... --out DIR [options]
 
 _REACH = 3
 """Frames before and after that help one to be steady."""
+
+_ENDING_S = 30.0
+"""How long it may take to end [s]: its processes end, and the manifest is written over all that is done."""
 
 _NAMED = 5
 """Failed frames that are named on the terminal; the manifest has all."""
@@ -146,12 +150,13 @@ def run(arguments: argparse.Namespace) -> None:
     )
     started = time.perf_counter()
     done: list[FrameOutcome] = []
-    try:
-        _complete(batch, arguments, done)
-    finally:
-        all_of_them = batch.write_manifest()
-        if not arguments.quiet:
-            print("\n".join(_summary(batch, done, time.perf_counter() - started)), flush=True)
+    with allowing(_ENDING_S):
+        try:
+            _complete(batch, arguments, done)
+        finally:
+            all_of_them = batch.write_manifest()
+            if not arguments.quiet:
+                print("\n".join(_summary(batch, done, time.perf_counter() - started)), flush=True)
     shown = [path.name for path in _pictures(arguments, batch, all_of_them)]
     if not arguments.quiet:
         print(f"Written to {arguments.out}: {', '.join(['manifest.csv', *shown])}, and a folder for each frame.")
@@ -213,24 +218,13 @@ def _complete(batch: Batch, arguments: argparse.Namespace, done: list[FrameOutco
     """Complete the frames, with a bar, and add what comes of each."""
     shown = not arguments.quiet and (sys.stderr.isatty() if arguments.progress is None else arguments.progress)
     there = len(batch.finished) + len(batch.failed)
-    failed = len(batch.failed)
     with (
-        Bar(
-            total=there + len(batch.to_do),
-            initial=there,
-            disable=not shown,
-            mininterval=0,
-            leave=False,
-            dynamic_ncols=True,
-            bar_format="{n_fmt}/{total_fmt} frames |{bar:30}| {elapsed}, {remaining} left{postfix}",
-        ) as bar,
+        FramesBar(there + len(batch.to_do), there, len(batch.failed), shown=shown) as bar,
         closing(batch.outcomes(jobs=arguments.jobs or 1, cluster=arguments.dask)) as outcomes,
     ):
         for outcome in outcomes:
             done.append(outcome)
-            failed += outcome.status is FrameStatus.FAILED
-            bar.set_postfix_str(f"{failed} failed" if failed else "", refresh=False)
-            bar.update(1)
+            bar.add(completed=outcome.status is FrameStatus.COMPLETED)
 
 
 def _summary(batch: Batch, done: Sequence[FrameOutcome], seconds: float) -> list[str]:
@@ -241,7 +235,7 @@ def _summary(batch: Batch, done: Sequence[FrameOutcome], seconds: float) -> list
     if left := len(batch.to_do) - len(done):
         parts.append(f"{left} not done")
     total = len(batch.to_do) + len(batch.finished) + len(batch.failed)
-    rate = f" ({len(done) / seconds:.2g} frames per second)" if done else ""
+    rate = f" ({len(completed) / seconds:.2g} frames per second)" if completed else ""
     lines = [f"{counted(total, 'frame')}: {', '.join(parts)}, in {seconds:.0f} s{rate}."]
     if left:
         lines.append("Give the same command again to go on.")

@@ -19,6 +19,9 @@ LIMIT_S = 0.2
 """What has not ended so long after it was asked to is cut short: a library may be busy for longer, and hears nothing
 meanwhile."""
 
+_allowed: list[float] = []
+"""What `allowing` grants at present [s]."""
+
 _ASKING = tuple(signal.Signals[name] for name in ("SIGINT", "SIGTERM", "SIGHUP") if name in signal.Signals.__members__)
 
 # at the end of a command, and of the window, what is in memory need not be searched for circles, for half a second
@@ -54,6 +57,17 @@ def ending_when_asked() -> Iterator[None]:
 
     with _heard(ask, "ilf", LIMIT_S):
         yield
+
+
+@contextmanager
+def allowing(limit_s: float) -> Iterator[None]:
+    """A command that is asked to end within the block has so long for it [s], in place of `LIMIT_S`: to write down what
+    is done. A second request cuts it short all the same."""
+    _allowed.append(limit_s)
+    try:
+        yield
+    finally:
+        _allowed.remove(limit_s)
 
 
 @contextmanager
@@ -103,7 +117,7 @@ def _cut_short(watching: socket.socket, program: str, limit_s: float) -> None:
         if not told:
             return
         number = told[0]
-    watching.settimeout(limit_s)
+    watching.settimeout(max([limit_s, *_allowed]))
     with suppress(TimeoutError, BlockingIOError):
         if not watching.recv(1):
             return

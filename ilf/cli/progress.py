@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 from tqdm import tqdm
 
@@ -17,6 +17,46 @@ class Bar(tqdm):
 
     # otherwise the first bar starts a thread that outlives it
     monitor_interval = 0
+
+
+class FramesBar(Bar):
+    """A bar of a batch's frames on stderr, as long as the context lasts. The time left follows from the frames
+    completed in this time: those that failed, or were there before, took hardly any.
+
+    Parameters
+    ----------
+    total, done, failed : int
+        Frames in all; those that come to nothing new, and how many of these failed before.
+    shown : bool
+        Whether there is a bar at all.
+    """
+
+    def __init__(self, total: int, done: int, failed: int, *, shown: bool) -> None:
+        self.completed, self.failed = 0, failed
+        super().__init__(
+            total=total,
+            initial=done,
+            disable=not shown,
+            mininterval=0,
+            leave=False,
+            dynamic_ncols=True,
+            bar_format="{n_fmt}/{total_fmt} frames |{bar:30}| {elapsed}, {left} left{postfix}",
+        )
+
+    def add(self, *, completed: bool) -> None:
+        """One frame more is completed, or has failed."""
+        self.completed += completed
+        self.failed += not completed
+        self.set_postfix_str(f"{self.failed} failed" if self.failed else "", refresh=False)
+        self.update(1)
+
+    @property
+    def format_dict(self) -> dict[str, Any]:
+        """What there is for the bar to show."""
+        known: dict[str, Any] = super().format_dict
+        left = self.total - self.n
+        known["left"] = self.format_interval(known["elapsed"] * left / self.completed) if self.completed else "?"
+        return known
 
 
 class _Shown:

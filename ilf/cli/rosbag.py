@@ -1,4 +1,4 @@
-"""`ilf rosbag`: completed depth of runs as a recording of ROS 2."""
+"""`ilf rosbag`: completed depth of runs, with colour and expected error, as a recording of ROS 2."""
 
 from __future__ import annotations
 
@@ -6,15 +6,31 @@ import argparse
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..errors import InputError
 from ..io import load_frame
-from ..io.ros_output import CAMERA_TOPIC, DEPTH_TOPIC, ENCODINGS_OF_ROS, STORAGES, StampedDepth, write_rosbag
+from ..io.depth_files import depth_in_metres, read_depth_values
+from ..io.ros_output import (
+    CAMERA_TOPIC,
+    COLOUR_TOPIC,
+    DEPTH_TOPIC,
+    ENCODINGS_OF_ROS,
+    ERROR_TOPIC,
+    STORAGES,
+    StampedDepth,
+    write_rosbag,
+)
 from ..number_words import counted
 from ..run import read_record
-from ..run.options import RECORD_FILE
+from ..run.options import ERROR_FILES, RECORD_FILE
 from ..run.result_folders import result_folders
 from ..run.stamps import stamp_of
 from .parsing import Commands
+
+_BEST_FIRST = ("npy", "tiff", "png")
+"""Formats of depth files, the most precise first."""
 
 
 def add_command(commands: Commands) -> None:
@@ -22,8 +38,9 @@ def add_command(commands: Commands) -> None:
     parser = commands.add_parser(
         "rosbag",
         help="write completed depth as a recording of ROS 2",
-        description=f"Write the completed depth of runs as a recording of ROS 2, with the topics {DEPTH_TOPIC} and "
-        f"{CAMERA_TOPIC}, and with the times of the frames that it was completed from.",
+        description=f"Write the completed depth of runs as a recording of ROS 2, with the topics {DEPTH_TOPIC}, "
+        f"{CAMERA_TOPIC}, {COLOUR_TOPIC} and, where runs have one, {ERROR_TOPIC}, and with the times of the frames "
+        "that it was completed from.",
         allow_abbrev=False,
     )
     parser.set_defaults(command=run)
@@ -40,7 +57,7 @@ def add_command(commands: Commands) -> None:
         "--encoding",
         choices=ENCODINGS_OF_ROS,
         default=ENCODINGS_OF_ROS[0],
-        help="32FC1 for metres (default), 16UC1 for millimetres",
+        help="of depth: 32FC1 for metres (default), 16UC1 for millimetres",
     )
     parser.add_argument("--storage", choices=STORAGES, default=STORAGES[0], help=f"(default: {STORAGES[0]})")
     parser.add_argument(
@@ -88,4 +105,17 @@ def _stamped(folders: list[Path], rate: float | None) -> Iterator[tuple[int, Pat
 
 def _frame(folder: Path, stamp: int) -> StampedDepth:
     frame = load_frame(folder)
-    return StampedDepth(frame.depth, frame.intrinsics, stamp)
+    return StampedDepth(frame.depth, frame.intrinsics, stamp, frame.rgb, _expected_error(folder, frame.shape))
+
+
+def _expected_error(folder: Path, shape: tuple[int, int]) -> NDArray[np.float32] | None:
+    """Of a result [m], from the most precise of its files; None if it has none."""
+    for kind in _BEST_FIRST:
+        path = folder / ERROR_FILES[kind]
+        if not path.is_file():
+            continue
+        values = read_depth_values(path)
+        if values.shape != shape:
+            raise InputError(f"{path} has another size than the frame. Complete the frame again.")
+        return depth_in_metres(values, read_record(folder / RECORD_FILE).options.depth_units if kind == "png" else 1.0)
+    return None

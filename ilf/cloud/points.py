@@ -40,6 +40,8 @@ class PointCloud:
     scalars : mapping, optional
         Name -> ndarray (N,): "expected_error" float32 [m], 0 where depth was measured; "filled" bool; "unvouched" bool;
         "block" int32, 0 = none. Others under any name of letters, digits and underscores; all are written as float32.
+    image_shape : (int, int), optional
+        Rows and columns of the image, where every one of its pixels has a point: an organised cloud, row by row.
 
     Raises
     ------
@@ -51,6 +53,7 @@ class PointCloud:
     colours: NDArray[np.uint8]
     normals: NDArray[np.float32] | None = None
     scalars: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    image_shape: tuple[int, int] | None = None
 
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 3 or self.points.shape != self.colours.shape:
@@ -60,6 +63,8 @@ class PointCloud:
             )
         if self.normals is not None and self.normals.shape != self.points.shape:
             raise InputError(f"The cloud's normals must have shape {self.points.shape}, not {self.normals.shape}.")
+        if self.image_shape is not None and self.image_shape[0] * self.image_shape[1] != len(self.points):
+            raise InputError(f"An image of shape {self.image_shape} has not {len(self.points)} pixels.")
         for name, values in self.scalars.items():
             if not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII):
                 raise InputError(f"A scalar's name has letters, digits and underscores, which {name!r:.60} has not.")
@@ -108,7 +113,7 @@ def point_cloud(
     Returns
     -------
     PointCloud
-        In camera axes, row by row.
+        In camera axes, row by row; organised if every pixel gives a point.
 
     Raises
     ------
@@ -142,6 +147,7 @@ def point_cloud(
         colour.reshape(-1, 3)[pixels],
         None if normals is None else normals.reshape(-1, 3)[pixels],
         of_points,
+        z_image.shape if len(points) == z_image.size else None,
     )
 
 

@@ -17,7 +17,8 @@ def pcd_parts(cloud: PointCloud, *, axes: str = "camera", unit: str = "m", ascii
     """A PCD file, part by part.
 
     Of every point float x, y, z; rgb, packed into the bits of a float as that library has it; normal_x, normal_y,
-    normal_z where there are normals; and the scalars as in PLY. The camera is the viewpoint.
+    normal_z where there are normals; and the scalars as in PLY. The camera is the viewpoint. A cloud with a point for
+    every pixel of its image is organised: WIDTH and HEIGHT are the image's.
 
     Parameters
     ----------
@@ -29,6 +30,7 @@ def pcd_parts(cloud: PointCloud, *, axes: str = "camera", unit: str = "m", ascii
     normals = [replace(column, name=f"normal_{column.name[1]}") for column in parts.normals]
     columns = [*parts.points, Column("rgb", _packed(cloud.colours)), *normals, *scalar_columns(parts.scalars)]
     ones = " ".join("1" for _ in columns)
+    height, width = cloud.image_shape or (1, len(cloud))
     yield "\n".join(
         [
             "# .PCD v0.7 - Point Cloud Data file format",
@@ -37,8 +39,8 @@ def pcd_parts(cloud: PointCloud, *, axes: str = "camera", unit: str = "m", ascii
             f"SIZE {ones.replace('1', '4')}",
             f"TYPE {ones.replace('1', 'F')}",
             f"COUNT {ones}",
-            f"WIDTH {len(cloud)}",
-            "HEIGHT 1",
+            f"WIDTH {width}",
+            f"HEIGHT {height}",
             "VIEWPOINT 0 0 0 1 0 0 0",
             f"POINTS {len(cloud)}",
             f"DATA {'ascii' if ascii else 'binary'}\n",

@@ -1,10 +1,10 @@
-"""Completed depth -> a recording of ROS 2."""
+"""Completed depth, with its colour and its expected error -> a recording of ROS 2."""
 
 from __future__ import annotations
 
 import os
 import secrets
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from ..unfinished import moving, remove, unfinished
 from .depth_files import UINT16_MAX
 
 DEPTH_TOPIC, CAMERA_TOPIC = "/depth_completed", "/camera_info"
+COLOUR_TOPIC, ERROR_TOPIC = "/image_rect_color", "/expected_error"
 ENCODINGS_OF_ROS = ("32FC1", "16UC1")
 STORAGES = ("mcap", "sqlite3")
 _IMAGE, _INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
@@ -27,7 +28,7 @@ _PURPOSE = "A recording of ROS 2"
 
 @dataclass(frozen=True, eq=False)
 class StampedDepth:
-    """The depth of one moment.
+    """The depth of one moment, and what there is beside it.
 
     Attributes
     ----------
@@ -37,11 +38,17 @@ class StampedDepth:
         None if they are not known: the camera is then told as one without calibration.
     stamp : int
         Time [ns], of the source's clock.
+    rgb : ndarray of uint8, shape (H, W, 3), or None
+        Red first.
+    expected_error : ndarray of float32, shape (H, W), or None
+        [m], NaN where depth was measured or is missing.
     """
 
     depth: NDArray[np.float32]
     intrinsics: CameraIntrinsics | None
     stamp: int
+    rgb: NDArray[np.uint8] | None = None
+    expected_error: NDArray[np.float32] | None = None
 
 
 def write_rosbag(
@@ -52,7 +59,8 @@ def write_rosbag(
     storage: str = "mcap",
     frame_id: str = "camera",
 ) -> int:
-    """Write depth as a recording of ROS 2, one frame after the other: topics `depth_completed` and `camera_info`.
+    """Write depth as a recording of ROS 2, one frame after the other: topics `depth_completed` and `camera_info`, and
+    `image_rect_color` (rgb8) and `expected_error` (32FC1, metres) of the frames that have these.
 
     Parameters
     ----------
@@ -61,7 +69,8 @@ def write_rosbag(
     frames : iterable of StampedDepth
         In the order of time; each is let go of when it is written.
     encoding : str
-        "32FC1" for metres, NaN = missing; "16UC1" for millimetres, 0 = missing, which depth beyond 65.5 m is, too.
+        Of depth: "32FC1" for metres, NaN = missing; "16UC1" for millimetres, 0 = missing, which depth beyond 65.5 m is,
+        too.
     storage : str
         "mcap" or "sqlite3" (.db3).
     frame_id : str
@@ -112,33 +121,47 @@ def write_rosbag(
 def _write(writer: Any, frames: Iterable[StampedDepth], encoding: str, frame_id: str) -> int:
     typesys = optional("rosbags.typesys", "sequences", _PURPOSE)
     store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
-    topics = ((DEPTH_TOPIC, _IMAGE), (CAMERA_TOPIC, _INFO))
-    connections = {kind: writer.add_connection(topic, kind, typestore=store) for topic, kind in topics}
+    connections: dict[str, Any] = {}
     count = 0
     for frame in frames:
         time = store.types["builtin_interfaces/msg/Time"](*divmod(frame.stamp, 10**9))
         header = store.types["std_msgs/msg/Header"](stamp=time, frame_id=frame_id)
-        for message in (_image(store, header, frame.depth, encoding), _info(store, header, frame)):
+        for topic, message in _messages(store, header, frame, encoding):
             kind = message.__msgtype__
-            writer.write(connections[kind], frame.stamp, store.serialize_cdr(message, kind))
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, kind, typestore=store)
+            writer.write(connections[topic], frame.stamp, store.serialize_cdr(message, kind))
         count += 1
     return count
 
 
-def _image(store: Any, header: Any, depth: NDArray[np.float32], encoding: str) -> Any:
+def _messages(store: Any, header: Any, frame: StampedDepth, encoding: str) -> Iterator[tuple[str, Any]]:
+    """Topics, and what is told on them of a frame."""
+    yield DEPTH_TOPIC, _image(store, header, encoding, _encoded(frame.depth, encoding))
+    yield CAMERA_TOPIC, _info(store, header, frame)
+    if frame.rgb is not None:
+        yield COLOUR_TOPIC, _image(store, header, "rgb8", frame.rgb)
+    if frame.expected_error is not None:
+        yield ERROR_TOPIC, _image(store, header, "32FC1", _encoded(frame.expected_error, "32FC1"))
+
+
+def _encoded(metres: NDArray[np.float32], encoding: str) -> NDArray[Any]:
     if encoding == "32FC1":
-        values: NDArray[Any] = depth.astype("<f4", copy=False)
-    else:
-        millimetres = np.rint(np.nan_to_num(depth, nan=0.0) * 1000.0)
-        values = np.where(millimetres <= UINT16_MAX, millimetres, 0).astype("<u2")
+        return metres.astype("<f4", copy=False)
+    millimetres = np.rint(np.nan_to_num(metres, nan=0.0) * 1000.0)
+    return np.where(millimetres <= UINT16_MAX, millimetres, 0).astype("<u2")
+
+
+def _image(store: Any, header: Any, encoding: str, values: NDArray[Any]) -> Any:
+    data = np.ascontiguousarray(values).view(np.uint8).ravel()
     return store.types[_IMAGE](
         header=header,
-        height=depth.shape[0],
-        width=depth.shape[1],
+        height=values.shape[0],
+        width=values.shape[1],
         encoding=encoding,
         is_bigendian=0,
-        step=depth.shape[1] * values.dtype.itemsize,
-        data=np.ascontiguousarray(values).view(np.uint8).ravel(),
+        step=len(data) // values.shape[0],
+        data=data,
     )
 
 

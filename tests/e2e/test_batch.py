@@ -8,8 +8,11 @@ import pytest
 from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 
+from gui.batch.job import Opened
 from gui.batch.part import BatchPart
 from gui.main_window import MainWindow
+from gui.work.pace import Pace
+from ilf.batch import Batch, FrameOutcome, FrameStatus
 from ilf.io.frame_source import FrameSource
 from tests.gui.naming import unnamed
 from tests.ilf.batch_frames import work_in_this_process, write_frames
@@ -74,6 +77,23 @@ def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path
         dialog.show_button.click()
     assert [Path(source.rgb).name for source in listed.args[1].sources] == ["rgb__0000", "rgb__0002"]
     qtbot.waitUntil(lambda: not window.loader.busy, timeout=WAIT_MS)
+
+
+@pytest.mark.parametrize("before", [("completed",), ("failed",), ()])
+def test_the_time_left_follows_from_frames_completed_since_the_start(part, window, tmp_path, monkeypatch, before):
+    now = [100.0]
+    monkeypatch.setattr("gui.widgets.work_row.Pace", lambda: Pace(lambda: now[0]))
+    monkeypatch.setattr(part.worker, "start", lambda job: None)
+    window.actions_["batch"].trigger()
+    part.dialog.folder.setText(str(tmp_path / "done"))
+    part.dialog.start_button.click()
+    completed, failed = (FrameOutcome("a", "a", None, FrameStatus(status)) for status in ("completed", "failed"))
+    known = {name: tuple(FrameOutcome("b", "b", None, FrameStatus(name)) for _ in before) for name in before}
+    batch = Batch(None, (), (), known.get("completed", ()), known.get("failed", ()))
+    part.worker.progressed.emit([Opened(batch)])
+    now[0] += 10
+    part.worker.progressed.emit([completed] if before else [failed, completed])
+    assert part.dialog.work.bar.format() == "67%, 10 s left"
 
 
 def test_a_batch_is_cancelled_and_goes_on_other_values_are_refused(part, window, qtbot, tmp_path, monkeypatch):

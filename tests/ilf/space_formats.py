@@ -44,8 +44,8 @@ def read_pcd(path: Path) -> np.ndarray:
     start = content.index(b"DATA ")
     header, body = content[:start].decode("ascii"), content[content.index(b"\n", start) + 1 :]
     told = {line.split()[0]: line.split()[1:] for line in header.splitlines() if not line.startswith("#")}
-    assert (told["VERSION"], told["HEIGHT"], told["VIEWPOINT"]) == (["0.7"], ["1"], [*"0001000"])
-    assert told["WIDTH"] == told["POINTS"]
+    assert (told["VERSION"], told["VIEWPOINT"]) == (["0.7"], [*"0001000"])
+    assert [str(int(told["HEIGHT"][0]) * int(told["WIDTH"][0]))] == told["POINTS"]
     assert set(told["SIZE"]) == {"4"}
     assert set(told["TYPE"]) == {"F"}
     assert set(told["COUNT"]) == {"1"}

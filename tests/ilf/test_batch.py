@@ -6,6 +6,7 @@ import csv
 import dataclasses
 import json
 import os
+import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -42,6 +43,7 @@ from ilf.batch.settings import read_settings, sha256_of, write_settings
 from ilf.batch.steady import steady_depth
 from ilf.batch.task import Task, complete_frame
 from ilf.cli import main
+from ilf.cli.progress import FramesBar
 from ilf.errors import FormatError, InputError
 from ilf.io.frame_source import FrameSource
 from ilf.judgement import HiddenTest
@@ -187,6 +189,25 @@ def test_failed_frames_are_told_and_tried_again_on_request(source, tmp_path, in_
     assert main(command) == 0  # it has changed since
     assert in_this_process[4:] == ["rgb/0001"]
     assert [row["status"] for row in manifest(out)] == ["completed"] * 3
+
+
+def test_the_time_left_follows_from_frames_completed_since_the_start(source, tmp_path, capsys, in_this_process):
+    with FramesBar(100, 40, 3, shown=True) as bar:
+        bar.start_t -= 3600
+        for _ in range(20):
+            bar.add(completed=False)
+        assert "60/100 frames" in str(bar)
+        assert "?" in str(bar)
+        for _ in range(2):
+            bar.add(completed=True)
+        assert ", 19:00:" in str(bar)  # 38 left, at half an hour each
+        assert str(bar).endswith("left, 23 failed")
+    (source / "depth" / "0001.png").write_bytes(b"no image")
+    assert main(["batch", str(source), "--out", str(tmp_path / "out"), "--progress", "--frames", "1:2", *FLAGS]) == 1
+    told = capsys.readouterr()
+    assert "1/1 frames" in told.err
+    assert "? left, 1 failed" in told.err
+    assert "frames per second" not in told.out
 
 
 def test_whatever_is_wrong_with_a_frame_is_its_outcome(source, tmp_path, monkeypatch, in_this_process):
@@ -361,6 +382,50 @@ def test_what_is_no_address_is_not_asked_for_a_scheduler(monkeypatch):
     monkeypatch.setattr(distributed, "Client", lambda **_: pytest.fail("a client was made"))
     with pytest.raises(InputError, match="no Dask scheduler at nowhere"):
         next(outcomes_on_cluster(None, (), "nowhere"))
+
+
+_LOST = """
+import subprocess, sys
+from pathlib import Path
+
+import distributed
+
+from ilf.cli import main
+
+source, out, told = sys.argv[1:]
+if __name__ == "__main__":
+    command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0"]
+    command += ["--no-dashboard", "--scheduler-file", told]
+    with subprocess.Popen(command, stderr=subprocess.DEVNULL) as scheduler:
+        try:
+            while not Path(told).exists():
+                assert scheduler.poll() is None
+            as_completed = distributed.as_completed
+
+            def lost(*args, **more):  # once the frames have been handed in
+                scheduler.kill()
+                return as_completed(*args, **more)
+
+            distributed.as_completed = lost
+            sys.exit(main(["batch", source, "--out", out, "--dask", told]))
+        finally:
+            scheduler.kill()
+"""
+
+
+def test_a_scheduler_that_is_lost_is_told_in_one_line(source, tmp_path):
+    pytest.importorskip("distributed")
+    told = tmp_path / "scheduler.json"
+    ended = subprocess.run(
+        [sys.executable, "-c", _LOST, source, tmp_path / "out", told], capture_output=True, text=True
+    )
+    assert ended.returncode == 1
+    assert ended.stderr == (
+        f"ilf: error: The connection to the Dask scheduler at {told} was lost. Frames that are done stay: start the "
+        "same command again to resume.\n"
+    )
+    assert "3 not done" in ended.stdout
+    assert (tmp_path / "out" / "manifest.csv").exists()
 
 
 def test_sources_of_one_name_are_refused(source):

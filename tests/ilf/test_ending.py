@@ -18,6 +18,8 @@ from ilf.errors import IlfError
 from ilf.fault_log import fault_log, note_fault
 from ilf.processes import process_pool, result_of, run_units
 
+from .batch_frames import write_frames
+
 posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 
 
@@ -74,7 +76,67 @@ def test_what_does_not_end_is_cut_short_and_leaves_neither_files_nor_processes(t
         while _runs(helper):
             time.sleep(0.01)
         assert command.stderr is not None
-        assert command.stderr.readline() == "ilf: error: ended by SIGTERM\n"
+        # and whoever tracks the semaphores that its processes share has none to warn of
+        assert command.stderr.read() == "ilf: error: ended by SIGTERM\n"
+
+
+_STARTING = """
+import os, signal
+from ilf.processes import process_pool
+
+if __name__ == "__main__":
+    with process_pool(1) as pool:
+        print(pool.submit(abs, -1).result())
+else:  # the other process is being started
+    os.kill(os.getpid(), signal.SIGINT)
+"""
+
+
+@posix
+def test_a_process_that_is_being_started_leaves_the_terminal_s_interrupt_to_who_starts_it(tmp_path: Path) -> None:
+    (tmp_path / "program.py").write_text(_STARTING)
+    ended = subprocess.run([sys.executable, tmp_path / "program.py"], capture_output=True, text=True)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, "1\n", "")
+
+
+_BATCH = """
+import sys, time
+from ilf.batch import batch
+from ilf.cli import main
+
+if __name__ == "__main__":
+    write = batch.write_manifest
+
+    def slowly(*arguments):  # as over ten thousand frames, or on a disk far away
+        print("ending", flush=True)
+        time.sleep(1)
+        return write(*arguments)
+
+    batch.write_manifest = slowly
+    sys.exit(main(["batch", *sys.argv[1:]]))
+"""
+
+
+@posix
+@pytest.mark.parametrize(("name", "line"), [("SIGINT", "interrupted"), ("SIGTERM", "ended by SIGTERM")])
+def test_a_batch_that_is_asked_to_end_has_a_manifest_of_what_is_done(tmp_path: Path, name: str, line: str) -> None:
+    out = tmp_path / "out"
+    words = [write_frames(tmp_path / "in", 40), "--out", out, "--no-cloud", "--jobs", "2", "--max-iterations", "2"]
+    with subprocess.Popen(
+        [sys.executable, "-c", _BATCH, *words, "--no-correction", "--blocks-detector", "canny"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as command:
+        while not list(out.glob("*/frame.json")):
+            assert command.poll() is None
+            time.sleep(0.01)
+        command.send_signal(signal.Signals[name])
+        told, wrong = command.communicate()
+    assert (command.returncode, wrong) == (128 + signal.Signals[name], f"ilf: error: {line}\n")
+    assert told.startswith("ending\n40 frames: ")
+    rows = (out / "manifest.csv").read_text().splitlines()[1:]
+    assert len(rows) == len(list(out.glob("*/frame.json"))) < 40
 
 
 _TRYING = """

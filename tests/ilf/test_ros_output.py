@@ -16,7 +16,8 @@ from ilf.frame import FrameInputs, InputFile
 from ilf.io.recordings import close_all
 from ilf.io.ros_output import StampedDepth, write_rosbag
 from ilf.run.stamps import stamp_of
-from tests.ilf.bags import DEPTH, START, H, W, write_aligned
+from ilf.sources import open_source
+from tests.ilf.bags import COLOUR, DEPTH, START, H, W, write_aligned
 
 METRES = np.where(DEPTH > 0, DEPTH / 1000, np.nan).astype(np.float32)
 CAMERA = CameraIntrinsics(30.0, 31.0, 15.5, 11.5)
@@ -38,7 +39,10 @@ def _messages(path: Path) -> dict[str, list]:
 def test_depth_and_camera_as_ros_has_them(tmp_path: Path, storage: str, encoding: str) -> None:
     far = METRES.copy()
     far[0, 0] = 70.0
-    frames = (StampedDepth(depth, CAMERA, START + 5 * number) for number, depth in enumerate((METRES, far)))
+    beside = ((None, None), (COLOUR, np.where(np.isnan(METRES), np.float32(0.0004), np.float32(np.nan))))
+    frames = (
+        StampedDepth(depth, CAMERA, START + 5 * number, *beside[number]) for number, depth in enumerate((METRES, far))
+    )
     path = tmp_path / "new" / "out"
     assert write_rosbag(path, frames, encoding=encoding, storage=storage, frame_id="lens") == 2
     found = _messages(path)
@@ -52,6 +56,12 @@ def test_depth_and_camera_as_ros_has_them(tmp_path: Path, storage: str, encoding
         if encoding == "16UC1":
             expected = np.where(expected > 65535, 0, np.rint(expected))
         assert np.array_equal(values, expected.astype(kind), equal_nan=kind is np.float32)
+    ((stamp, colour),) = found["/image_rect_color"]
+    assert (stamp, colour.encoding, colour.step, colour.header.frame_id) == (START + 5, "rgb8", 3 * W, "lens")
+    assert np.array_equal(colour.data.reshape(H, W, 3), COLOUR)
+    ((stamp, error),) = found["/expected_error"]
+    assert (stamp, error.encoding, error.step, error.header.frame_id) == (START + 5, "32FC1", 4 * W, "lens")
+    assert np.array_equal(error.data.view(np.float32).reshape(H, W), beside[1][1], equal_nan=True)
     info = found["/camera_info"][0][1]
     assert (info.width, info.k.tolist()) == (W, [30, 0, 15.5, 0, 31, 11.5, 0, 0, 1])
     assert sorted(path.parent.iterdir()) == [path]
@@ -86,17 +96,39 @@ def test_runs_become_a_recording_with_the_times_of_their_source(
             str(tmp_path / "runs" / str(number)),
             "--max-iterations",
             "3",
-            "--no-expected-error",
             "--quiet",
+            "--depth-formats",
+            "npy" if number else "png",
         ]
-        assert main([*words, "--depth-formats", "npy"]) == 0
+        assert main([*words, "--no-expected-error"] if number else words) == 0
     close_all()
     assert main(["rosbag", str(tmp_path / "runs"), "--out", str(tmp_path / "out")]) == 0
     assert capsys.readouterr().out.startswith("2 frames, written to")
     found = _messages(tmp_path / "out")
     assert [stamp for stamp, _ in found["/depth_completed"]] == [START, START + 33_000_000]
+    exact = found["/depth_completed"][0][1].data.view(np.float32).reshape(H, W)
+    assert np.array_equal(exact, np.load(tmp_path / "runs" / "1" / "depth.npy"), equal_nan=True)
     written = found["/depth_completed"][1][1].data.view(np.float32).reshape(H, W)
-    assert np.array_equal(written, np.load(tmp_path / "runs" / "0" / "depth.npy"), equal_nan=True)
+    millimetres = cv2.imread(str(tmp_path / "runs" / "0" / "depth.png"), cv2.IMREAD_UNCHANGED)
+    assert np.array_equal(np.rint(1000 * np.nan_to_num(written)), millimetres)
+    assert [stamp for stamp, _ in found["/image_rect_color"]] == [START, START + 33_000_000]
+    (stamp, message) = found["/expected_error"][0]  # the other run was to have none
+    assert (len(found["/expected_error"]), stamp, message.encoding) == (1, START + 33_000_000, "32FC1")
+    error = message.data.view(np.float32).reshape(H, W)
+    millimetres = cv2.imread(str(tmp_path / "runs" / "0" / "expected_error.png"), cv2.IMREAD_UNCHANGED)
+    assert np.array_equal(np.rint(1000 * np.nan_to_num(error)), millimetres)
+    assert np.isfinite(error).any()
+    assert np.isnan(error).any()
+    source_again = open_source(tmp_path / "out")
+    frame = source_again.read(source_again.keys[1])
+    assert np.array_equal(frame.depth, written, equal_nan=True)
+    assert np.array_equal(frame.rgb, open_source(source).read(source_again.keys[1]).rgb)
+    assert frame.intrinsics is not None
+    close_all()
+    cv2.imwrite(str(tmp_path / "runs" / "0" / "expected_error.png"), millimetres[1:])
+    assert main(["rosbag", str(tmp_path / "runs" / "0"), "--out", str(tmp_path / "odd")]) == 1
+    assert "expected_error.png has another size than the frame" in capsys.readouterr().err
+    assert not (tmp_path / "odd").exists()
     assert main(["rosbag", str(tmp_path / "out"), "--out", str(tmp_path / "more")]) == 1
     assert "holds no results" in capsys.readouterr().err
     assert main(["rosbag", str(tmp_path / "runs"), "--out", str(tmp_path / "done.bag")]) == 1

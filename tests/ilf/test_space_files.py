@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
-from ilf.cloud import Mesh, PointCloud
+from ilf.camera import CameraIntrinsics
+from ilf.cloud import Mesh, PointCloud, in_axes, in_world, point_cloud
+from ilf.errors import InputError
 from ilf.io import load_open3d, write_cloud, write_mesh
 
 from .space_formats import read_glb, read_obj, read_pcd, read_ply
@@ -75,6 +79,25 @@ def test_a_pcd_has_the_same(cloud, ascii, tmp_path):
     np.testing.assert_array_equal(rows["rgb"], red << 16 | green << 8 | blue)
     assert np.isfinite(rows["rgb"].astype("<u4").view("<f4")).all()
     _assert_scalars(rows, cloud)
+
+
+@pytest.mark.parametrize("ascii", [False, True])
+def test_a_pcd_of_every_pixel_is_organised(ascii, tmp_path):
+    depth = RNG.uniform(1, 3, (3, 5)).astype(np.float32)
+    colour = RNG.integers(0, 256, (3, 5, 3), dtype=np.uint8)
+    camera = CameraIntrinsics(10.0, 10.0, 2.0, 1.0)
+    moved = in_axes(in_world(point_cloud(depth, colour, camera), np.eye(4)), "y-up")
+    write_cloud(tmp_path / "c.pcd", moved, ascii=ascii)
+    assert b"\nWIDTH 5\nHEIGHT 3\n" in (tmp_path / "c.pcd").read_bytes()
+    rows = read_pcd(tmp_path / "c.pcd").reshape(3, 5)
+    np.testing.assert_array_equal(rows["z"], -depth)
+    np.testing.assert_array_equal(rows["rgb"] & 255, colour[..., 2])
+    depth[1, 2] = np.nan
+    write_cloud(tmp_path / "c.pcd", point_cloud(depth, colour, camera), ascii=ascii)
+    assert b"\nWIDTH 14\nHEIGHT 1\n" in (tmp_path / "c.pcd").read_bytes()
+    assert len(read_pcd(tmp_path / "c.pcd")) == 14
+    with pytest.raises(InputError, match=r"shape \(2, 3\) has not 300 pixels"):
+        dataclasses.replace(SMALL, image_shape=(2, 3))
 
 
 def test_lengths_and_directions_follow_unit_and_axes(tmp_path):
