@@ -67,10 +67,16 @@ class DepthReading:
         return (*([self.left_out] if self.left_out else []), *(doubt.text for doubt in self.doubts))
 
     @property
+    def other_ways(self) -> str:
+        """The doubts that name a likelier encoding, to be put behind an error; "" if there are none."""
+        return "".join(f" {doubt.text}" for doubt in self.doubts if doubt.invalid is None and not doubt.is_scale)
+
+    @property
     def warnings(self) -> tuple[str, ...]:
-        """Those of the notes that a program should hear: all but that a scale is unusual, where it was stated."""
+        """Those of the notes that a program should hear, with the path: all but that a scale is unusual, where it was
+        stated."""
         scale = {doubt.text for doubt in self.doubts if doubt.is_scale}
-        return tuple(note for note in self.notes if self.is_assumed or note not in scale)
+        return tuple(f"{self.path}: {note}" for note in self.notes if self.is_assumed or note not in scale)
 
 
 def read_depth(

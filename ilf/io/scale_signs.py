@@ -14,9 +14,12 @@ from .encodings import ENCODINGS
 
 _REPLICA_SHAPE = 680, 1200
 _REPLICA_NAME = re.compile(r"depth\d{6}\.png")
-_KITTI_NAME = re.compile(r"kitti|velodyne_raw|groundtruth_depth|proj_depth", re.IGNORECASE)
+_KITTI_NAME = re.compile(r"kitti.*|velodyne_raw|groundtruth_depth|proj_depth", re.IGNORECASE)
 _KITTI_ASPECT = 3.0
 """Width over height that no depth camera has."""
+
+_NEAR_FOLDERS = 4
+"""Names at the end of a path, with the file's own, that a data set gives."""
 
 _MOST_FEW = 20
 """Pixels of a value that may be noise."""
@@ -44,12 +47,12 @@ def data_set_of(values: NDArray[Any], units: float, path: Path | None, is_unusua
     if values.dtype != np.uint16 or units != 1000:
         return None
     height, width = values.shape
-    folders = () if path is None else path.parts
-    if width >= _KITTI_ASPECT * height or any(map(_KITTI_NAME.search, folders)):
+    folders = () if path is None else path.parts[-_NEAR_FOLDERS:]
+    if width >= _KITTI_ASPECT * height or any(map(_KITTI_NAME.fullmatch, folders)):
         return "kitti", "Size or names are those of KITTI"
     is_named = path is not None and _REPLICA_NAME.fullmatch(path.name) is not None
     if is_unusual and (
-        is_named or values.shape == _REPLICA_SHAPE or any("replica" in folder.lower() for folder in folders)
+        is_named or values.shape == _REPLICA_SHAPE or any(folder.lower().startswith("replica") for folder in folders)
     ):
         return "replica", "Size or names are those of Replica"
     return None
@@ -108,6 +111,6 @@ def _has_straight_planes(grid: NDArray[np.float64]) -> bool:
                 )
             ]
             counts = (np.minimum(*bends) < _LEVEL) & (abs(four - one) > _STEEP * mid)
-        slopes += np.count_nonzero(counts)
-        straight += np.count_nonzero(counts & (bends[0] < bends[1]))
+        slopes += int(np.count_nonzero(counts))
+        straight += int(np.count_nonzero(counts & (bends[0] < bends[1])))
     return slopes >= 0.0005 * grid.size and straight > 0.6 * slopes
