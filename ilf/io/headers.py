@@ -36,7 +36,7 @@ _pillow = threading.Lock()
 @dataclass(frozen=True)
 class ImageHeader:
     """Format name, size in pixels as stored, the orientation tag of a TIFF (1: as stored), the largest value that a PGM
-    or PPM declares (None: that of its type), and whether a TIFF holds CIELAB colour."""
+    or PPM declares (None: that of the decoded type), and whether a TIFF holds CIELAB colour."""
 
     kind: str
     width: int
@@ -68,9 +68,16 @@ def image_header(path: FileSource, data: bytes) -> ImageHeader:
     with _reading(path, "its header gives no image size, or not all of it is there"):
         if data[:2] in (b"II", b"MM"):
             return _tiff(data)
-        declared = _PNM.match(data)
         with Image.open(io.BytesIO(data), formats=_KINDS) as image:
-            return ImageHeader(str(image.format), *image.size, largest=None if declared is None else int(declared[3]))
+            return ImageHeader(str(image.format), *image.size, largest=_declared(data))
+
+
+def _declared(data: bytes) -> int | None:
+    """The largest value that a PGM or PPM declares; None for others, and where the decoder has scaled by it."""
+    found = _PNM.match(data)
+    if found is None or (data[:2] in (b"P2", b"P3") and int(found[3]) <= 255):
+        return None
+    return int(found[3])
 
 
 def check_checksums(path: FileSource, data: bytes) -> None:
