@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 import unicodedata
+import warnings
 
 _LONGEST = 1500
 
@@ -59,4 +61,13 @@ class Cancelled(IlfError):
 
 
 class DepthWarning(UserWarning):
-    """A depth file may have been read wrongly, or has values that were left out; the message says how to read it."""
+    """A file of depth or colour may have been read wrongly, or has values that were left out; the message says how to
+    read it."""
+
+
+def warn_of_reading(text: str) -> None:
+    """Give a `DepthWarning` where this package was called."""
+    level, frame = 2, sys._getframe(1)
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == __package__:
+        level, frame = level + 1, frame.f_back
+    warnings.warn(text, DepthWarning, stacklevel=level)

@@ -99,6 +99,8 @@ class RGBDFrame:
         unless they are asked for (`Parameters.outside_view`), and are counted apart.
     pose : array_like, optional
         Where its camera was, shape (4, 4): takes its points [m], x to the right, y down, z forward, to the world's.
+    doubts : tuple of str
+        Those of the notes that speak against the way that its files are read.
 
     Attributes
     ----------
@@ -133,6 +135,7 @@ class RGBDFrame:
     notes: tuple[str, ...] = field(default=(), repr=False)
     outside_view: NDArray[np.bool_] | None = field(default=None, repr=False)
     pose: NDArray[np.float64] | None = field(default=None, repr=False)
+    doubts: tuple[str, ...] = field(default=(), repr=False)
     measured: NDArray[np.float32] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:

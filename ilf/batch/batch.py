@@ -90,6 +90,7 @@ def open_batch(
     only: Sequence[BatchFrame] | None = None,
     anew: bool = False,
     retry_failed: bool = False,
+    strict: bool = False,
 ) -> Batch:
     """Look at what there is of a batch in a folder, and what is left to do.
 
@@ -107,6 +108,8 @@ def open_batch(
         Complete frames again that were completed with other settings, or whose files have changed since.
     retry_failed : bool
         Also take frames that failed before. One whose files have changed since is taken in any case.
+    strict : bool
+        Frames fail whose files are doubted to be read rightly (`RGBDFrame.doubts`).
 
     Raises
     ------
@@ -127,7 +130,7 @@ def open_batch(
         )
     # other settings may have other frames, and these other depths
     levels = before[1] if before is not None and same else depth_levels(frames)
-    task = Task(str(target), chosen, sha256_of(facts), levels)
+    task = Task(str(target), chosen, sha256_of(facts), levels, strict)
     found = frame_states(task, frames if only is None else only)
     changed = [there.frame.key for there in found if there.state is State.CHANGED]
     if changed and not anew:

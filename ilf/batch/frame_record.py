@@ -59,6 +59,8 @@ class FrameOutcome:
         Errors [m] on known depth that was hidden, where the batch was asked for it.
     truth_mae, truth_rmse : float or None
         Errors [m] of the filled depth against the frame's truth, where it has one.
+    doubts : str
+        What speaks against the way that its files are read; "" where nothing does.
     """
 
     frame: str
@@ -78,6 +80,7 @@ class FrameOutcome:
     hidden_rmse: float | None = None
     truth_mae: float | None = None
     truth_rmse: float | None = None
+    doubts: str = ""
 
 
 @dataclass(frozen=True)

@@ -48,12 +48,15 @@ class Task:
         Of the settings where the batch was started.
     levels : tuple of float
         Depth [m] of the two ends of the previews' colours.
+    strict : bool
+        Whether a frame fails that speaks against the way that it is read.
     """
 
     folder: str
     settings: BatchSettings
     sha256: str
     levels: Levels
+    strict: bool = False
 
     def folder_of(self, frame: BatchFrame) -> Path:
         """Where a frame's results go."""
@@ -159,6 +162,9 @@ def _completed(task: Task, frame: BatchFrame, threads: int | None) -> FrameRecor
     """The record of a frame that is completed."""
     settings = task.settings
     reading = read_frame(frame)
+    doubts = " ".join(reading.frame.doubts)
+    if doubts and task.strict:
+        raise InputError(doubts)
     loaded, inputs = steadied(reading, task.folder_of(frame)) if settings.steady else (reading.frame, ())
     if settings.distrust is not None:
         loaded = also_distrusting(loaded, settings.distrust)
@@ -177,7 +183,7 @@ def _completed(task: Task, frame: BatchFrame, threads: int | None) -> FrameRecor
     preview = write_preview(folder, loaded, completion.depth, task.levels)
     notes += [*completion.notes, *written.notes, *written.remarks]
     return FrameRecord(
-        replace(outcome, message=" ".join(dict.fromkeys(notes))),
+        replace(outcome, message=" ".join(dict.fromkeys(notes)), doubts=doubts),
         task.sha256,
         reading_of(frame),
         reading.content,

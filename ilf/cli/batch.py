@@ -6,7 +6,7 @@ import argparse
 import re
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +17,7 @@ from ..batch.frames import selected, shard_of, with_files
 from ..batch.sequence import write_contact_sheet, write_video
 from ..confidence import MEDIAN_NAME
 from ..errors import IlfError
+from ..io.doubts import first_of_each
 from ..judgement import HIDDEN_PATTERNS, HiddenTest
 from ..number_words import counted, millimetres
 from ..parameters import DEFAULT_PRESET, PRESETS, Parameters
@@ -37,6 +38,7 @@ from .parsing import (
     add_progress,
     add_reading,
     add_seeds,
+    add_strict,
     count,
     pairing_of,
     preset_from,
@@ -94,6 +96,7 @@ def add_command(commands: Commands) -> None:
         help="complete frames again that were completed with other settings, or whose files have changed since",
     )
     add_reading(parser.add_argument_group("reading the frames"))
+    add_strict(parser, "let a frame fail")
     add_distrusted(parser)
     parser.add_argument(
         "--steady",
@@ -146,7 +149,13 @@ def run(arguments: argparse.Namespace) -> None:
     frames = _frames(arguments)
     only = frames if arguments.shard is None else shard_of(frames, *arguments.shard)
     batch = open_batch(
-        frames, arguments.out, settings, only=only, anew=arguments.anew, retry_failed=arguments.retry_failed
+        frames,
+        arguments.out,
+        settings,
+        only=only,
+        anew=arguments.anew,
+        retry_failed=arguments.retry_failed,
+        strict=arguments.strict,
     )
     started = time.perf_counter()
     done: list[FrameOutcome] = []
@@ -160,7 +169,10 @@ def run(arguments: argparse.Namespace) -> None:
     shown = [path.name for path in _pictures(arguments, batch, all_of_them)]
     if not arguments.quiet:
         print(f"Written to {arguments.out}: {', '.join(['manifest.csv', *shown])}, and a folder for each frame.")
-    if failed := [*batch.failed, *(outcome for outcome in done if outcome.status is FrameStatus.FAILED)]:
+    failed = [*batch.failed, *(outcome for outcome in done if outcome.status is FrameStatus.FAILED)]
+    if arguments.strict:  # those that are there already, too
+        failed += [replace(outcome, message=outcome.doubts) for outcome in batch.finished if outcome.doubts]
+    if failed:
         raise IlfError(_failures(failed, len(only)))
 
 
@@ -218,13 +230,24 @@ def _complete(batch: Batch, arguments: argparse.Namespace, done: list[FrameOutco
     """Complete the frames, with a bar, and add what comes of each."""
     shown = not arguments.quiet and (sys.stderr.isatty() if arguments.progress is None else arguments.progress)
     there = len(batch.finished) + len(batch.failed)
+    doubts = set[str]()
+    _tell_doubts(batch.finished, doubts)
     with (
         FramesBar(there + len(batch.to_do), there, len(batch.failed), shown=shown) as bar,
         closing(batch.outcomes(jobs=arguments.jobs or 1, cluster=arguments.dask)) as outcomes,
     ):
         for outcome in outcomes:
             done.append(outcome)
+            with FramesBar.external_write_mode(sys.stderr):
+                _tell_doubts([outcome], doubts)
             bar.add(completed=outcome.status is FrameStatus.COMPLETED)
+
+
+def _tell_doubts(outcomes: Iterable[FrameOutcome], known: set[str]) -> None:
+    """Warn of what speaks against the way that frames are read, each once with the first frame that it is of."""
+    for outcome in outcomes:
+        if outcome.doubts:
+            warn(f"{outcome.frame}: {text}" for text in first_of_each([outcome.doubts], known))
 
 
 def _summary(batch: Batch, done: Sequence[FrameOutcome], seconds: float) -> list[str]:
@@ -248,6 +271,11 @@ def _summary(batch: Batch, done: Sequence[FrameOutcome], seconds: float) -> list
         lines.append(f"{before:.1%} of the pixels had no depth before, {after:.1%} have none after.")
         if outside:
             lines.append(f"{outside:.1%} more lie outside the depth camera's view.")
+    if doubted := [outcome for outcome in (*batch.finished, *completed) if outcome.doubts]:
+        lines.append(
+            f"{counted(len(doubted), 'frame')} may have been read wrongly: manifest.csv has the doubts, and --strict "
+            "lets such frames fail."
+        )
     if errors := [error for outcome in completed if (error := outcome.expected_error_median) is not None]:
         lines.append(f"{MEDIAN_NAME}: {millimetres(median(errors))} mm in the median frame.")
     return lines

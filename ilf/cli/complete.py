@@ -26,6 +26,7 @@ from .parsing import (
     add_parameters,
     add_preset,
     add_progress,
+    add_strict,
     add_truth,
     frame_from,
     parameter_flags,
@@ -61,6 +62,7 @@ def add_command(commands: Commands) -> None:
     )
     parser.set_defaults(command=run)
     add_frame(parser)
+    add_strict(parser, "complete nothing")
     add_distrusted(parser)
     add_guide(parser)
     add_truth(parser)
@@ -140,6 +142,7 @@ def _recorded_job(arguments: argparse.Namespace) -> _Job:
         if getattr(arguments, name) is not None
     ]
     also += space_flags(arguments)
+    also += ["--strict"] * arguments.strict
     also += ["--no-expected-error"] * arguments.no_expected_error + ["--dense"] * arguments.dense
     also += ["--fill-gaps"] * arguments.fill_gaps
     also += parameter_flags(arguments)

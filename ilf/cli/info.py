@@ -20,7 +20,6 @@ from ..io import (
     frame_beside,
     frame_folder,
     load_guide,
-    read_colour,
 )
 from ..io.camera_files import intrinsics_from
 from ..io.confidence_files import UNUSED, below, read_confidence
@@ -28,6 +27,7 @@ from ..io.depth_reading import DepthReading, read_depth
 from ..io.encodings import one_encoding
 from ..io.files import read_file
 from ..io.frame_source import FrameSource
+from ..io.images import read_doubted_colour
 from ..io.recordings import is_recording
 from ..io.truth_files import read_truth, scale_misfit
 from ..project.file import SUFFIX
@@ -35,10 +35,20 @@ from ..run import missing_or_changed, read_record
 from ..run.options import RECORD_FILE
 from ..run.staging import interrupted
 from ..sources import Source
-from .parsing import Commands, UsageError, add_frame, add_guide, add_truth, frame_of_source, source_from
+from .parsing import (
+    Commands,
+    UsageError,
+    add_frame,
+    add_guide,
+    add_strict,
+    add_truth,
+    check_doubts,
+    frame_of_source,
+    source_from,
+)
 from .record_facts import record_facts
 from .report import outcome_lines
-from .source_facts import source_facts
+from .source_facts import doubt_facts, source_facts
 
 _WIDTH = 13
 """Characters that names of facts take, at least."""
@@ -56,6 +66,7 @@ def add_command(commands: Commands) -> None:
     )
     parser.set_defaults(command=run)
     add_frame(parser)
+    add_strict(parser, "end with an error")
     add_guide(parser)
     add_truth(parser)
 
@@ -67,31 +78,30 @@ def run(arguments: argparse.Namespace) -> None:
         raise UsageError(f"{inputs[0]} is a project: `ilf project info` tells of it.")
     if len(inputs) == 1 and inputs[0].suffix.lower() == ".json":
         _print_record(inputs[0])
-    elif arguments.frame is not None:
-        _print_frame_of(frame_of_source(arguments), arguments)
-    elif len(inputs) == 1 and (is_recording(inputs[0]) or (os.path.isdir(inputs[0]) and _is_source(inputs[0]))):
-        _print_source(source_from(arguments), arguments)
-    elif len(inputs) == 1 and os.path.isdir(inputs[0]):
-        _print_folder(inputs[0], arguments)
-    elif len(inputs) == 1:
-        _print_facts([_colour_fact(inputs[0], read_colour(inputs[0]))])
-    elif len(inputs) == 2:
-        _print_two_files(inputs[0], inputs[1], arguments)
+    elif len(inputs) in {1, 2} or arguments.frame is not None:
+        check_doubts(_print_inputs(inputs, arguments), arguments.strict)
     else:
         raise UsageError("Give a colour and a depth file, one folder, or a run.json.")
 
 
-def _print_two_files(rgb: Path, path: Path, arguments: argparse.Namespace) -> None:
-    """A frame by its colour and its depth file."""
-    beside = frame_beside(rgb, path)
+def _print_inputs(inputs: list[Path], arguments: argparse.Namespace) -> list[str]:
+    """What there is in a frame or a source; returns what is doubted."""
+    if arguments.frame is not None:
+        return _print_frame_of(frame_of_source(arguments), arguments)
+    if len(inputs) == 1 and (is_recording(inputs[0]) or (os.path.isdir(inputs[0]) and _is_source(inputs[0]))):
+        return _print_source(source_from(arguments), arguments)
+    if len(inputs) == 1 and os.path.isdir(inputs[0]):
+        return _print_folder(inputs[0], arguments)
+    if len(inputs) == 1:
+        return _print_facts(_colour_facts(inputs[0], *read_doubted_colour(inputs[0])))
+    beside = frame_beside(*inputs)
     if beside is not None:
-        _print_frame(beside, arguments)
-        return
+        return _print_frame(beside, arguments)
     given = one_encoding(arguments.depth_encoding, arguments.depth_units)
-    depth = read_depth(read_file(path), given, None, arguments.invalid)
-    _print_facts(
+    depth = read_depth(read_file(inputs[1]), given, None, arguments.invalid)
+    return _print_facts(
         [
-            *_pair_facts(rgb, path, depth, arguments.intrinsics),
+            *_pair_facts(inputs[0], inputs[1], depth, arguments.intrinsics),
             *_truth_facts(arguments.truth, arguments.truth_units, depth),
             *_guide_facts(arguments.guide, depth.metres),
         ]
@@ -103,24 +113,24 @@ def _is_source(folder: Path) -> bool:
     return not ((folder / META_NAME).is_file() or (folder / RECORD_FILE).is_file() or interrupted(folder))
 
 
-def _print_source(source: Source, arguments: argparse.Namespace) -> None:
-    """What frames there are; of a single one, what is in it."""
+def _print_source(source: Source, arguments: argparse.Namespace) -> list[str]:
+    """What frames there are, and what is doubted of some; of a single one, what is in it."""
+    if len(source) > 1:
+        return _print_facts([*source_facts(source), *doubt_facts(source)])
     _print_facts(source_facts(source))
-    if len(source) == 1:
-        print()
-        _print_frame_of(source.frame_source(source.keys[0]), arguments)
+    print()
+    return _print_frame_of(source.frame_source(source.keys[0]), arguments)
 
 
-def _print_frame_of(source: FrameSource, arguments: argparse.Namespace) -> None:
+def _print_frame_of(source: FrameSource, arguments: argparse.Namespace) -> list[str]:
     """A frame of a source."""
     if source.frame is None:
-        _print_frame(source.files(), arguments)
-        return
+        return _print_frame(source.files(), arguments)
     frame, recorded = source.load(), source.recorded()
     depth, levels = recorded.reading, recorded.stored.confidence
     height, width = frame.shape
     sure = [] if levels is None else _levels_facts("", levels, source.min_confidence, depth.metres)
-    _print_facts(
+    return _print_facts(
         [
             ("name", frame.name),
             ("colour", f"{source.rgb}, {width} x {height}"),
@@ -136,7 +146,7 @@ def _registered_text(frame: RGBDFrame) -> str:
     return f"{frame.missing_share:.1%} missing{outside}"
 
 
-def _print_folder(folder: Path, arguments: argparse.Namespace) -> None:
+def _print_folder(folder: Path, arguments: argparse.Namespace) -> list[str]:
     """A frame's folder, a run's, or both."""
     record, left = folder / RECORD_FILE, interrupted(folder)
     is_frame = (folder / META_NAME).is_file()
@@ -145,14 +155,16 @@ def _print_folder(folder: Path, arguments: argparse.Namespace) -> None:
             f"{folder} holds an export that was interrupted: its files do not belong together. Export again: that puts "
             "back what was there before, first."
         )
+    doubts = []
     if is_frame or not record.is_file():
-        _print_frame(frame_folder(folder), arguments)
+        doubts = _print_frame(frame_folder(folder), arguments)
         print()
     if record.is_file():
         _print_record(record)
+    return doubts
 
 
-def _print_frame(files: FrameFiles, arguments: argparse.Namespace) -> None:
+def _print_frame(files: FrameFiles, arguments: argparse.Namespace) -> list[str]:
     """What a meta.json says of a frame, and what there is in its files."""
     given = one_encoding(arguments.depth_encoding, arguments.depth_units)
     invalid = files.invalid if arguments.invalid is None else arguments.invalid
@@ -161,7 +173,7 @@ def _print_frame(files: FrameFiles, arguments: argparse.Namespace) -> None:
     truth = _truth_facts(arguments.truth or files.truth, arguments.truth_units or stated, depth)
     if not truth and (filled := sorted(files.rgb.parent.glob("gt.*"))):
         truth = [("truth", f"none: {META_NAME} says of {filled[0].name} that it is no measured or exact depth")]
-    _print_facts(
+    return _print_facts(
         [
             ("name", files.name),
             *_pair_facts(files.rgb, files.depth, depth, arguments.intrinsics or files.intrinsics),
@@ -179,16 +191,17 @@ def _print_record(path: Path) -> None:
     print("", *outcome_lines(record.outcomes), sep="\n")
 
 
-def _colour_fact(path: Path, rgb: NDArray[np.uint8]) -> tuple[str, str]:
-    return "colour", f"{path}, {rgb.shape[1]} x {rgb.shape[0]}"
+def _colour_facts(path: Path, rgb: NDArray[np.uint8], doubt: str) -> list[tuple[str, str]]:
+    """What there is to say about colour."""
+    return [("colour", f"{path}, {rgb.shape[1]} x {rgb.shape[0]}"), *([("doubt", doubt)] if doubt else [])]
 
 
 def _pair_facts(
     colour: Path, path: Path, depth: DepthReading, camera: str | CameraIntrinsics | None
 ) -> list[tuple[str, str]]:
     """What there is to say about colour and depth, and whether they fit each other."""
-    rgb = read_colour(colour)
-    facts = [_colour_fact(colour, rgb), *_depth_facts(path, depth, camera)]
+    rgb, doubt = read_doubted_colour(colour)
+    facts = [*_colour_facts(colour, rgb, doubt), *_depth_facts(path, depth, camera)]
     try:
         check_same_size(rgb, depth.metres)
     except InputError as error:
@@ -214,7 +227,8 @@ def _depth_facts(path: Path, depth: DepthReading, camera: str | CameraIntrinsics
         check_depth_scale(metres)
     except InputError as error:
         facts.append(("problem", str(error)))
-    return [*facts, *(("doubt", note) for note in depth.notes)]
+    facts += [("left out", depth.left_out)] if depth.left_out else []
+    return [*facts, *(("doubt", doubt.text) for doubt in depth.doubts)]
 
 
 def _truth_facts(path: str | Path | None, units: float | None, reading: DepthReading) -> list[tuple[str, str]]:
@@ -273,7 +287,9 @@ def _guide_facts(path: str | Path | None, depth: NDArray[np.float32]) -> list[tu
     return [("guide", f"{guide.path}, says something of {said.mean():.1%}, {share:.1%} of what is missing")]
 
 
-def _print_facts(facts: Sequence[tuple[str, str]]) -> None:
+def _print_facts(facts: Sequence[tuple[str, str]]) -> list[str]:
+    """Print them, and return what is doubted."""
     width = max([_WIDTH, *(len(name) + 1 for name, _ in facts)])
     for name, fact in facts:
         print(f"{name + ':':{width}} {fact}")
+    return [fact for name, fact in facts if name == "doubt"]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any, NoReturn, TypeVar
 
 from ..camera import INTRINSICS
 from ..declarations import Declaration, ParameterSet, Value
-from ..errors import IlfError, ParameterError
+from ..errors import IlfError, InputError, ParameterError
 from ..frame import RGBDFrame
 from ..io.encodings import MEANINGS
 from ..io.frame_source import FrameSource
@@ -128,6 +128,21 @@ def add_reading(reading: argparse._ArgumentGroup) -> None:
         metavar="CAMERA",
         help=f"{', '.join(INTRINSICS)}; or fx,fy,cx,cy; or a JSON file. Needed for point clouds only",
     )
+
+
+def add_strict(parser: argparse._ActionsContainer, what: str) -> None:
+    """Add the flag that makes doubts about how files are read an error; `what` then happens, in words."""
+    parser.add_argument(
+        "--strict",
+        action="store_true",
+        help=f"{what} if something speaks against the way that its files are read, which is only a warning otherwise",
+    )
+
+
+def check_doubts(doubts: Iterable[str], strict: bool) -> None:
+    """Raise InputError for doubts about how a frame is read, if that is asked for."""
+    if strict and (found := list(doubts)):
+        raise InputError(" ".join(found))
 
 
 def add_distrusted(parser: argparse.ArgumentParser) -> None:
@@ -270,8 +285,9 @@ def _beside(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def frame_from(arguments: argparse.Namespace) -> RGBDFrame:
     """Load the frame that the arguments name, with what they distrust, and the truth and the guide that they name; what
-    is doubtful about how it is read is told at once."""
+    is doubtful about how it is read is told at once, or an InputError if the command is strict."""
     frame = (_frame_of_files(arguments) if arguments.frame is None else frame_of_source(arguments)).load()
+    check_doubts(frame.doubts, vars(arguments).get("strict", False))
     warn(frame.notes)
     return frame if arguments.distrust is None else also_distrusting(frame, arguments.distrust)
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from ..camera import camera_text
+from ..errors import IlfError
+from ..io.doubts import first_of_each
 from ..number_words import counted
 from ..sources import Source
 
@@ -22,6 +24,20 @@ def source_facts(source: Source) -> list[tuple[str, str]]:
     facts += [("colour camera", camera_text(first.colour)), ("depth camera", camera_text(first.depth))]
     way = "done as it is read" if source.frame_source(source.keys[0]).frame is not None else "read as it is"
     facts.append(("registered", "yes" if source.is_registered else f"no: {way}"))
+    return facts
+
+
+def doubt_facts(source: Source) -> list[tuple[str, str]]:
+    """What speaks against the way that the first, the middle and the last frame are read, and what keeps them from it,
+    as pairs of name and fact."""
+    known: set[str] = set()
+    facts = []
+    for key in dict.fromkeys(source.keys[at] for at in (0, len(source) // 2, -1)):
+        try:
+            found = [("doubt", text) for text in source.frame_source(key).load().doubts]
+        except IlfError as error:
+            found = [("problem", str(error))]
+        facts += [(name, f"{key}: {text}") for name, text in found if first_of_each([text], known)]
     return facts
 
 

@@ -209,7 +209,7 @@ def _check_opencv() -> None:
     others = sorted(name for name in names if name.startswith("opencv-") and name != "opencv-python-headless")
     uninstall = f"pip uninstall {' '.join(others)} && " if others else ""
     raise InstallationError(
-        f"OpenCV {cv2.__version__} has replaced OpenCV 5, which the networks for edges and correction need. Restore it: "
+        f"OpenCV {cv2.__version__} has replaced OpenCV 5, which the networks for edges and correction need. Restore: "
         f'{uninstall}pip install --force-reinstall "opencv-python-headless>=5,<6". Or complete without networks: '
         "--blocks-detector canny --edges canny --no-correction."
     )

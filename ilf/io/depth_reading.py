@@ -40,6 +40,8 @@ class DepthReading:
         Whether it was given or stated by a name.
     left_out : str
         What was known by the file, and is missing, because no sensor can give it; "" for nothing.
+    path : Path
+        Of the file that it came from.
     file_doubt : Doubt or None
         What speaks against the encoding for whatever values files of this kind have.
     """
@@ -50,12 +52,13 @@ class DepthReading:
     is_assumed: bool
     is_named: bool
     left_out: str
+    path: Path
     file_doubt: Doubt | None = None
 
     @cached_property
     def doubts(self) -> tuple[Doubt, ...]:
         """What speaks against the encoding."""
-        found = doubts_of(self.values, self.metres, self.encoding, self.is_named)
+        found = doubts_of(self.values, self.metres, self.encoding, self.is_named, self.path)
         return found if self.file_doubt is None else (self.file_doubt, *found)
 
     @property
@@ -64,10 +67,16 @@ class DepthReading:
         return (*([self.left_out] if self.left_out else []), *(doubt.text for doubt in self.doubts))
 
     @property
+    def other_ways(self) -> str:
+        """The doubts that name a likelier encoding, to be put behind an error; "" if there are none."""
+        return "".join(f" {doubt.text}" for doubt in self.doubts if doubt.invalid is None and not doubt.is_scale)
+
+    @property
     def warnings(self) -> tuple[str, ...]:
-        """Those of the notes that a program should hear: all but that a scale is unusual, where it was stated."""
-        scale = {doubt.text for doubt in self.doubts if doubt.encoding is None and doubt.invalid is None}
-        return tuple(note for note in self.notes if self.is_assumed or note not in scale)
+        """Those of the notes that a program should hear, with the path: all but that a scale is unusual, where it was
+        stated."""
+        scale = {doubt.text for doubt in self.doubts if doubt.is_scale}
+        return tuple(f"{self.path}: {note}" for note in self.notes if self.is_assumed or note not in scale)
 
 
 def read_depth(
@@ -109,7 +118,8 @@ def reading_of(
         raise FormatError(f"{path}: {error}") from error
     spec = stated if given is None else given
     of_scene = spec is None and path.suffix.lower() == COLMAP_SUFFIX
-    return DepthReading(values, metres, encoding, spec is None, is_name(spec), left_out, _SCENE if of_scene else None)
+    doubt = _SCENE if of_scene else None
+    return DepthReading(values, metres, encoding, spec is None, is_name(spec), left_out, path, doubt)
 
 
 def decoded(values: NDArray[Any], encoding: DepthEncoding) -> tuple[NDArray[np.float32], str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, warn_of_reading
 from .naming import name_by, name_of_recorded
 
 if TYPE_CHECKING:
@@ -83,8 +83,9 @@ class FrameSource:
             return self
         return replace(self, **{name: os.path.abspath(path) for name, path in paths.items() if path is not None})
 
-    def load(self) -> RGBDFrame:
-        """Read the frame; raises what `ilf.load_frame` does. What is doubtful is in its `notes` alone."""
+    def load(self, warn: bool = False) -> RGBDFrame:
+        """Read the frame; raises what `ilf.load_frame` does. What is doubtful is in its `notes`, and told by
+        `DepthWarning` only if asked for."""
         from .frames import load_frame
 
         return load_frame(
@@ -100,12 +101,12 @@ class FrameSource:
             frame=self.frame,
             confidence=self.confidence,
             min_confidence=self.min_confidence,
-            warn=False,
+            warn=warn,
         )
 
-    def load_pair(self) -> RawPair:
+    def load_pair(self, warn: bool = False) -> RawPair:
         """Colour and depth as their two cameras have seen them, before any registration; of registered images both
-        cameras are one.
+        cameras are one. What is doubtful is told as by `load`.
 
         Raises
         ------
@@ -115,8 +116,11 @@ class FrameSource:
         from ..registration import Camera, RawPair
 
         if self.frame is not None:
-            return self.recorded().pair()
-        frame = self.load()
+            recorded = self.recorded()
+            for text in recorded.reading.warnings if warn else ():
+                warn_of_reading(text)
+            return recorded.pair()
+        frame = self.load(warn)
         if frame.intrinsics is None:
             raise InputError(f"{self.rgb}: the camera's intrinsics are not known. Give them to have the pair as it is.")
         camera = Camera(frame.intrinsics, (frame.shape[1], frame.shape[0]))

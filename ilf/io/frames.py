@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import checked_motion
-from ..errors import DepthWarning, FormatError, InputError, ParameterError, one_line
+from ..errors import FormatError, InputError, ParameterError, one_line, warn_of_reading
 from ..frame import CameraIntrinsics, FrameInputs, InputFile, RGBDFrame
 from .camera_files import IntrinsicsSpec, intrinsics_from
 from .colmap_files import COLMAP_SUFFIX
@@ -23,7 +22,7 @@ from .depth_reading import DepthReading, read_depth
 from .encodings import EncodingSpec, checked_invalid, encoding_of, needs_its_scene, one_encoding
 from .files import FileContent, read_file, read_json
 from .guide_files import GUIDE_SUFFIXES, load_guide
-from .images import read_colour
+from .images import read_doubted_colour
 from .label_files import read_mask
 from .naming import name_by
 from .poses import camera_pose
@@ -190,7 +189,7 @@ def load_frame(
             raise ParameterError("A frame of a recording has its depth in it: leave the depth file out.")
         recorded = read_recorded(rgb, frame, given, invalid)
         camera = intrinsics_from(intrinsics, recorded.shape)
-        loaded, read = recorded.frame(camera, name), recorded.reading
+        loaded, told = recorded.frame(camera, name), recorded.reading.warnings
         known_guide, known_truth, known_units = None, None, None
         known_confidence, stated_least = recorded.stored.confidence, None
     else:
@@ -200,12 +199,12 @@ def load_frame(
                 f"{Path(rgb) / META_NAME} has no depth_units_per_m and no depth_encoding: add the file units per metre "
                 "(1000 for millimetres) or the encoding's name, or give depth units."
             )
-        loaded, read = _from_files(files, given, invalid, intrinsics, name)
+        loaded, told = _from_files(files, given, invalid, intrinsics, name)
         known_guide, known_truth, known_units = files.guide, files.truth, files.truth_units
         known_confidence, stated_least = files.confidence, files.min_confidence
-    if warn and loaded.inputs is not None:
-        for note in read.warnings:
-            warnings.warn(f"{loaded.inputs.depth.path}: {note}", DepthWarning, stacklevel=2)
+    if warn:
+        for text in told:
+            warn_of_reading(text)
     least = stated_least if min_confidence is None else checked_least(min_confidence)
     loaded = _sure_enough(loaded, known_confidence if confidence is None else confidence, least)
     if (chosen_guide := known_guide if guide is None else guide) is not None:
@@ -225,10 +224,11 @@ def _from_files(
     invalid: float | None,
     intrinsics: IntrinsicsSpec | None,
     name: str | None,
-) -> tuple[RGBDFrame, DepthReading]:
-    """A frame without truth and guide, and how its depth was read."""
+) -> tuple[RGBDFrame, tuple[str, ...]]:
+    """A frame without truth and guide, and what a program should hear of how it was read."""
     rgb_file, depth_file = read_file(files.rgb), read_file(files.depth)
-    colour = read_colour(rgb_file)
+    colour, colour_doubt = read_doubted_colour(rgb_file)
+    of_colour = (colour_doubt,) if colour_doubt else ()
     read = _read_depth(files, depth_file, given, invalid)
     values = read.values
     if colour.shape[:2] != values.shape:
@@ -256,14 +256,14 @@ def _from_files(
                 encoding=read.encoding.name,
                 invalid=read.encoding.invalid,
             ),
-            notes=read.notes,
+            notes=(*of_colour, *read.notes),
+            doubts=(*of_colour, *(doubt.text for doubt in read.doubts)),
             pose=files.camera_pose,
             outside_view=None if files.outside_view is None else read_mask(files.outside_view, colour.shape[:2]),
         )
     except InputError as error:
-        others = "".join(f" {doubt.text}" for doubt in read.doubts if doubt.encoding is not None)
-        raise InputError(f"{files.depth}: {error}{others}") from error
-    return frame, read
+        raise InputError(f"{files.depth}: {error}{read.other_ways}") from error
+    return frame, (*(f"{files.rgb}: {text}" for text in of_colour), *read.warnings)
 
 
 def _sure_enough(

@@ -7,6 +7,7 @@ fit, so these are looked at first, by Pillow, which reads no pixels for that.
 from __future__ import annotations
 
 import io
+import re
 import threading
 import warnings
 from collections.abc import Iterator
@@ -22,6 +23,10 @@ _KINDS = ("PNG", "JPEG", "TIFF", "PPM")
 _MAGIC = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"II", b"MM", b"P2", b"P3", b"P5", b"P6")
 _BIG_TIFF = (b"II+\0", b"MM\0+")
 _TIFF_ORIENTATION = 274
+_CIELAB = {8, 9, 10}
+"""Values of a TIFF's tag PhotometricInterpretation: CIELAB, ICCLAB, ITULAB."""
+
+_PNM = re.compile(rb"P[2356]" + 3 * rb"(?:\s|#[^\n]*\n)+(\d+)")
 _WAY_OUT = "Copy or export it again, as PNG or TIFF."
 
 # Pillow's limit and what it warns of belong to the whole process
@@ -30,12 +35,15 @@ _pillow = threading.Lock()
 
 @dataclass(frozen=True)
 class ImageHeader:
-    """Format name, size in pixels as stored, and the orientation tag of a TIFF (1: as stored)."""
+    """Format name, size in pixels as stored, the orientation tag of a TIFF (1: as stored), the largest value that a PGM
+    or PPM declares (None: that of the decoded type), and whether a TIFF holds CIELAB colour."""
 
     kind: str
     width: int
     height: int
     orientation: int = 1
+    largest: int | None = None
+    is_cielab: bool = False
 
 
 def image_header(path: FileSource, data: bytes) -> ImageHeader:
@@ -61,7 +69,15 @@ def image_header(path: FileSource, data: bytes) -> ImageHeader:
         if data[:2] in (b"II", b"MM"):
             return _tiff(data)
         with Image.open(io.BytesIO(data), formats=_KINDS) as image:
-            return ImageHeader(str(image.format), *image.size)
+            return ImageHeader(str(image.format), *image.size, largest=_declared(data))
+
+
+def _declared(data: bytes) -> int | None:
+    """The largest value that a PGM or PPM declares; None for others, and where the decoder has scaled by it."""
+    found = _PNM.match(data)
+    if found is None or (data[:2] in (b"P2", b"P3") and int(found[3]) <= 255):
+        return None
+    return int(found[3])
 
 
 def check_checksums(path: FileSource, data: bytes) -> None:
@@ -93,4 +109,5 @@ def _tiff(data: bytes) -> ImageHeader:
     width, height = int(tags[TiffImagePlugin.IMAGEWIDTH]), int(tags[TiffImagePlugin.IMAGELENGTH])
     if min(width, height) < 1:
         raise ValueError("no size")
-    return ImageHeader("TIFF", width, height, int(tags.get(_TIFF_ORIENTATION, 1)))
+    is_cielab = tags.get(TiffImagePlugin.PHOTOMETRIC_INTERPRETATION) in _CIELAB
+    return ImageHeader("TIFF", width, height, int(tags.get(_TIFF_ORIENTATION, 1)), is_cielab=is_cielab)

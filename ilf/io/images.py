@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from ..errors import FormatError, InputError
 from ..memory import check_fits
 from .files import FileSource, read_file
-from .headers import check_checksums, image_header
+from .headers import ImageHeader, check_checksums, image_header
 
-_EIGHT_BITS = ((np.arange(65536) + 128) // 257).astype(np.uint8)
+_DARK_BITS = 12
+"""16-bit colour of no more bits than these comes out nearly black."""
 
 # the decoder's log level belongs to the whole process
 _decoding = threading.Lock()
@@ -50,6 +51,10 @@ def read_image(path: FileSource) -> NDArray[Any]:
     FormatError
         If it is truncated, damaged, of another format, or too large to work with.
     """
+    return _decoded(path)[0]
+
+
+def _decoded(path: FileSource) -> tuple[NDArray[Any], ImageHeader]:
     data = read_file(path).data
     content = data.tobytes()
     header = image_header(path, content)
@@ -64,22 +69,31 @@ def read_image(path: FileSource) -> NDArray[Any]:
             f"{path}: this {header.kind} cannot be decoded: it is truncated, damaged, or of a rare kind. "
             "Copy or export it again, as PNG or TIFF."
         )
-    return image
+    return image, header
 
 
 def read_colour(path: FileSource) -> NDArray[np.uint8]:
     """Colour image as uint8 (H, W, 3), red first.
 
-    16-bit values are scaled to 8 bits (65535 -> 255), grey is repeated in all channels, alpha is dropped.
+    16-bit values are scaled to 8 bits (65535 -> 255), those of a PGM or PPM from the largest value that it declares;
+    grey is repeated in all channels, alpha is dropped.
 
     Raises
     ------
     InputError, FormatError
-        As `read_image`; FormatError also for floating-point or signed images.
+        As `read_image`; FormatError also for floating-point or signed images, and for CIELAB.
     """
-    image = read_image(path)
-    if image.dtype == np.uint16:
-        image = _EIGHT_BITS[image]
+    return read_doubted_colour(path)[0]
+
+
+def read_doubted_colour(path: FileSource) -> tuple[NDArray[np.uint8], str]:
+    """The same, with a sentence on what speaks against how it is read; "" if nothing does."""
+    image, header = _decoded(path)
+    if header.is_cielab:
+        raise FormatError(f"{path}: this TIFF holds CIELAB colour, not RGB. Export it as RGB.")
+    doubt = _few_bits(image) if header.largest is None else ""
+    if image.dtype == np.uint16 or (image.dtype == np.uint8 and header.largest not in (None, 255)):
+        image = _eight_bits(image, header.largest or np.iinfo(image.dtype).max)
     if image.dtype != np.uint8:
         raise FormatError(
             f"{path}: colour must have 8 or 16 bits per channel, this has {image.dtype} values. "
@@ -90,7 +104,25 @@ def read_colour(path: FileSource) -> NDArray[np.uint8]:
     if image.shape[2] not in {1, 3, 4}:
         raise FormatError(f"{path}: colour must have 1, 3 or 4 channels, not {image.shape[2]}. Export it as RGB.")
     blue_first = image[..., :3]
-    return np.ascontiguousarray(np.broadcast_to(blue_first[..., ::-1], (*image.shape[:2], 3)))
+    return np.ascontiguousarray(np.broadcast_to(blue_first[..., ::-1], (*image.shape[:2], 3))), doubt
+
+
+def _eight_bits(image: NDArray[Any], largest: int) -> NDArray[np.uint8]:
+    """Values from 0 to `largest` as those from 0 to 255."""
+    scaled = (np.arange(np.iinfo(image.dtype).max + 1) * 255 + largest // 2) // largest
+    return np.minimum(scaled, 255).astype(np.uint8)[image]
+
+
+def _few_bits(image: NDArray[Any]) -> str:
+    """A sentence of doubt if 16-bit colour has the values of fewer bits; "" if it has not."""
+    brightest = int(image.max()) if image.dtype == np.uint16 else 0
+    bits = max(brightest.bit_length(), 8)
+    if not brightest or bits > _DARK_BITS:
+        return ""
+    return (
+        f"Colour is nearly black: its largest value is {brightest} of 65535, as if the file held {bits} bits per "
+        f"channel. Multiply its values by {2 ** (16 - bits)}, or export it with 8 bits."
+    )
 
 
 def scaled_colour(rgb: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8]:

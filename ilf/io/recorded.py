@@ -67,12 +67,12 @@ class ReadFrame:
         try:
             frame = self._registered(name) if self.cameras.is_registered else register(self._pair(name))
         except InputError as error:
-            others = "".join(f" {doubt.text}" for doubt in self.reading.doubts if doubt.encoding is not None)
-            raise InputError(f"{self.path}: {error}{others}") from error
+            raise InputError(f"{self.path}: {error}{self.reading.other_ways}") from error
         camera = intrinsics or frame.intrinsics
         numbers = None if camera is None else (camera.fx, camera.fy, camera.cx, camera.cy)
         inputs = replace(self._inputs(), intrinsics=numbers)
-        return replace(frame, intrinsics=camera, inputs=inputs, pose=self.pose)
+        doubts = tuple(doubt.text for doubt in self.reading.doubts)
+        return replace(frame, intrinsics=camera, inputs=inputs, pose=self.pose, doubts=doubts)
 
     def pair(self, name: str | None = None) -> RawPair:
         """Colour and depth as the two cameras have seen them; those of a registered frame are one.

@@ -159,7 +159,7 @@ class Source:
         Returns
         -------
         RGBDFrame, or RawPair if not `registered`
-            Depth [m], NaN = missing; what is doubtful about it is in its `notes`.
+            Depth [m], NaN = missing; what is doubtful about it is in its `notes`, and told by `DepthWarning`.
 
         Raises
         ------
@@ -168,8 +168,8 @@ class Source:
         """
         source = self.frame_source(key)
         if registered:
-            return source.load()
-        pair = source.load_pair()
+            return source.load(warn=True)
+        pair = source.load_pair(warn=True)
         if self.is_registered or source.frame is not None:
             return pair
         return replace(pair, notes=(*pair.notes, _ONE_CAMERA_NOTE))

@@ -10,6 +10,7 @@ from __future__ import annotations
 import sys
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,8 @@ def stored(metres: NDArray[np.float32]) -> dict[str, NDArray[np.uint16]]:
     mm = np.where(known, np.rint(1000 * depth), 0).astype(np.uint16)
     disparity = np.where(known, np.rint(1092.5 - 351.3 / depth).clip(0), NOTHING_SEEN).astype(np.uint16)
     return {
-        "65535": np.where(known, mm, 65535).astype(np.uint16),
+        **{str(mark): np.where(known, mm, mark).astype(np.uint16) for mark in (8191, 10_000, 65535)},
+        "kitti": np.where(known, np.rint(256 * depth), 0).astype(np.uint16),
         "sun": (mm << 3) | (mm >> 13),
         "mm-swapped": mm.byteswap(),
         "nyu-raw": disparity.byteswap(),
@@ -49,15 +51,18 @@ def main(folders: list[str]) -> None:
         frames += 1
         values, own = read_depth_values(files.depth), encoding_of(files.stated_encoding or 1000.0)
         found = {"plain": _proposed(_doubts(values, own)) or "plain"}
-        for name, file in stored(own.metres(values)).items():
+        metres = own.metres(values)
+        for name, file in stored(metres).items():
             found[name] = _proposed(_doubts(file, encoding_of("mm")))
+        for name, product in (("inverse depth", 1.0), ("disparity", 52.5)):
+            found[name] = _proposed(_doubts(np.nan_to_num(product / metres), encoding_of("m"))).replace("?", name)
         right.update(name for name, what in found.items() if what == name)
         wrong = {name: what for name, what in found.items() if what != name}
         print(f"{files.name}: {wrong or 'all as they are'}")
     print(", ".join(f"{name} {count} of {frames}" for name, count in right.items()))
 
 
-def _doubts(values: NDArray[np.uint16], encoding: DepthEncoding) -> tuple[Doubt, ...]:
+def _doubts(values: NDArray[Any], encoding: DepthEncoding) -> tuple[Doubt, ...]:
     return doubts_of(values, encoding.metres(values), encoding, is_named=False)
 
 

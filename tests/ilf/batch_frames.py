@@ -48,7 +48,7 @@ def write_frames(root: Path, count: int, shape: tuple[int, int] = (H, W)) -> Pat
 class Deadly(FrameSource):
     """A frame that kills the process that reads it, as a library that crashes would."""
 
-    def load(self) -> RGBDFrame:
+    def load(self, warn: bool = False) -> RGBDFrame:
         os.kill(os.getpid(), signal.SIGKILL)
         raise AssertionError
 

@@ -6,6 +6,7 @@ import csv
 import dataclasses
 import json
 import os
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -556,3 +557,52 @@ def test_other_views_and_damaged_neighbours_have_no_say(tmp_path):
     second = frames_of_sources([ilf.open_source(tmp_path)], reach=2)[1]
     reading = read_frame(second)
     assert (len(second.neighbours), len(reading.neighbours)) == (1, 0)
+
+
+def _far(source: Path, numbers: list[int]) -> None:
+    """Holes of these frames hold 65535."""
+    for number in numbers:
+        path = str(source / "depth" / f"{number:04}.png")
+        depth = cv2.imread(path, cv2.IMREAD_UNCHANGED)
+        cv2.imwrite(path, np.where(depth == 0, 65535, depth).astype(np.uint16))
+
+
+def test_each_doubt_is_told_once(source, tmp_path, in_this_process, capsys):
+    _far(source, [0, 1])
+    command = ["batch", str(source), "--out", str(tmp_path / "out"), *FLAGS]
+    for _ in range(2):  # the second time all frames are there already
+        assert main(command) == 0
+        told = capsys.readouterr()
+        (line,) = told.err.splitlines()
+        assert line.startswith("ilf: warning: rgb/0000: 65535 fills ")
+        assert "2 frames may have been read wrongly" in told.out
+    assert ["65535 fills" in row["doubts"] for row in manifest(tmp_path / "out")] == [True, True, False]
+    assert len(in_this_process) == 3
+
+
+def test_strict_batches_let_doubted_frames_fail(source, tmp_path, in_this_process, capsys):
+    _far(source, [1])
+    command = ["batch", str(source), "--out", str(tmp_path / "out"), *FLAGS, "--quiet"]
+    assert main([*command, "--strict"]) == 1
+    assert "1 of 3 frames failed. rgb/0001: 65535 fills" in capsys.readouterr().err
+    assert [row["status"] for row in manifest(tmp_path / "out")] == ["completed", "failed", "completed"]
+    assert main([*command, "--invalid", "65535", "--strict", "--anew"]) == 0
+    assert main([*command, "--anew"]) == 0
+    capsys.readouterr()
+    assert main([*command, "--strict"]) == 1, "what was completed without it is an error, too"
+    assert "1 of 3 frames failed. rgb/0001: 65535 fills" in capsys.readouterr().err
+
+
+def test_info_of_a_folder_names_the_doubts_of_its_frames(source, capsys):
+    assert main(["info", str(source), "--strict"]) == 0
+    assert "doubt" not in capsys.readouterr().out
+    _far(source, [1, 2])
+    assert main(["info", str(source)]) == 0
+    told = capsys.readouterr().out
+    assert re.search(r"^doubt: +rgb/0001: 65535 fills", told, re.MULTILINE)
+    assert told.count("doubt:") == 1
+    assert main(["info", str(source), "--strict"]) == 1
+    assert "ilf: error: rgb/0001: 65535 fills" in capsys.readouterr().err
+    (source / "depth/0000.png").write_bytes(b"nothing")
+    assert main(["info", str(source)]) == 0
+    assert re.search(r"^problem: +rgb/0000: .*is not a PNG", capsys.readouterr().out, re.MULTILINE)

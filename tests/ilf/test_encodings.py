@@ -19,6 +19,7 @@ from ilf.errors import DepthWarning, FormatError, InputError, ParameterError
 from ilf.frame import FrameInputs, InputFile
 from ilf.io.depth_reading import decoded
 from ilf.io.encodings import ENCODINGS, MEANINGS, encoding_of, encoding_of_inputs
+from ilf.io.frame_source import FrameSource
 from ilf.run.record import inputs_to_dict
 from ilf.run.record_file import parsed_inputs, read_record
 from ilf.sections import Section
@@ -216,6 +217,93 @@ def test_a_mark_is_recognised_under_rotated_bits(save):
         ilf.load_frame(*files, encoding="sun")
 
 
+@pytest.mark.parametrize(
+    ("values", "name", "mark"),
+    [
+        (np.where(KNOWN, MM, 8191).astype(np.uint16), "depth.png", "8191"),
+        (np.where(KNOWN, MM, 10_000).astype(np.uint16), "depth.png", "10000"),
+        (np.where(KNOWN, MM / 1000, 10).astype(np.float32), "depth.npy", "10"),
+        (np.where(KNOWN, MM / 1000, 20).astype(np.float64), "depth.npy", "20"),
+    ],
+)
+def test_one_far_value_in_all_holes_is_doubted(save, values, name, mark):
+    values[0, 0] = 1.5 * values.max()  # noise is farther
+    files = save(values, name)
+    with pytest.warns(DepthWarning, match=rf"{mark} fills 4\.2% of the pixels .* Give {mark} as the invalid value"):
+        frame = ilf.load_frame(*files)
+    assert len(frame.doubts) == 1
+    assert ilf.load_frame(*files, invalid=float(mark)).doubts == ()
+
+
+def test_any_far_value_in_many_holes_is_doubted(save):
+    holes = np.zeros((H, W), bool)
+    holes[5:45:4, 5:75:6] = True
+    files = save(np.where(holes, 9000, np.maximum(MM, 1300)).astype(np.uint16))
+    with pytest.warns(DepthWarning, match="9000 fills"):
+        ilf.load_frame(*files)
+
+
+FLOOR = np.linspace(0.15, 0.53, 4 * H)[:, None] + np.zeros(4 * W)  # inverse depth [1/m]: 6.7 m at the top, 1.9 m below
+
+
+@pytest.mark.parametrize(
+    "values", [FLOOR, 52.5 * FLOOR, 2 * FLOOR], ids=["inverse depth", "disparity", "of what is near"]
+)
+def test_what_rises_where_depth_should_fall_is_doubted(save, values):
+    cv2.imwrite(str(save(values)[0]), np.zeros((4 * H, 4 * W, 3), np.uint8))
+    files = save(values.astype(np.float32), "depth.npy")
+    with pytest.warns(DepthWarning, match=r"most likely disparity or inverse depth.*disparity:FB"):
+        ilf.load_frame(*files)
+    assert ilf.load_frame(*files, encoding="disparity:1" if values.max() < 2 else "disparity:52.5").doubts == ()
+    sound = save((1 / values).astype(np.float32), "sound.npy")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        if np.median(1 / values) > 0.1:
+            assert ilf.load_frame(*sound).doubts == ()
+
+
+def test_what_rises_too_far_to_be_read_names_disparity(save):
+    cv2.imwrite(str(save(FLOOR)[0]), np.zeros((4 * H, 4 * W, 3), np.uint8))
+    with pytest.raises(InputError, match=r"median depth would be.*most likely disparity or inverse depth"):
+        ilf.load_frame(*save((300 * FLOOR).astype(np.float32), "depth.npy"))
+
+
+def _of_kinect() -> np.ndarray:
+    """A floor from 1.5 to 4 m as a Kinect v1 measures it, in steps of its disparity [mm]."""
+    disparity = np.linspace(1092.5 - 351.3 / 4, 1092.5 - 351.3 / 1.5, 4 * H).round()
+    return (351.3e3 / (1092.5 - disparity))[:, None] + np.zeros(4 * W)
+
+
+def _sign_of(folder: Path, values: np.ndarray, name: str = "depth.png") -> list[str | None]:
+    folder.mkdir(parents=True, exist_ok=True)
+    cv2.imwrite(str(folder / "rgb.png"), np.zeros((*values.shape, 3), np.uint8))
+    cv2.imwrite(str(folder / name), values.astype(np.uint16))
+    return [doubt.encoding for doubt in FrameSource(str(folder / "rgb.png"), str(folder / name)).read_depth().doubts]
+
+
+def test_kitti_read_as_millimetres_is_doubted(tmp_path):
+    kinect = _of_kinect()
+    assert _sign_of(tmp_path / "kinect", kinect) == []
+    assert _sign_of(tmp_path / "steps", kinect * 0.256) == ["kitti"], "0.6 m, but in steps of what is 2.4 m away"
+    street = np.repeat(np.linspace(10_000, 1000, 94)[:, None], 311, 1)
+    assert _sign_of(tmp_path / "wide", street) == ["kitti"], "no camera has such an aspect"
+    assert _sign_of(tmp_path / "drive/proj_depth/velodyne_raw/image_02", street[:, :100]) == ["kitti"]
+    assert _sign_of(tmp_path / "cut", street[:, :100]) == []
+    files = tmp_path / "wide/rgb.png", tmp_path / "wide/depth.png"
+    with pytest.warns(DepthWarning, match=r"KITTI: the depth encoding is most likely kitti, and the median 21\.\d\d m"):
+        ilf.load_frame(*files)
+    assert ilf.load_frame(*files, encoding="kitti").doubts == ()
+
+
+def test_replica_is_offered_for_replica(tmp_path):
+    far = _of_kinect() * 6.5535
+    assert _sign_of(tmp_path / "results", far, "depth000000.png") == ["replica"]
+    assert _sign_of(tmp_path / "Replica/office0/results", far) == ["replica"]
+    assert _sign_of(tmp_path / "size", np.repeat(np.linspace(40_000, 6000, 680)[:, None], 1200, 1)) == ["replica"]
+    assert _sign_of(tmp_path / "any", far) == [None], "of which 5000 units per metre are as likely"
+    assert _sign_of(tmp_path / "results", _of_kinect(), "depth000001.png") == [], "millimetres by that name"
+
+
 def test_doubts_need_not_warn(save):
     files = save(np.where(KNOWN, MM, 65535).astype(np.uint16))
     with warnings.catch_warnings():
@@ -327,7 +415,11 @@ def test_command_line_reads_records_and_replays_it(tmp_path, save, capsys, monke
     told = capsys.readouterr().out
     assert "encoding:     sun, millimetres with rotated bits (SUN RGB-D, SUN3D), 65535 is missing" in told
     assert "doubt" not in told
-    assert main(["complete", *files, *how, "--out", "out", "--max-iterations", "20", "--quiet"]) == 0
+    assert main(["info", *files, "--strict"]) == main(["complete", *files, "--out", "strict", "--strict"]) == 1
+    told = capsys.readouterr().err.splitlines()
+    assert [line[:31] for line in told] == ["ilf: error: The lowest three bi"] * 2
+    assert not Path("strict").exists()
+    assert main(["complete", *files, *how, "--strict", "--out", "out", "--max-iterations", "20", "--quiet"]) == 0
     assert "warning: No point cloud" in capsys.readouterr().err
     inputs = read_record("out/run.json").inputs
     assert (inputs.encoding, inputs.invalid) == ("sun", 65535)

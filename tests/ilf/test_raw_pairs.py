@@ -7,6 +7,7 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -15,7 +16,7 @@ from ilf import RGBDFrame
 from ilf.batch.reading import Reading
 from ilf.batch.steady import steadied
 from ilf.cli import main
-from ilf.errors import FormatError, InputError
+from ilf.errors import DepthWarning, FormatError, InputError
 from ilf.io.recordings import is_recording
 from ilf.registration import register
 
@@ -35,6 +36,19 @@ def test_a_pair_is_registered_by_its_calibration(tmp_path: Path, colour: str) ->
     as_it_is = source.read("1", registered=False)
     assert as_it_is.depth_camera == pair.depth_camera
     assert as_it_is.colour_camera == pair.colour_camera
+
+
+def test_what_is_doubted_of_a_pair_is_told(tmp_path: Path) -> None:
+    write_pair(tmp_path / "desk", "rgb.png", "depth.png")
+    path = str(tmp_path / "desk/depth.png")
+    values = cv2.imread(path, cv2.IMREAD_UNCHANGED)
+    values[: len(values) // 4] = 65535
+    cv2.imwrite(path, values)
+    source = ilf.open_source(tmp_path / "desk")
+    with pytest.warns(DepthWarning, match="65535 fills"):
+        assert "65535 fills" in source.read("1").doubts[0]
+    with pytest.warns(DepthWarning, match="65535 fills"):
+        source.read("1", registered=False)
 
 
 def test_folders_of_pairs_go_by_their_names(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from PIL import Image
+from PIL import Image, ImageCms
 
-from ilf.errors import FormatError, IlfError, InputError, ParameterError
+from ilf.errors import DepthWarning, FormatError, IlfError, InputError, ParameterError
 from ilf.frame import FrameInputs, InputFile
 from ilf.io import frame_folder, load_frame, read_colour, read_depth_values
 
@@ -103,6 +103,31 @@ def test_every_depth_format_is_read_exactly(name, save, colour):
     tolerance = 4e-3 if "f16" in name else 0
     np.testing.assert_allclose(frame.depth, METRES, rtol=0, atol=tolerance)
     np.testing.assert_array_equal(frame.rgb, RGB)
+
+
+@pytest.mark.parametrize("largest", [100, 255, 1023, 4095, 65535])
+def test_colour_is_scaled_from_the_largest_value_that_its_file_declares(save, largest):
+    values = np.rint(RGB.astype(float) * largest / 255).astype(">u2" if largest > 255 else np.uint8)
+    expected = values.astype(float) * 255 / largest
+    head = b"P6 # of\n# a camera\n%d %d\n%d\n" % (W, H, largest)
+    text = b"P3\n%d %d\n%d\n" % (W, H, largest) + "\n".join(map(str, values.ravel().tolist())).encode() + b"\n"
+    for name, content, most in (("binary.ppm", head + values.tobytes(), 0.501), ("text.ppm", text, 0.999)):
+        path = save(name, content)
+        assert np.abs(read_colour(path) - expected).max() <= most
+        depth = save("d.png", DEPTH_FILES["u16.png"][0])
+        assert load_frame(path, depth).notes == ()
+
+
+@pytest.mark.parametrize(("bits", "factor"), [(8, 256), (10, 64), (12, 16)])
+def test_colour_of_few_bits_in_16_is_doubted(save, bits, factor):
+    depth = save("d.png", DEPTH_FILES["u16.png"][0])
+    values = (RGB.astype(np.uint16) << 8) >> (16 - bits)
+    rgb = save("few.png", encoded(".png", values[..., ::-1]))
+    with pytest.warns(DepthWarning, match=rf"few\.png: Colour is nearly black.* {bits} bits .* by {factor}"):
+        frame = load_frame(rgb, depth)
+    assert frame.doubts == frame.notes
+    assert len(frame.doubts) == 1
+    assert load_frame(save("whole.png", encoded(".png", values * factor)), depth).notes == ()
 
 
 def test_sources_tell_how_to_read_the_frame_again(save, colour):
@@ -193,6 +218,9 @@ def test_looking_at_a_header_leaves_pillows_own_limit_as_it_is(save, monkeypatch
 def test_float_colour_is_refused(save):
     with pytest.raises(FormatError, match=r"8 or 16 bits.*float32.*wrong order"):
         read_colour(save("f.tif", encoded(".tif", METRES)))
+    lab = ImageCms.buildTransform(ImageCms.createProfile("sRGB"), ImageCms.createProfile("LAB"), "RGB", "LAB")
+    with pytest.raises(FormatError, match=r"CIELAB colour, not RGB. Export it as RGB"):
+        read_colour(save("lab.tif", tiff(ImageCms.applyTransform(Image.fromarray(RGB), lab))))
 
 
 # --- hostile depth

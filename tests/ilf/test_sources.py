@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import ilf
 from ilf.cli import main
-from ilf.errors import FormatError, InputError, ParameterError
+from ilf.errors import DepthWarning, FormatError, InputError, ParameterError
 from ilf.io.time_names import paired_by_time, time_of
 
 H, W = 48, 64
@@ -53,6 +53,17 @@ def test_paired_folders_are_a_source(tmp_path, save):
     assert camera.colour == camera.depth == source.read("2").intrinsics
     assert np.array_equal(camera.depth_to_colour, np.eye(4))
     assert source.pose("1") is None
+
+
+def test_reading_from_a_source_warns_of_what_it_doubts(tmp_path, save):
+    save("results/frame000000.jpg", "results/depth000000.png", (MM * 6.5535).astype(np.uint16))
+    source = ilf.open_source(tmp_path / "results", intrinsics=(500, 500, 32, 24))
+    for registered in (True, False):
+        with pytest.warns(
+            DepthWarning, match=r"depth000000\.png: .*most likely replica, and the median 2\.\d\d m"
+        ) as told:
+            source.read(source.keys[0], registered)
+        assert [Path(warning.filename).name for warning in told] == ["test_sources.py"], "where it was called"
 
 
 def test_listing_decodes_nothing(tmp_path, save):

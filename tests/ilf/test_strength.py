@@ -187,7 +187,7 @@ def test_nothing_stands_in_for_networks_that_another_opencv_cannot_read(replaced
     frame, labels = _holed()
     cure = 'pip uninstall opencv-python && pip install --force-reinstall "opencv-python-headless>=5,<6"'
     for parameters in (ilf.preset(), ilf.preset(correction=False), ilf.preset(edges="canny")):
-        with pytest.raises(InstallationError, match="OpenCV 4.12.0 has replaced OpenCV 5") as caught:
+        with pytest.raises(InstallationError, match=r"OpenCV 4\.12\.0 has replaced OpenCV 5") as caught:
             ilf.complete(frame, labels, parameters)
         assert cure in str(caught.value)
     with pytest.raises(InstallationError):
