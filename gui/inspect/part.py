@@ -86,7 +86,7 @@ class InspectPart(Part):
         """What is drawn over the pictures: what the tool is for, or what an open panel is about."""
         workspace, tool = self.desk.workspace, self.desk.editor.tool_name
         if not workspace.has_session:
-            self._marks.show(Marks(), (1, 1))
+            self._marks.show(Marks())
             return
         chains = self.measurements.chains if self.measure_panel.isVisible() or tool == "measure" else []
         plotted = self.profile.is_seen or tool == "profile"
@@ -97,8 +97,7 @@ class InspectPart(Part):
                 workspace.session.region,
                 chains,
                 *(self.measure.texts() if chains else ()),
-            ),
-            workspace.session.frame.shape,
+            )
         )
 
     def _reveal(self, page: int) -> None:

@@ -6,9 +6,10 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QCursor, QFont, QFontMetricsF, QMouseEvent, QPainter, QPen
-from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
+from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from .image_view import ImageView
+from .items import ViewItem
 
 _NEAR = 8
 """Pixels of the screen on either side of the line in which it can be grasped."""
@@ -21,27 +22,22 @@ Label = tuple[str, tuple[int, int, int] | None]
 """What a side is called, and its own colour (R, G, B) if it has one."""
 
 
-class SwipeItem(QGraphicsItem):
+class SwipeItem(ViewItem):
     """The line, a grip in the middle of what is to be seen of it, and what stands on either side."""
 
     def __init__(self, z: float) -> None:
-        super().__init__()
+        super().__init__(z)
         self._frame = QRectF()
         self._x = 0.0
         self._labels: tuple[Label, Label] = (("", None), ("", None))
         self._font = QFont()
         self._font.setPointSizeF(self._font.pointSizeF() * 0.9)
-        self.setZValue(z)
         self.hide()
 
     def place(self, frame: QRectF, x: float, labels: tuple[Label, Label]) -> None:
         """Stand at a column x of a frame, both in image coordinates."""
-        self.prepareGeometryChange()
         self._frame, self._x, self._labels = frame, x, labels
-        self.update()
-
-    def boundingRect(self) -> QRectF:
-        return self._frame
+        self.set_extent(frame, _GRIP + 2)
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         transform = painter.worldTransform()
@@ -123,7 +119,7 @@ class Swipe(QObject):
         """Where the handle is, in image coordinates."""
         for view in views:
             self._items[view] = SwipeItem(6.5)
-            view.addItem(self._items[view])
+            view.add_overlay(self._items[view])
 
     def set_frame(self, width: int, height: int) -> None:
         """Stand in the middle of another frame."""
@@ -146,8 +142,9 @@ class Swipe(QObject):
     def show(self) -> None:
         """Draw it where it belongs."""
         for view, item in self._items.items():
-            item.setVisible(self.on and self._takes_part(view))
-            if item.isVisible():
+            is_shown = self.on and self._takes_part(view)
+            item.setVisible(is_shown)
+            if is_shown:
                 item.place(self._frame, self.x, self._labels)
 
     def move_to(self, x: float) -> None:
