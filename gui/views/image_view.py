@@ -78,6 +78,7 @@ class ImageView(pg.GraphicsView):
         self.preview = PreviewItem(6)
         # two items, so that a moving cursor repaints two thin strips instead of the view
         self._cross = tuple(HaloPath(1, QColor(255, 255, 255, 190), 70, 7) for _ in range(2))
+        self._cursor: tuple[int, int] | None = None
         self._overlays: list[ViewItem] = []
         self._over = QGraphicsRectItem()
         self._over.setFlag(QGraphicsItem.GraphicsItemFlag.ItemHasNoContents)
@@ -181,6 +182,7 @@ class ImageView(pg.GraphicsView):
         self._pixel_size = 1 / scale
         for item in self._overlays:
             item.set_pixel_size(self._pixel_size)
+        self.show_cursor(self._cursor)
 
     @property
     def pixel_ratio(self) -> int:
@@ -201,6 +203,7 @@ class ImageView(pg.GraphicsView):
 
     def show_cursor(self, pixel: tuple[int, int] | None) -> None:
         """Put the crosshair on the centre of a pixel (x, y); None hides it."""
+        self._cursor = pixel
         paths = (QPainterPath(), QPainterPath())
         if pixel is not None:
             x, y = pixel[0] + 0.5, pixel[1] + 0.5

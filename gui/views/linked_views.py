@@ -525,12 +525,18 @@ class LinkedViews(QWidget):
         """Image pixels per pixel of the screen, in a view that is not a small one."""
         return 1 / self._transform.scale
 
-    def set_layout(self, name: str) -> None:
-        """Arrange the views: by one of `LAYOUTS`, some of them or one alone."""
-        self._sheet.set_layout(name)
+    @property
+    def lasting_layout(self) -> str:
+        """The one of `LASTING` that is shown, or that is gone back to from what is shown."""
+        return self._sheet.lasting
+
+    def set_layout(self, name: str, lasting: str = "") -> None:
+        """Arrange the views: by one of `LAYOUTS`, some of them or one alone, and from there go back to `lasting`, or as
+        before."""
+        self._sheet.set_layout(name, lasting)
 
     def toggle_layout(self, name: str) -> None:
-        """Show a layout, or, if it is shown, the one of several views before it."""
+        """Show a layout, or, if it is shown, the lasting one before it."""
         self._sheet.toggle_layout(name)
 
     def _take_places(self) -> None:
@@ -552,7 +558,9 @@ class LinkedViews(QWidget):
     def _show_transform(self) -> None:
         for view in self._views:
             view.show_transform(self._transform)
-        self._layers.show([cell.view for cell in self._sheet.shown])
+        shown = [cell.view for cell in self._sheet.shown]
+        self._layers.show(shown)
+        self._navigation.follow(shown)
 
     def _move_cursor(self, pixel: tuple[int, int] | None) -> None:
         for cell in self._sheet.shown:
