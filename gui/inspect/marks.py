@@ -56,7 +56,8 @@ class Marks:
         """What all of the places lie in; None if nothing is marked."""
         points: list[Point] = [*(self.line or ()), *([self.place] if self.place else [])]
         points += [point for chain in self.chains for point in chain]
-        points += [place for place, *_ in (*self.lengths, *self.angles)]
+        points += [place for place, _ in self.lengths]
+        points += [place for place, _, _ in self.angles]
         if self.region is not None:
             rows, columns = self.region
             points += [(columns.start, rows.start), (columns.stop, rows.stop)]
@@ -76,8 +77,8 @@ class _MarksItem(ViewItem):
         """Draw other marks."""
         self._marks = marks
         metrics = QFontMetricsF(self._font)
-        texts = ["A", *(text for *_, text in (*marks.lengths, *marks.angles))]
-        widest = max(metrics.horizontalAdvance(text) for text in texts)
+        texts = [*(text for _, text in marks.lengths), *(text for _, _, text in marks.angles)]
+        widest = max((metrics.horizontalAdvance(text) for text in texts), default=metrics.height())
         self.set_extent(marks.extent(), _BESIDE + widest / 2 + _PAD + metrics.height())
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:

@@ -543,8 +543,10 @@ class LinkedViews(QWidget):
         """Cells have other places, or others are shown."""
         for cell in self.cells.values():
             if cell not in self._sheet.shown:
-                cell.show_cursor(None)
+                cell.point_at(None)
         self._fit_to_room()
+        for cell in self._sheet.shown:
+            cell.point_at(self._navigation.pixel)
 
     def _fit_to_room(self) -> None:
         """Show what the transform says in views of the size that they have now."""
@@ -564,8 +566,7 @@ class LinkedViews(QWidget):
 
     def _move_cursor(self, pixel: tuple[int, int] | None) -> None:
         for cell in self._sheet.shown:
-            cell.show_cursor(pixel)
-            cell.show_value(pixel)
+            cell.point_at(pixel)
         self.cursorMoved.emit(pixel)
 
     def _set_cursor_shape(self, shape: Qt.CursorShape) -> None:

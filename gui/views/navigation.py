@@ -70,7 +70,8 @@ class Navigation(QObject):
         self._last = QPointF()
         self._pointer: QPointF | None = None
         """Where the pointer is on the screen; None while it is at no view."""
-        self._pixel: tuple[int, int] | None = None
+        self.pixel: tuple[int, int] | None = None
+        """Pixel (x, y) that is taken for the one under the pointer."""
         self._space = False
 
     def set_frame(self, size: tuple[int, int] | None) -> None:
@@ -220,8 +221,8 @@ class Navigation(QObject):
 
     def point_at(self, pixel: tuple[int, int] | None) -> None:
         """Take a pixel (x, y) for the one under the pointer; None for none."""
-        if pixel != self._pixel:
-            self._pixel = pixel
+        if pixel != self.pixel:
+            self.pixel = pixel
             self.cursorMoved.emit(pixel)
 
     def follow(self, views: Iterable[ImageView]) -> None:

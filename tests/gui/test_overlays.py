@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -137,11 +137,11 @@ def test_nothing_stays_where_it_was(
 
 
 @pytest.fixture
-def half_empty(views: LinkedViews) -> Iterator[LinkedViews]:
+def half_empty(views: LinkedViews) -> LinkedViews:
     """The same views before there is a result."""
     views.set_result(None)
     views.set_expected_error(None)
-    yield views
+    return views
 
 
 @pytest.mark.parametrize("overlay", OVERLAYS)
