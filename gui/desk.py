@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QMainWindow
 
 from gui.actions import Actions
 from gui.centre import Centre
+from gui.cloud.cloud_view import CloudView
 from gui.dialogs.documents import Documents
 from gui.docks import Docks
 from gui.filtering.filter_panel import FilterPanel
@@ -54,6 +55,7 @@ class Desk:
     runs: RunController
     loader: FrameLoader
     views: LinkedViews
+    cloud: CloudView
     view_presenter: ViewsPresenter
     editor: Editor
     actions: Actions

@@ -167,12 +167,12 @@ class Docks(QObject):
             self._show(wanted)
             return
         if places and self._window.restoreState(QByteArray(places), _VERSION):
-            self._sized.update(wanted)
+            self._sized = set(wanted)
             self._show(wanted)
             return
         self._window.restoreState(self._declared, _VERSION)
+        self._sized.clear()
         self._show(wanted)
-        self._set_sizes(self.open)
 
     def forget_folded(self) -> None:
         """Let panels open by themselves again, whatever the user has folded."""
@@ -249,11 +249,13 @@ class Docks(QObject):
         self._size_new()
 
     def _size_new(self) -> None:
-        """Sizes for panels that are open for the first time, and for their neighbours; others keep theirs."""
+        """Sizes for panels that are open for the first time as things are arranged, and for their neighbours; others
+        keep theirs, and so does a column its width."""
         if self._arranged and not self._sized.issuperset(self.open):
             self._set_sizes(self.open)
 
     def _set_sizes(self, titles: list[str]) -> None:
+        before = self._sized.copy()
         self._sized.update(titles)
         docks = [self._panels[title].dock for title in titles]
         share, least, most = _COLUMN
@@ -261,7 +263,8 @@ class Docks(QObject):
         for area in (Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea):
             column = [dock for dock in docks if self._window.dockWidgetArea(dock) == area and not dock.isFloating()]
             heights = [round(100 * self._panels[dock.objectName()].height) for dock in column]
-            self._window.resizeDocks(column, [width] * len(column), Qt.Orientation.Horizontal)
+            if before.isdisjoint(dock.objectName() for dock in column):
+                self._window.resizeDocks(column, [width] * len(column), Qt.Orientation.Horizontal)
             self._window.resizeDocks(column, heights, Qt.Orientation.Vertical)
         below = [dock for dock in docks if self._window.dockWidgetArea(dock) == Qt.DockWidgetArea.BottomDockWidgetArea]
         heights = [round(_BELOW * self._panels[dock.objectName()].height) for dock in below]

@@ -222,6 +222,7 @@ class MainWindow(QMainWindow):
             self.runs,
             self.loader,
             self.views,
+            self.cloud,
             self.view_presenter,
             self.editor,
             self.actions_,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -23,7 +24,7 @@ from PySide6.QtWidgets import QWidget
 
 from gui import theme
 from gui.cloud.drawing import CloudDrawing
-from gui.cloud.overlays import paint_axes, paint_line, paint_mark, paint_scale
+from gui.cloud.overlays import paint_axes, paint_line, paint_mark, paint_scale, paint_text
 from gui.cloud.scene import Scene, empty_scene
 from ilf.drawing.orbit import NEAR, OrbitCamera
 from ilf.drawing.splat import Look
@@ -81,6 +82,7 @@ class CloudCanvas(QWidget):
         self._pixel: tuple[int, int] | None = None
         self._marked: tuple[int, int] | None = None
         self._lines: Sequence[Sequence[tuple[float, float]]] = ()
+        self._texts: Sequence[str] = ()
         self.drawing = CloudDrawing(self)
         self.drawing.ready.connect(self.update)
         self.drawing.failed.connect(self.failed)
@@ -131,10 +133,12 @@ class CloudCanvas(QWidget):
             self._marked = pixel
             self.update()
 
-    def set_lines(self, lines: Sequence[Sequence[tuple[float, float]]]) -> None:
-        """Draw lines between the points that come from places of the frame, in image coordinates."""
-        self._lines = lines
-        self.update()
+    def set_lines(self, lines: Sequence[Sequence[tuple[float, float]]], texts: Sequence[str]) -> None:
+        """Draw lines between the points that come from places of the frame, in image coordinates, with a text at the
+        middle of each of their stretches."""
+        if (lines, texts) != (self._lines, self._texts):
+            self._lines, self._texts = lines, texts
+            self.update()
 
     def shutdown(self) -> bool:
         """Stop for good, before the window closes. True if the thread has ended."""
@@ -155,8 +159,13 @@ class CloudCanvas(QWidget):
                 painter.drawImage(QRectF(self.rect()), image)
             paint_axes(painter, self.camera, colours, self.height())
             paint_scale(painter, self.camera.metres_per_pixel(max(self.height(), 1)), colours, self.height())
-            for line in self._lines:
-                paint_line(painter, [self._place_of((int(x), int(y))) for x, y in line])
+            lines = [[self._place_of((int(x), int(y))) for x, y in line] for line in self._lines]
+            for line in lines:
+                paint_line(painter, line)
+            stretches = (ends for line in lines for ends in itertools.pairwise(line))
+            for (one, other), text in zip(stretches, self._texts, strict=False):
+                if one is not None and other is not None:
+                    paint_text(painter, (one + other) / 2, text, colours)
             marked = None if self._marked is None else self._place_of(self._marked)
             if marked is not None:
                 paint_mark(painter, marked)

@@ -40,8 +40,6 @@ class CloudLinks(QObject):
         views.cursorMoved.connect(canvas.mark)
         canvas.hovered.connect(self._hover)
         canvas.picked.connect(self._pick)
-        for changed in (editor.inspection.measurements.changed, editor.tool_changed):
-            changed.connect(self._show_lines)
 
     def _hover(self, pixel: tuple[int, int] | None) -> None:
         if self._shows_present():
@@ -64,8 +62,3 @@ class CloudLinks(QObject):
             self._workspace.select(chosen if label in session.selected else [*chosen, label])
         elif not adds:
             self._workspace.select([label] if label else [])
-
-    def _show_lines(self) -> None:
-        """What is measured, while the tool for it is in hand."""
-        measures = self._editor.tool.points_only
-        self._canvas.set_lines(self._editor.inspection.measurements.chains if measures else ())

@@ -82,6 +82,16 @@ def paint_line(painter: QPainter, places: Sequence[QPointF | None]) -> None:
     painter.setBrush(Qt.BrushStyle.NoBrush)
 
 
+def paint_text(painter: QPainter, middle: QPointF, text: str, colours: Colours) -> None:
+    """A text about a place."""
+    metrics = painter.fontMetrics()
+    box = QRectF(0, 0, metrics.horizontalAdvance(text) + _MARGIN, metrics.height())
+    box.moveCenter(middle)
+    _paint_backing(painter, colours, box)
+    painter.setPen(colours.text)
+    painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+
+
 def round_length(most: float) -> float:
     """The largest 1, 2 or 5 times a power of ten up to a length [m]."""
     power = 10.0 ** math.floor(math.log10(most))

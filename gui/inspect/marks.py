@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
-from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF
+from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from gui.state.chains import Point
 from gui.state.inspection import Line
+from gui.views.items import ViewItem
 from gui.views.linked_views import LinkedViews
 from ilf.blocks import Box
 
@@ -22,8 +23,6 @@ _HALO, _PLATE = QColor(0, 0, 0, 190), QColor(0, 0, 0, 165)
 _END, _PLACE, _DOT, _PAD = 4.0, 4.5, 3.5, 3.0
 _BESIDE = 22.0
 """How far from its place the middle of a text is [px]."""
-_MARGIN = 0.4
-"""Texts and ends may reach beyond the frame by so much of its longer side."""
 
 
 @dataclass(frozen=True)
@@ -53,28 +52,34 @@ class Marks:
     lengths: Sequence[tuple[Point, str]] = ()
     angles: Sequence[tuple[Point, Point, str]] = ()
 
+    def extent(self) -> QRectF | None:
+        """What all of the places lie in; None if nothing is marked."""
+        points: list[Point] = [*(self.line or ()), *([self.place] if self.place else [])]
+        points += [point for chain in self.chains for point in chain]
+        points += [place for place, _ in self.lengths]
+        points += [place for place, _, _ in self.angles]
+        if self.region is not None:
+            rows, columns = self.region
+            points += [(columns.start, rows.start), (columns.stop, rows.stop)]
+        return QPolygonF([QPointF(*point) for point in points]).boundingRect() if points else None
 
-class _MarksItem(QGraphicsItem):
+
+class _MarksItem(ViewItem):
     """Draws marks with lines, ends and texts of one size on the screen at every zoom."""
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__(_HEIGHT)
         self._marks = Marks()
         self._font = QFont()
         self._font.setPointSizeF(self._font.pointSizeF() * 0.85)
-        self._rect = QRectF()
-        self.setZValue(_HEIGHT)
 
-    def set_marks(self, marks: Marks, frame: QRectF) -> None:
-        """Draw other marks on a frame of this extent."""
-        self.prepareGeometryChange()
+    def set_marks(self, marks: Marks) -> None:
+        """Draw other marks."""
         self._marks = marks
-        beyond = _MARGIN * max(frame.width(), frame.height())
-        self._rect = frame.adjusted(-beyond, -beyond, beyond, beyond) if marks != Marks() else QRectF()
-        self.update()
-
-    def boundingRect(self) -> QRectF:
-        return self._rect
+        metrics = QFontMetricsF(self._font)
+        texts = [*(text for _, text in marks.lengths), *(text for _, _, text in marks.angles)]
+        widest = max((metrics.horizontalAdvance(text) for text in texts), default=metrics.height())
+        self.set_extent(marks.extent(), _BESIDE + widest / 2 + _PAD + metrics.height())
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         marks, to_screen = self._marks, painter.worldTransform()
@@ -152,14 +157,14 @@ class InspectMarks:
         self.marks = Marks()
         for name, cell in views.cells.items():
             self._items[name] = _MarksItem()
-            cell.view.addItem(self._items[name])
+            cell.view.add_overlay(self._items[name])
 
-    def show(self, marks: Marks, shape: tuple[int, int]) -> None:
-        """Draw these on a frame of shape (H, W), and nothing else."""
+    def show(self, marks: Marks) -> None:
+        """Draw these, and nothing else."""
         if marks != self.marks:
             self.marks = marks
             for item in self._items.values():
-                item.set_marks(marks, QRectF(0, 0, shape[1], shape[0]))
+                item.set_marks(marks)
 
 
 def _stroke(painter: QPainter, points: list[QPointF], colour: QColor, width: float) -> None:

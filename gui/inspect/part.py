@@ -86,20 +86,24 @@ class InspectPart(Part):
         """What is drawn over the pictures: what the tool is for, or what an open panel is about."""
         workspace, tool = self.desk.workspace, self.desk.editor.tool_name
         if not workspace.has_session:
-            self._marks.show(Marks(), (1, 1))
+            self._show(Marks())
             return
         chains = self.measurements.chains if self.measure_panel.isVisible() or tool == "measure" else []
         plotted = self.profile.is_seen or tool == "profile"
-        self._marks.show(
+        self._show(
             Marks(
                 self.inspection.line if plotted else None,
                 self.profile.place if plotted else None,
                 workspace.session.region,
                 chains,
                 *(self.measure.texts() if chains else ()),
-            ),
-            workspace.session.frame.shape,
+            )
         )
+
+    def _show(self, marks: Marks) -> None:
+        """Draw these over the pictures, and what is measured in the cloud."""
+        self._marks.show(marks)
+        self.desk.cloud.canvas.set_lines(marks.chains, [text for _, text in marks.lengths])
 
     def _reveal(self, page: int) -> None:
         """Show the page of statistics, or that of measurements."""

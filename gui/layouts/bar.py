@@ -14,8 +14,16 @@ _MOST_WIDTH = 460
 """Layouts for which there is no room in so many pixels are in the menu alone."""
 
 
+class _LayoutButton(QToolButton):
+    """Turns to its layout as its action does, but never back."""
+
+    def nextCheckState(self) -> None:
+        if not self.isChecked():
+            super().nextCheckState()
+
+
 class LayoutBar(QWidget):
-    """A button for each layout; that of the present one is marked."""
+    """A button for each layout; that of the present one is marked, and a click on it changes nothing."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -42,7 +50,7 @@ class LayoutBar(QWidget):
             button.deleteLater()
         self._buttons = {}
         for action in wanted:
-            button = QToolButton()
+            button = _LayoutButton()
             button.setDefaultAction(action)
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
             button.setFocusPolicy(Qt.FocusPolicy.NoFocus)

@@ -30,7 +30,7 @@ class LayoutsPart(Part):
         desk.actions.add(COMMANDS)
         self.store = LayoutStore(desk.panels.remembers)
         self._last = STANDARD
-        self._views = desk.views.layout_name
+        self._views, self._lasting = desk.views.layout_name, desk.views.lasting_layout
         self._turning = False
         self._deleted: Layout | None = None
         names = [*(layout.name for layout in BUILT_IN), *OWN]
@@ -187,7 +187,7 @@ class LayoutsPart(Part):
         self._turning = True
         try:
             if arrangement.views in LAYOUTS:
-                views.set_layout(arrangement.views)
+                views.set_layout(arrangement.views, self.store.layouts[self.present].arrangement.views)
             views.reset_contents()
             for cell, content in arrangement.contents.items():
                 with contextlib.suppress(ValueError):  # what there is no longer is passed over
@@ -200,16 +200,18 @@ class LayoutsPart(Part):
         self.desk.panels.take(arrangement.panels, arrangement.places)
 
     def _follow_views(self, name: str) -> None:
-        """Views that have been arranged for correcting, or no longer, by a click on a title, say, bring the panels of
-        that layout with them; not so in an own layout, which may have any views."""
+        """Views that are arranged for correcting, or no longer, bring the panels of that layout with them; not so in an
+        own layout, which may have any views, nor while one looks at a single view, or at two depths, from there."""
+        lasting = self.desk.views.lasting_layout
         if not self._turning and not self.store.is_own(self.present):
-            comes, goes = name == CORRECT_VIEWS, self.present == CORRECT
+            comes, goes = lasting == CORRECT_VIEWS, self.present == CORRECT
             if comes != goes:
+                self._views = self._lasting
                 self._leave(CORRECT if comes else self._back())
                 there = self.store.left(self.present)
                 self.desk.panels.take(there.panels, there.places)
                 self._show()
-        self._views = name
+        self._views, self._lasting = name, lasting
 
     def _show(self) -> None:
         """Say in menu and bar which layouts there are, and which is present."""

@@ -8,8 +8,8 @@ from gui.desk import Desk, Part
 from gui.looking.commands import COMMANDS
 from gui.looking.comparison import Comparison
 from gui.views.derived import DerivedPresenter
+from gui.views.layouts import COMPARE
 
-LAYOUT = "compare"
 _NEED_A_FRAME = "view_content", "compare_two", "swipe", "blink", "swap_sides"
 
 
@@ -22,6 +22,9 @@ class LookingPart(Part):
         actions.add(COMMANDS)
         self.comparison = Comparison(workspace, views, desk.view_presenter)
         self.derived = DerivedPresenter(workspace, views)
+        self._was_compared = False
+        self._replaced: dict[str, str] = {}
+        """What a view showed before it had to show the result: name of its cell -> content."""
         self.derived.failed.connect(lambda error: desk.notes.report("What a view shows", error))
         compared = workspace.kept_runs_changed, workspace.compared_changed, workspace.truth_changed
         results = workspace.session_changed, workspace.labels_changed, workspace.results_changed
@@ -41,7 +44,7 @@ class LookingPart(Part):
         handlers: dict[str, Callable[[], object]] = {
             "view_content": views.choose_content,
             "reset_contents": views.reset_contents,
-            "compare_two": lambda: views.toggle_layout(LAYOUT),
+            "compare_two": lambda: views.toggle_layout(COMPARE),
             "swap_sides": lambda: views.sides.choose(*reversed(views.sides.names)),
         }
         for name, handler in handlers.items():
@@ -61,19 +64,33 @@ class LookingPart(Part):
 
     def _follow_layout(self, name: str) -> None:
         """Side by side, neither side is parted."""
-        self.desk.actions["compare_two"].setChecked(name == LAYOUT)
-        if name == LAYOUT:
+        self._was_compared = False
+        self.desk.actions["compare_two"].setChecked(name == COMPARE)
+        if name == COMPARE:
             self.desk.actions["swipe"].setChecked(False)
 
     def _swipe(self, on: bool) -> None:
         """The handle, in place of both sides beside each other, and the result to see it over if that is shown
-        nowhere."""
+        nowhere; what gave way for it comes back after it."""
         views = self.desk.views
-        if on and views.layout_name == LAYOUT:
-            views.toggle_layout(LAYOUT)
-        if on and not any(cell.isVisible() and cell.concrete == "result" for cell in views.cells.values()):
-            views.set_content(next(name for name, cell in views.cells.items() if cell is views.active), "result")
-        views.sides.set_swiping(on)
+        if not on:
+            views.sides.set_swiping(False)
+            for cell, content in self._replaced.items():
+                if views.cells[cell].content == "result":
+                    views.set_content(cell, content)
+            self._replaced = {}
+            if self._was_compared:
+                views.toggle_layout(COMPARE)
+            return
+        was_compared = views.layout_name == COMPARE
+        if was_compared:
+            views.toggle_layout(COMPARE)
+        self._was_compared = was_compared  # until there is another layout
+        if not any(cell.isVisible() and cell.concrete == "result" for cell in views.cells.values()):
+            name = next(name for name, cell in views.cells.items() if cell is views.active)
+            self._replaced = {name: views.cells[name].content}
+            views.set_content(name, "result")
+        views.sides.set_swiping(True)
 
     def shutdown(self) -> bool:
         """Stop for good, before the window closes. True if no thread is left."""

@@ -9,8 +9,6 @@ from gui.views.linked_views import LinkedViews
 
 _COLOUR = QColor(255, 96, 208)
 _WIDTH, _HALO, _HEIGHT = 1.5, 170, 5.5
-_SMALLEST_SCALE = 8.0
-"""Image pixels per screen pixel up to which the lines' widths are reckoned with."""
 
 
 class Marks:
@@ -20,8 +18,7 @@ class Marks:
         self._items = []
         for cell in views.cells.values():
             item = HaloPath(_WIDTH, _COLOUR, _HALO, _HEIGHT)
-            item.set_pixel_size(_SMALLEST_SCALE)
-            cell.view.addItem(item)
+            cell.view.add_overlay(item)
             self._items.append(item)
 
     @property

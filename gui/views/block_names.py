@@ -6,25 +6,25 @@ from collections.abc import Mapping
 
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter
-from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
+from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from ilf.drawing.inner_points import InnerPoint
+
+from .items import ViewItem
 
 _LEAST_ROOM = 5.0
 """A block has its name if it holds a circle of this radius on the screen [px]."""
 _PAD = 3.0
 
 
-class NamesItem(QGraphicsItem):
+class NamesItem(ViewItem):
     """Texts of one size on the screen, on plates that let them be read on any picture."""
 
     def __init__(self, z: float) -> None:
-        super().__init__()
+        super().__init__(z)
         self._texts: list[tuple[str, InnerPoint]] = []
-        self._rect = QRectF()
         self._font = QFont()
         self._font.setPointSizeF(self._font.pointSizeF() * 0.85)
-        self.setZValue(z)
 
     @property
     def texts(self) -> list[str]:
@@ -33,13 +33,10 @@ class NamesItem(QGraphicsItem):
 
     def set_names(self, names: Mapping[int, str], points: Mapping[int, InnerPoint], frame: QRectF) -> None:
         """Write names by label at the inner points of their blocks, within the frame."""
-        self.prepareGeometryChange()
         self._texts = [(names[label], point) for label, point in points.items() if label in names]
-        self._rect = frame if self._texts else QRectF()
-        self.update()
-
-    def boundingRect(self) -> QRectF:
-        return self._rect
+        metrics = QFontMetricsF(self._font)
+        widest = max((metrics.horizontalAdvance(text) for text in self.texts), default=0.0)
+        self.set_extent(frame if self._texts else None, widest / 2 + _PAD + metrics.height())
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         transform = painter.worldTransform()

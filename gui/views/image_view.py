@@ -9,12 +9,13 @@ import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QResizeEvent, QTransform
+from PySide6.QtWidgets import QGraphicsItem, QGraphicsRectItem
 
 from gui.theme import Colours
 from ilf.drawing.inner_points import InnerPoint
 
 from .block_names import NamesItem
-from .items import HaloPath, Hatch
+from .items import HaloPath, Hatch, ViewItem
 from .pixel_item import PixelItem
 from .preview import PreviewItem
 from .sampling import Sampling
@@ -59,6 +60,7 @@ class ImageView(pg.GraphicsView):
         self._frame = QRectF()
         self._message = ""
         self._muted = QColor()
+        self._pixel_size = 1.0
         self.image = self.add_layer(0)
         self._hatches: list[Hatch] = []
         self.hatch = self.add_hatch(-1)
@@ -76,17 +78,29 @@ class ImageView(pg.GraphicsView):
         self.preview = PreviewItem(6)
         # two items, so that a moving cursor repaints two thin strips instead of the view
         self._cross = tuple(HaloPath(1, QColor(255, 255, 255, 190), 70, 7) for _ in range(2))
+        self._cursor: tuple[int, int] | None = None
+        self._overlays: list[ViewItem] = []
+        self._over = QGraphicsRectItem()
+        self._over.setFlag(QGraphicsItem.GraphicsItemFlag.ItemHasNoContents)
+        self._over.setZValue(4)
+        self.addItem(self._over)
         for item in (self.stripes, self.lines, self.names, self.preview, *self._cross):
-            self.addItem(item)
+            self.add_overlay(item)
 
     def add_layer(self, z: float) -> PixelItem:
-        """New picture at a height: 0 is the view's own, stripes and lines are at 4 and 5."""
+        """New picture at a height: 0 is the view's own, and overlays are at 4 and above."""
         return self.place(PixelItem(z))
+
+    def add_overlay(self, item: ViewItem) -> None:
+        """Draw something over the picture, for as long as there is one."""
+        item.set_pixel_size(self._pixel_size)
+        item.setParentItem(self._over)
+        self._overlays.append(item)
 
     def add_hatch(self, z: float) -> Hatch:
         """New stripes over all of the frame, at a height."""
         hatch = Hatch(z)
-        hatch.set_rect(self._frame)
+        hatch.set_extent(self._frame)
         self.addItem(hatch)
         self._hatches.append(hatch)
         return hatch
@@ -106,7 +120,7 @@ class ImageView(pg.GraphicsView):
         """Extent of the frame in image pixels."""
         self._frame = QRectF(0, 0, width, height)
         for hatch in self._hatches:
-            hatch.set_rect(self._frame)
+            hatch.set_extent(self._frame)
 
     def set_picture(
         self,
@@ -130,10 +144,8 @@ class ImageView(pg.GraphicsView):
 
     def _show_layers(self) -> None:
         """What lies over the picture goes with it; names need room."""
-        has_picture = self.image.image is not None
-        self.lines.setVisible(has_picture)
-        self.stripes.setVisible(has_picture)
-        self.names.setVisible(has_picture and self.share > _SHARE_FOR_NAMES)
+        self._over.setVisible(self.image.image is not None)
+        self.names.setVisible(self.share > _SHARE_FOR_NAMES)
 
     def set_message(self, text: str) -> None:
         """Text for the middle of the view while it has no picture."""
@@ -167,9 +179,10 @@ class ImageView(pg.GraphicsView):
         # the visible part as scene rectangle leaves nothing to scroll
         self.setSceneRect(drawn.inverted()[0].mapRect(QRectF(QRect(0, 0, size.width(), size.height()))))
         self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, scale * ratio < 1)
-        for item in self._cross:
-            item.set_pixel_size(1 / scale)
-        self.preview.set_pixel_size(1 / scale)
+        self._pixel_size = 1 / scale
+        for item in self._overlays:
+            item.set_pixel_size(self._pixel_size)
+        self.show_cursor(self._cursor)
 
     @property
     def pixel_ratio(self) -> int:
@@ -190,6 +203,7 @@ class ImageView(pg.GraphicsView):
 
     def show_cursor(self, pixel: tuple[int, int] | None) -> None:
         """Put the crosshair on the centre of a pixel (x, y); None hides it."""
+        self._cursor = pixel
         paths = (QPainterPath(), QPainterPath())
         if pixel is not None:
             x, y = pixel[0] + 0.5, pixel[1] + 0.5

@@ -11,17 +11,61 @@ from gui.theme import Colours
 _TILE = 8
 
 
-class HaloPath(QGraphicsItem):
+class ViewItem(QGraphicsItem):
+    """Item of a view: an extent in image coordinates, and a margin around it in pixels of the screen.
+
+    Parameters
+    ----------
+    z : float
+        Its height among the others.
+    """
+
+    def __init__(self, z: float) -> None:
+        super().__init__()
+        self._extent: QRectF | None = None
+        self._margin = 0.0
+        self._pixel_size = 1.0
+        self.setZValue(z)
+
+    def set_extent(self, extent: QRectF | None, margin: float = 0.0) -> None:
+        """Draw something else, no farther than `margin` screen pixels from this rectangle; None for nothing."""
+        self._leave()
+        self._extent, self._margin = extent, margin
+        self.update()
+
+    def set_pixel_size(self, pixel_size: float) -> None:
+        """Image pixels per screen pixel: what the margin means."""
+        if pixel_size != self._pixel_size:
+            self._leave()
+            self._pixel_size = pixel_size
+
+    def boundingRect(self) -> QRectF:
+        if self._extent is None:
+            return QRectF()
+        reach = self._margin * self._pixel_size
+        return self._extent.adjusted(-reach, -reach, reach, reach)
+
+    def _leave(self) -> None:
+        """Have the place painted anew where the item is drawn now.
+
+        Qt would do so by where it painted the item last, but only later: if part of the view is painted before, because
+        another view or something that lies over this one has changed, it takes the new place for the one to be left.
+        """
+        scene, bounds = self.scene(), self.boundingRect()
+        if scene is not None and self.isVisible() and not bounds.isEmpty():
+            scene.update(bounds)
+        self.prepareGeometryChange()
+
+
+class HaloPath(ViewItem):
     """Path in image coordinates: a bright line on a wider dark one, so that it shows on any picture."""
 
     def __init__(self, width: float, colour: QColor, halo_alpha: int, z: float) -> None:
-        super().__init__()
+        super().__init__(z)
         self._path = QPainterPath()
         self._colour = colour
         self._width = width
         self._halo = QColor(0, 0, 0, halo_alpha)
-        self._pixel_size = 1.0
-        self.setZValue(z)
 
     @property
     def path(self) -> QPainterPath:
@@ -29,20 +73,8 @@ class HaloPath(QGraphicsItem):
 
     def set_path(self, path: QPainterPath | None) -> None:
         """Draw another path, None for nothing."""
-        self.prepareGeometryChange()
         self._path = QPainterPath() if path is None else path
-        self.update()
-
-    def set_pixel_size(self, pixel_size: float) -> None:
-        """Image pixels per screen pixel: what the lines' width means for the bounds."""
-        self.prepareGeometryChange()
-        self._pixel_size = pixel_size
-
-    def boundingRect(self) -> QRectF:
-        if self._path.isEmpty():
-            return QRectF()
-        reach = (self._width + 3) * self._pixel_size
-        return self._path.controlPointRect().adjusted(-reach, -reach, reach, reach)
+        self.set_extent(None if self._path.isEmpty() else self._path.controlPointRect(), self._width + 3)
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         for colour, width in ((self._halo, self._width + 2), (self._colour, self._width)):
@@ -52,32 +84,23 @@ class HaloPath(QGraphicsItem):
             painter.drawPath(self._path)
 
 
-class Hatch(QGraphicsItem):
+class Hatch(ViewItem):
     """Rectangle of diagonal stripes of fixed size on the screen: what shows through where depth is missing."""
 
     def __init__(self, z: float) -> None:
-        super().__init__()
-        self._rect = QRectF()
+        super().__init__(z)
         self._brush = QBrush()
-        self.setZValue(z)
-
-    def set_rect(self, rect: QRectF) -> None:
-        self.prepareGeometryChange()
-        self._rect = rect
 
     def set_brush(self, brush: QBrush) -> None:
         # a copy: painting turns it
         self._brush = QBrush(brush)
         self.update()
 
-    def boundingRect(self) -> QRectF:
-        return self._rect
-
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         inverse, _ = painter.worldTransform().inverted()
         # scaled back to the screen, but moving with the picture
         self._brush.setTransform(inverse)
-        painter.fillRect(self._rect, self._brush)
+        painter.fillRect(self.boundingRect(), self._brush)
 
 
 def hatch_brush(ground: QColor, stripe: QColor) -> QBrush:

@@ -17,13 +17,16 @@ CELLS = {
 }
 """Cells: name -> what the user reads of it alone, and the content that it has until another is chosen."""
 
+COMPARE = "compare"
+"""Two depths beside each other."""
+
 _FIRST_THREE = ("colour", "depth-in", "depth-out")
 GRIDS = {
     "grid": ((*_FIRST_THREE, "expected-error"), 2),
     "grid-difference": ((*_FIRST_THREE, "difference"), 2),
     "grid-extraction": (("colour", "depth-in", "extraction", "depth-out"), 2),
     "row": ((*_FIRST_THREE, "expected-error"), 4),
-    "compare": (("a", "b", "difference", "judgement"), 2),
+    COMPARE: (("a", "b", "difference", "judgement"), 2),
 }
 """Layouts of several views of one size: name -> views, row by row, and how many stand in a row."""
 
@@ -36,7 +39,7 @@ LAYOUT_TEXTS = {
     "grid-difference": "Four, difference",
     "grid-extraction": "Four, extraction",
     "row": "Four in a row",
-    "compare": "Compare two",
+    COMPARE: "Compare two",
     CORRECT: "Correct",
     **{name: title for name, (title, _) in CELLS.items()},
 }
@@ -44,6 +47,9 @@ LAYOUT_TEXTS = {
 
 LAYOUTS = tuple(LAYOUT_TEXTS)
 """The same names, in the order of the menu."""
+
+LASTING = tuple(name for name in (*GRIDS, CORRECT) if name != COMPARE)
+"""Those that one works in; from them one looks at single views, or at two depths, and goes back."""
 
 _GAP = 1
 _SMALL_SHARES = (0.2, 0.36)

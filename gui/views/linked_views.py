@@ -525,20 +525,28 @@ class LinkedViews(QWidget):
         """Image pixels per pixel of the screen, in a view that is not a small one."""
         return 1 / self._transform.scale
 
-    def set_layout(self, name: str) -> None:
-        """Arrange the views: by one of `LAYOUTS`, some of them or one alone."""
-        self._sheet.set_layout(name)
+    @property
+    def lasting_layout(self) -> str:
+        """The one of `LASTING` that is shown, or that is gone back to from what is shown."""
+        return self._sheet.lasting
+
+    def set_layout(self, name: str, lasting: str = "") -> None:
+        """Arrange the views: by one of `LAYOUTS`, some of them or one alone, and from there go back to `lasting`, or as
+        before."""
+        self._sheet.set_layout(name, lasting)
 
     def toggle_layout(self, name: str) -> None:
-        """Show a layout, or, if it is shown, the one of several views before it."""
+        """Show a layout, or, if it is shown, the lasting one before it."""
         self._sheet.toggle_layout(name)
 
     def _take_places(self) -> None:
         """Cells have other places, or others are shown."""
         for cell in self.cells.values():
             if cell not in self._sheet.shown:
-                cell.show_cursor(None)
+                cell.point_at(None)
         self._fit_to_room()
+        for cell in self._sheet.shown:
+            cell.point_at(self._navigation.pixel)
 
     def _fit_to_room(self) -> None:
         """Show what the transform says in views of the size that they have now."""
@@ -552,12 +560,13 @@ class LinkedViews(QWidget):
     def _show_transform(self) -> None:
         for view in self._views:
             view.show_transform(self._transform)
-        self._layers.show([cell.view for cell in self._sheet.shown])
+        shown = [cell.view for cell in self._sheet.shown]
+        self._layers.show(shown)
+        self._navigation.follow(shown)
 
     def _move_cursor(self, pixel: tuple[int, int] | None) -> None:
         for cell in self._sheet.shown:
-            cell.show_cursor(pixel)
-            cell.show_value(pixel)
+            cell.point_at(pixel)
         self.cursorMoved.emit(pixel)
 
     def _set_cursor_shape(self, shape: Qt.CursorShape) -> None:

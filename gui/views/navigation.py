@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from enum import Enum, auto
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, Qt, Signal
@@ -67,13 +68,17 @@ class Navigation(QObject):
         self._drag = _Drag.NONE
         self._button = _Button.NoButton
         self._last = QPointF()
-        self._pixel: tuple[int, int] | None = None
+        self._pointer: QPointF | None = None
+        """Where the pointer is on the screen; None while it is at no view."""
+        self.pixel: tuple[int, int] | None = None
+        """Pixel (x, y) that is taken for the one under the pointer."""
         self._space = False
 
     def set_frame(self, size: tuple[int, int] | None) -> None:
         """Width and height of the frame; None while there is none, and the mouse does nothing."""
         self._frame = size
         self._drag = _Drag.NONE
+        self._pointer = None
         self.point_at(None)
 
     def set_handler(self, handler: PointerHandler | None) -> None:
@@ -97,13 +102,14 @@ class Navigation(QObject):
             case QKeyEvent():
                 return self._key(event)
         if event.type() == QEvent.Type.Leave:
+            self._pointer = None
             self.point_at(None)
             self._send(PointerKind.LEAVE, view, self._last)
         return False
 
     def _mouse(self, view: ImageView, event: QMouseEvent) -> bool:
         position, moved = event.position(), event.position() - self._last
-        self._last = position
+        self._last, self._pointer = position, event.globalPosition()
         match event.type():
             case QEvent.Type.MouseMove if self._drag is _Drag.PAN:
                 self._pan(moved.x() / view.share, moved.y() / view.share)
@@ -145,10 +151,10 @@ class Navigation(QObject):
             steps = int(math.copysign(max(abs(turn) // 120, 1), turn))
             if self._send(PointerKind.WHEEL, view, event.position(), event.modifiers(), steps):
                 return True
+        self._pointer = event.globalPosition()
         point = view.to_image(event.position())
         self._transform.zoom(ZOOM_STEP ** (turn / 120), point.x(), point.y())
         self.transformChanged.emit()
-        self.point_at(self._pixel_at(view.to_image(event.position())))
         return True
 
     def _context_menu(self, view: ImageView, event: QContextMenuEvent) -> bool:
@@ -215,9 +221,17 @@ class Navigation(QObject):
 
     def point_at(self, pixel: tuple[int, int] | None) -> None:
         """Take a pixel (x, y) for the one under the pointer; None for none."""
-        if pixel != self._pixel:
-            self._pixel = pixel
+        if pixel != self.pixel:
+            self.pixel = pixel
             self.cursorMoved.emit(pixel)
+
+    def follow(self, views: Iterable[ImageView]) -> None:
+        """These views show another part of the frame, or stand elsewhere: the pointer is at another pixel."""
+        if self._pointer is None:
+            return
+        places = ((view, view.viewport().mapFromGlobal(self._pointer)) for view in views)
+        there = ((view, place) for view, place in places if view.viewport().rect().contains(place.toPoint()))
+        self.point_at(next((self._pixel_at(view.to_image(place)) for view, place in there), None))
 
     def set_space(self, held: bool) -> None:
         """Whether the space key is held, wherever it was pressed: the left button pans meanwhile."""

@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QImage, QPainter
-from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
+from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from ilf.blocks import Box
 
-from .changes import whole
 from .images import image_over
+from .items import ViewItem
 
 _FORMAT = QImage.Format.Format_RGBA8888_Premultiplied
 """One that Qt scales exactly, pixel by pixel; of others it has quicker ways that are off by one here and there."""
@@ -20,7 +20,7 @@ Pixels = NDArray[np.uint32]
 """Premultiplied colours, each at most as large as alpha."""
 
 
-class PixelItem(QGraphicsItem):
+class PixelItem(ViewItem):
     """Picture in image coordinates, one unit per pixel.
 
     Attributes
@@ -32,15 +32,13 @@ class PixelItem(QGraphicsItem):
     """
 
     def __init__(self, z: float) -> None:
-        super().__init__()
+        super().__init__(z)
         self.image: NDArray[np.uint8] | Pixels | None = None
         self.pixels: Pixels = np.zeros((0, 0), np.uint32)
         self._drawn = QImage()
-        self._rect = QRectF()
         self._span: tuple[int, int] | None = None
         self._table: Pixels = np.zeros(256, np.uint32)
         self._grey: Pixels = np.zeros(256, np.uint32)
-        self.setZValue(z)
 
     def set_rgb(self, rgb: NDArray[np.uint8]) -> None:
         """Show colour, uint8 (H, W, 3), red first."""
@@ -88,29 +86,25 @@ class PixelItem(QGraphicsItem):
     def clear(self) -> None:
         """Show nothing."""
         if self.image is not None:
-            self.prepareGeometryChange()
-            self.image, self._drawn, self._rect = None, QImage(), QRectF()
-
-    def boundingRect(self) -> QRectF:
-        return self._rect
+            self.image, self._drawn = None, QImage()
+            self.set_extent(None)
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         # all of it: what need not be drawn is clipped, and a part would be rounded to other places on the screen
+        rect = self.boundingRect()
         if self._span is None:
-            painter.drawImage(self._rect, self._drawn)
+            painter.drawImage(rect, self._drawn)
             return
         left, right = self._span
         painter.save()
-        painter.setClipRect(QRectF(left, 0, right - left, self._rect.height()), Qt.ClipOperation.IntersectClip)
-        painter.drawImage(self._rect, self._drawn)
+        painter.setClipRect(QRectF(left, 0, right - left, rect.height()), Qt.ClipOperation.IntersectClip)
+        painter.drawImage(rect, self._drawn)
         painter.restore()
 
     def _show(self, image: NDArray[np.uint8] | Pixels, pixels: Pixels) -> None:
-        self.prepareGeometryChange()
         self.image, self.pixels = image, np.ascontiguousarray(pixels)
         self._drawn = image_over(self.pixels, _FORMAT)
-        self._rect = QRectF(0, 0, self._drawn.width(), self._drawn.height())
-        self.note_change(whole(self.pixels.shape))
+        self.set_extent(QRectF(0, 0, self._drawn.width(), self._drawn.height()))
 
 
 def packed(table: NDArray[np.uint8]) -> Pixels:

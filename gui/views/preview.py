@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen
-from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
+from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
+
+from .items import ViewItem
 
 _LINE, _HALO, _SHADE = QColor(255, 221, 51), QColor(0, 0, 0, 200), QColor(0, 0, 0, 110)
 _WIDTH = 2.0
@@ -36,42 +38,25 @@ class Preview:
     area: QPainterPath | None = None
 
 
-class PreviewItem(QGraphicsItem):
+class PreviewItem(ViewItem):
     """Draws a preview; the widths of its lines are screen pixels at every zoom."""
 
     def __init__(self, z: float) -> None:
-        super().__init__()
+        super().__init__(z)
         self._preview: Preview | None = None
-        self._bounds = QRectF()
-        self._pixel_size = 1.0
-        self.setZValue(z)
 
     def set_preview(self, preview: Preview | None) -> None:
         """Draw another preview; None for nothing."""
         self._preview = preview
-        self._measure()
-        self.update()
-
-    def set_pixel_size(self, pixel_size: float) -> None:
-        """Image pixels per screen pixel: what widths mean for the bounds."""
-        self._pixel_size = pixel_size
-        self._measure()
-
-    def _measure(self) -> None:
-        self.prepareGeometryChange()
-        self._bounds = QRectF()
-        if self._preview is None:
+        if preview is None:
+            self.set_extent(None)
             return
-        bounds = self._preview.line.controlPointRect()
-        if self._preview.area is not None:
-            bounds = bounds.united(self._preview.area.controlPointRect())
-        for x, y in self._preview.corners:
-            bounds = bounds.united(QRectF(x, y, 1e-6, 1e-6))
-        reach = (_WIDTH + _HANDLE + 3) * self._pixel_size
-        self._bounds = bounds.adjusted(-reach, -reach, reach, reach)
-
-    def boundingRect(self) -> QRectF:
-        return self._bounds
+        extent = preview.line.controlPointRect()
+        if preview.area is not None:
+            extent = extent.united(preview.area.controlPointRect())
+        for x, y in preview.corners:
+            extent = extent.united(QRectF(x, y, 1e-6, 1e-6))
+        self.set_extent(extent, _WIDTH + _HANDLE + 3)
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         preview = self._preview

@@ -9,7 +9,7 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QWidget
 
 from .contents.cell import Cell
-from .layouts import CORRECT, CORRECT_VIEWS, GRIDS, LAYOUTS, correct_places, grid_places
+from .layouts import CORRECT, CORRECT_VIEWS, GRIDS, LASTING, LAYOUTS, correct_places, grid_places
 
 _LEAST_ROOM = QSize(256, 192)
 
@@ -39,7 +39,8 @@ class Sheet(QWidget):
         self.setMinimumSize(_LEAST_ROOM)
         self._cells = cells
         self._aspect = 1.0
-        self.layout_name = self._before = LAYOUTS[0]
+        self.layout_name = self.lasting = LAYOUTS[0]
+        """What is shown, and which of `LASTING` it is or goes back to."""
         self._large = CORRECT_VIEWS[0]
         for name, cell in cells.items():
             # before it is made visible: without a parent it would be a window
@@ -57,22 +58,21 @@ class Sheet(QWidget):
         self._aspect = aspect
         self._place()
 
-    def set_layout(self, name: str) -> None:
-        """Arrange the cells: by one of `LAYOUTS`, some of them or one alone."""
+    def set_layout(self, name: str, lasting: str = "") -> None:
+        """Arrange the cells: by one of `LAYOUTS`, some of them or one alone, and from there go back to `lasting`, or as
+        before."""
         if name not in LAYOUTS:
             raise ValueError(f"layout must be one of {', '.join(LAYOUTS)}, not {name!r}")
+        self.lasting = next(one for one in (name, lasting or self.lasting, LAYOUTS[0]) if one in LASTING)
         if name == self.layout_name:
             return
-        if len(self._names()) > 1:
-            self._before = self.layout_name
         self.layout_name = name
         self._arrange()
         self.layoutChanged.emit(name)
 
     def toggle_layout(self, name: str) -> None:
-        """Show a layout, or, if it is shown, the one of several views before it."""
-        back = self._before if self._before != name else LAYOUTS[0]
-        self.set_layout(back if self.layout_name == name else name)
+        """Show a layout, or, if it is shown, the lasting one before it."""
+        self.set_layout(self.lasting if self.layout_name == name else name)
 
     def _enlarge(self, name: str) -> None:
         """The large place for a small view, else all of the room, or back."""

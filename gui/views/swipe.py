@@ -6,9 +6,10 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QCursor, QFont, QFontMetricsF, QMouseEvent, QPainter, QPen
-from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
+from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from .image_view import ImageView
+from .items import ViewItem
 
 _NEAR = 8
 """Pixels of the screen on either side of the line in which it can be grasped."""
@@ -21,27 +22,22 @@ Label = tuple[str, tuple[int, int, int] | None]
 """What a side is called, and its own colour (R, G, B) if it has one."""
 
 
-class SwipeItem(QGraphicsItem):
+class SwipeItem(ViewItem):
     """The line, a grip in the middle of what is to be seen of it, and what stands on either side."""
 
     def __init__(self, z: float) -> None:
-        super().__init__()
+        super().__init__(z)
         self._frame = QRectF()
         self._x = 0.0
-        self._labels: tuple[Label, Label] = (("", None), ("", None))
+        self._labels: tuple[Label, Label] | None = None
         self._font = QFont()
         self._font.setPointSizeF(self._font.pointSizeF() * 0.9)
-        self.setZValue(z)
         self.hide()
 
-    def place(self, frame: QRectF, x: float, labels: tuple[Label, Label]) -> None:
-        """Stand at a column x of a frame, both in image coordinates."""
-        self.prepareGeometryChange()
+    def place(self, frame: QRectF, x: float, labels: tuple[Label, Label] | None) -> None:
+        """Stand at a column x of a frame, both in image coordinates; without labels, a thin line alone does."""
         self._frame, self._x, self._labels = frame, x, labels
-        self.update()
-
-    def boundingRect(self) -> QRectF:
-        return self._frame
+        self.set_extent(frame, _GRIP + 2)
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         transform = painter.worldTransform()
@@ -52,11 +48,13 @@ class SwipeItem(QGraphicsItem):
         painter.save()
         painter.resetTransform()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        for colour, width in ((_HALO, 4.0), (_LINE, 2.0)):
-            painter.setPen(QPen(colour, width))
+        width = 1.0 if self._labels is None else 2.0
+        for pen in (QPen(_HALO, width + 2), QPen(_LINE, width)):
+            painter.setPen(pen)
             painter.drawLine(QPointF(x, shown.top()), QPointF(x, shown.bottom()))
-        self._draw_grip(painter, QPointF(x, shown.center().y()))
-        self._draw_labels(painter, x, shown)
+        if self._labels is not None:
+            self._draw_grip(painter, QPointF(x, shown.center().y()))
+            self._draw_labels(painter, self._labels, x, shown)
         painter.restore()
 
     def _draw_grip(self, painter: QPainter, centre: QPointF) -> None:
@@ -69,10 +67,10 @@ class SwipeItem(QGraphicsItem):
             tip, back, half = side * 8.0, side * 3.0, 4.0
             painter.drawPolygon([centre + QPointF(tip, 0), centre + QPointF(back, -half), centre + QPointF(back, half)])
 
-    def _draw_labels(self, painter: QPainter, x: float, shown: QRectF) -> None:
+    def _draw_labels(self, painter: QPainter, labels: tuple[Label, Label], x: float, shown: QRectF) -> None:
         metrics = QFontMetricsF(self._font)
         painter.setFont(self._font)
-        for (text, colour), side in zip(self._labels, (-1, 1), strict=True):
+        for (text, colour), side in zip(labels, (-1, 1), strict=True):
             room = (x - shown.left() if side < 0 else shown.right() - x) - 4 * _PAD
             elided = metrics.elidedText(text, Qt.TextElideMode.ElideRight, room)
             if room < 3 * _GRIP or not elided:
@@ -100,6 +98,8 @@ class Swipe(QObject):
     views : list of ImageView
     takes_part : callable
         Whether a view shows the two sides.
+    has_grip : callable
+        Whether such a view has grip and labels, too; others have a line that covers as little as can be.
 
     Signals
     -------
@@ -109,9 +109,15 @@ class Swipe(QObject):
 
     moved = Signal()
 
-    def __init__(self, views: list[ImageView], takes_part: Callable[[ImageView], bool], parent: QObject) -> None:
+    def __init__(
+        self,
+        views: list[ImageView],
+        takes_part: Callable[[ImageView], bool],
+        has_grip: Callable[[ImageView], bool],
+        parent: QObject,
+    ) -> None:
         super().__init__(parent)
-        self._takes_part = takes_part
+        self._takes_part, self._has_grip = takes_part, has_grip
         self._frame = QRectF()
         self._labels: tuple[Label, Label] = (("", None), ("", None))
         self._dragged: ImageView | None = None
@@ -123,7 +129,7 @@ class Swipe(QObject):
         """Where the handle is, in image coordinates."""
         for view in views:
             self._items[view] = SwipeItem(6.5)
-            view.addItem(self._items[view])
+            view.add_overlay(self._items[view])
 
     def set_frame(self, width: int, height: int) -> None:
         """Stand in the middle of another frame."""
@@ -146,9 +152,10 @@ class Swipe(QObject):
     def show(self) -> None:
         """Draw it where it belongs."""
         for view, item in self._items.items():
-            item.setVisible(self.on and self._takes_part(view))
-            if item.isVisible():
-                item.place(self._frame, self.x, self._labels)
+            is_shown = self.on and self._takes_part(view)
+            item.setVisible(is_shown)
+            if is_shown:
+                item.place(self._frame, self.x, self._labels if self._has_grip(view) else None)
 
     def move_to(self, x: float) -> None:
         """Put the handle at a column of the frame."""

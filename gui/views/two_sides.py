@@ -36,7 +36,7 @@ class TwoSides(QObject):
         super().__init__(parent)
         self._material = material
         self._content_of = content_of
-        self.swipe = Swipe(views, self._is_swiped, self)
+        self.swipe = Swipe(views, self._is_swiped, lambda view: content_of(view) == "result", self)
         self.swipe.moved.connect(self._follow_handle)
 
     @property

@@ -6,13 +6,16 @@ from collections.abc import Callable
 
 import numpy as np
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QDockWidget, QWidget
 from pytestqt.qtbot import QtBot
 
 from gui.cloud.canvas import HINT
 from gui.cloud.colouring import ColourBy
 from gui.cloud.scene import Scene
 from gui.main_window import MainWindow
+from ilf.inspection import measure
 from ilf.project.kept_run import KeptRun
 
 Run = Callable[[MainWindow], None]
@@ -26,6 +29,12 @@ def shown(window: MainWindow, qtbot: QtBot) -> Scene:
     window.refresh.now()
     qtbot.waitUntil(lambda: not window.cloud_presenter.busy and (canvas.drawing.is_whole or not len(canvas.scene)))
     return canvas.scene
+
+
+def pixels(widget: QWidget) -> np.ndarray:
+    """What a widget looks like now, uint8 (H, 4 W)."""
+    image = widget.grab().toImage().convertToFormat(QImage.Format.Format_RGBA8888)
+    return np.array(image.constBits()).reshape(image.height(), -1)
 
 
 def place_of(window: MainWindow, pixel: tuple[int, int]) -> QPoint:
@@ -121,12 +130,22 @@ def test_distances_are_measured_between_points_of_the_cloud(opened: MainWindow, 
     (chain,) = measurements.chains
     assert np.abs(np.subtract(np.floor(chain), ends)).max() <= 1
     assert opened.workspace.session.selected == chosen
+    opened.refresh.now()
     assert canvas._lines == [chain]
+    length = measure(opened.workspace.session.frame.depth, chain, opened.workspace.session.frame.intrinsics).length
+    assert canvas._texts == [f"{length:.3f} m"]
+    with_text = pixels(canvas)
+    canvas.set_lines([chain], [])
+    assert (pixels(canvas) != with_text).any(), "the length stands at its line"
     assert measurements.is_open
     canvas.setFocus()
     QTest.keyClick(canvas, Qt.Key.Key_Return)
     assert not measurements.is_open
     opened.actions_["tool_select"].trigger()
+    opened.refresh.now()
+    assert canvas._lines == [chain], "as over the images, for as long as the panel is open"
+    opened.findChild(QDockWidget, "Measure").close()
+    opened.refresh.now()
     assert not canvas._lines
 
 

@@ -83,6 +83,26 @@ def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(
     assert window.views.layout_name == "grid-difference"
 
 
+def test_what_gives_way_to_the_handle_comes_back_after_it(run_twice: tuple[MainWindow, KeptRun]) -> None:
+    window, _ = run_twice
+    views, swipe = window.views, window.actions_["swipe"]
+    for layout in ("layout_correct", "layout_tune"):
+        window.actions_[layout].trigger()
+        before = views.layout_name
+        window.actions_["compare_two"].trigger()
+        swipe.trigger()
+        assert (window.actions_[layout].isChecked(), views.layout_name) == (True, before)
+        swipe.trigger()
+        assert (window.actions_[layout].isChecked(), views.layout_name) == (True, "compare")
+        window.actions_["compare_two"].trigger()
+        assert (window.actions_[layout].isChecked(), views.layout_name) == (True, before)
+    views.set_layout("colour")
+    swipe.trigger()
+    assert views.contents()["colour"] == "result", "where else would the handle be"
+    swipe.trigger()
+    assert views.contents()["colour"] == "colour"
+
+
 def test_blocks_of_side_a_are_shown_with_it_and_an_edit_brings_the_present_back(
     run_twice: tuple[MainWindow, KeptRun],
 ) -> None:

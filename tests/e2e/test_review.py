@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
+from PySide6.QtCore import QPointF
+from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from gui.main_window import MainWindow
@@ -95,6 +98,30 @@ def test_it_zooms_to_the_place_and_names_blocks_as_the_user_does(window, qtbot, 
     place = window.review.review.present
     shown = view.to_image(view.viewport().rect().center().toPointF())
     assert abs(shown.x() - place.point[0]) < 60
+
+
+def test_crosshair_and_readout_follow_to_the_place(window, qtbot, tmp_path):
+    opened_with(window, qtbot, tmp_path, walls(WIDTH))
+    view = window.views.cells["colour"].view
+    at = view.viewport().rect().center()
+    on_screen = view.viewport().mapToGlobal(QPointF(at))
+
+    def under() -> tuple[int, int] | None:
+        """The pixel that is under the pointer now."""
+        point = view.to_image(view.viewport().mapFromGlobal(on_screen))
+        x, y = math.floor(point.x()), math.floor(point.y())
+        return (x, y) if 0 <= x < WIDTH and 0 <= y < HEIGHT else None
+
+    QTest.mouseMove(view.viewport(), at)
+    before = under()
+    seen = []
+    window.views.cursorMoved.connect(seen.append)
+    press(window, qtbot, "next_suspect")
+    x, y = seen[-1]
+    assert (x, y) == under() != before
+    assert window.status.readout.text().startswith(f"x {x}, y {y}")
+    window.actions_["layout_correct"].trigger()
+    assert seen[-1] == under() != (x, y), "nor does it stay behind when the views stand elsewhere"
 
 
 def test_right_blocks_are_not_suspicious(window, qtbot, tmp_path):

@@ -201,6 +201,9 @@ def test_blocks_of_the_two_sides_are_parted_where_they_differ(views):
     views.set_runs([ShownRun("Run 1", flat(1.1), blocks=(2 * ones, table))])
     views.sides.set_swiping(True)
     assert [colour_at(cell, x, 40.5) for x in (10.5, 50.5)] == [(0, 0, 200), (200, 0, 0)]
+    beside = 6 / cell.view.transform().m11()
+    covered = [colour_at(cell, WIDTH / 2 + side * beside, HEIGHT / 2) for side in (-1, 1)]
+    assert covered == [(0, 0, 200), (200, 0, 0)], "no grip over the photo"
     drag(cell.view, (WIDTH / 2, 30), (20, 30))
     assert [colour_at(cell, x, 40.5) for x in (10.5, 30.5)] == [(0, 0, 200), (200, 0, 0)]
     views.sides.choose("depth-in", "run-1")

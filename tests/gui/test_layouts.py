@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QDockWidget, QMainWindow
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QToolButton
 from pytestqt.qtbot import QtBot
 
 from gui.layouts.layout import Arrangement
@@ -70,6 +70,67 @@ def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot: QtBot) -> Non
     layouts.reset()
     assert (second.views.layout_name, second.panels.open) == ("grid", ["Blocks", "Parameters"])
     second.close()
+
+
+def test_a_click_on_the_present_layout_stays_in_it(qtbot: QtBot) -> None:
+    window, layouts = _shown(qtbot)
+    for name in ("inspect", "inspect", "correct", "correct"):
+        button = next(one for one in layouts.bar.findChildren(QToolButton) if one.text() == name.title())
+        QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+        assert layouts.present == name
+        assert button.isChecked()
+    window.close()
+
+
+def test_looks_aside_leave_the_layout_and_go_back_to_its_views(qtbot: QtBot) -> None:
+    window, layouts = _shown(qtbot)
+    views = window.views
+    for name, own in (("tune", "grid"), ("correct", "correct")):
+        layouts.turn(name)
+        panels = window.panels.open
+        for aside in ("compare", "depth-out"):
+            views.toggle_layout(aside)
+            assert (layouts.present, views.layout_name, window.panels.open) == (name, aside, panels)
+            views.toggle_layout(aside)
+            assert (layouts.present, views.layout_name, window.panels.open) == (name, own, panels)
+        views.toggle_layout("compare")
+    layouts.turn("tune")
+    assert views.layout_name == "compare", "as it was left"
+    views.toggle_layout("compare")
+    assert (layouts.present, views.layout_name) == ("tune", "grid"), "and not the views of the layout before"
+    layouts.turn("correct")
+    views.set_layout("row")
+    assert layouts.present == "tune"
+    layouts.turn("correct")
+    assert views.layout_name == "correct", "the look aside is over"
+    window.close()
+
+
+def test_panels_have_their_width_in_every_layout(qtbot: QtBot) -> None:
+    window, layouts = _shown(qtbot)
+    blocks = window.findChild(QDockWidget, "Blocks")
+    width = round(0.26 * window.width())
+
+    def is_now(width: int) -> bool:
+        qtbot.waitUntil(lambda: blocks.width() == width)
+        return True
+
+    assert is_now(width)
+    for name in ("correct", "inspect", "correct"):
+        layouts.turn(name)
+        if name == "correct":
+            window.actions_["fold_panels"].trigger()
+            assert window.panels.open == ["Blocks", "Parameters"]
+            assert is_now(width)
+            window.actions_["fold_panels"].trigger()
+    window.actions_["fold_panels"].trigger()
+    window.resizeDocks([blocks], [width + 60], Qt.Orientation.Horizontal)
+    _click(window, "History")
+    assert is_now(width + 60), "a column keeps the width that it was given"
+    layouts.turn("standard")
+    layouts.turn("correct")
+    assert is_now(width + 60)
+    window.close()
 
 
 def _area(window: MainWindow, title: str) -> Qt.DockWidgetArea:

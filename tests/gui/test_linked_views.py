@@ -207,6 +207,17 @@ def test_the_cursor_is_a_pixel_or_none(views, qtbot):
     assert seen == [(5, 7), None]
 
 
+def test_the_crosshair_is_in_all_views_that_are_shown_and_in_no_others(views):
+    views.set_result(np.full((HEIGHT, WIDTH), 2.5, np.float32))
+    QTest.mouseMove(view_of(views).viewport(), place(view_of(views), 30.5, 20.5))
+    assert views.cells["depth-in"].bar.value == 2.0
+    views.set_content("difference", "difference:result:depth-in")
+    views.set_layout("grid-difference")
+    assert views.cells["difference"].bar.value == pytest.approx(500), "without another move"
+    views.set_layout("compare")
+    assert views.cells["depth-in"].bar.value is None
+
+
 def test_a_context_menu_names_place_and_pixel(views, qtbot):
     view = view_of(views)
     position = place(view, 20.5, 10.5)

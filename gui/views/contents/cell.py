@@ -83,10 +83,15 @@ class Cell(ViewCell):
         if not self.painter.uses.isdisjoint(parts):
             self._draw_if_seen()
 
-    def show_value(self, pixel: tuple[int, int] | None) -> None:
-        """Mark on the colour bar what there is at a pixel (x, y); None for nothing."""
+    def point_at(self, pixel: tuple[int, int] | None) -> None:
+        """Put the crosshair on a pixel (x, y), and mark on the colour bar what there is; None for nothing."""
+        self.show_cursor(pixel)
         self._pixel = pixel
-        self.bar.set_value(None if pixel is None or self.bar.isHidden() else self.painter.value_at(*pixel))
+        self._show_value()
+
+    def _show_value(self) -> None:
+        pixel = None if self._is_late or self.bar.isHidden() else self._pixel
+        self.bar.set_value(None if pixel is None else self.painter.value_at(*pixel))
 
     def open_menu(self, place: QPoint | None = None) -> None:
         """Let the user choose the content."""
@@ -104,7 +109,7 @@ class Cell(ViewCell):
         self._is_late = not self.isVisible()
         if not self._is_late:
             self.painter.draw()
-            self.show_value(self._pixel)
+            self._show_value()
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
