@@ -139,7 +139,7 @@ def _redrawn(labels: Labels, line: NDArray[np.float64], length: float, locked: C
         after = _swapped(labels, swept, pair, cracks[stretch])
         if best is None or np.count_nonzero(after != labels) < np.count_nonzero(best != labels):
             best = after
-    return None if best is None else _without_fragments(labels, best, pair)
+    return None if best is None else _without_fragments(labels, _where_they_touch(labels, best, pair), pair)
 
 
 def _labels_under(labels: Labels, line: NDArray[np.float64]) -> NDArray[np.int32]:
@@ -191,8 +191,7 @@ def _in_one_piece(cracks: Cracks, pair: tuple[int, int], line: NDArray[np.float6
 
 
 def _swapped(labels: Labels, swept: Mask, pair: tuple[int, int], stretch: Cracks) -> Labels:
-    """The map in which areas of a pair of labels inside what is swept change hands, if they are at a stretch of border
-    and have a border with the block that gets them.
+    """The map in which areas of a pair of labels inside what is swept change hands, if they are at a stretch of border.
 
     What lies amidst such an area has the label already that all around it gets.
     """
@@ -211,8 +210,19 @@ def _swapped(labels: Labels, swept: Mask, pair: tuple[int, int], stretch: Cracks
     at_stretch[areas[row - ~upright, column - upright]] = True
     at_stretch[0] = False
     changing = at_stretch[areas] if len(stretch.start) else areas > 0
+    after[changing & (labels == pair[0])] = pair[1]
+    after[changing & (labels == pair[1])] = pair[0]
+    return after
+
+
+def _where_they_touch(before: Labels, after: Labels, pair: tuple[int, int]) -> Labels:
+    """The map in which what has changed hands has its old label unless it has a border with the block that gets it."""
+    kept = before == after
     for label, other in (pair, pair[::-1]):
-        after[changing & (labels == label) & have_border(areas, (labels == other) & ~changing)[areas]] = other
+        gained = ((before == label) & (after == other)).astype(np.uint8)
+        areas = cv2.connectedComponents(gained, connectivity=4)[1].astype(np.int32)
+        joined = have_border(areas, kept & (before == other))[areas]
+        after = np.where((gained > 0) & ~joined, label, after).astype(np.int32)
     return after
 
 
