@@ -10,6 +10,7 @@ from PySide6.QtGui import QPainterPath
 from gui.state.session import Session
 from gui.views.overlay import boundary_path
 from ilf.ebs.edit import LabelPatch
+from ilf.number_words import grouped
 
 _NAMED = 2
 """Blocks that give pixels which are named one by one; more are counted."""
@@ -51,20 +52,22 @@ def of_patch(session: Session, patch: LabelPatch | None, apart: int = 0) -> Outl
     if locked:
         return Outlook(f"{session.info(locked[0]).name} is locked")
     if len(pairs) > _NAMED:
-        text = f"{counts.sum():,} px from {len(pairs)} blocks to {_name(session, int(pairs[0, 1]))}"
+        text = f"{grouped(int(counts.sum()))} px from {len(pairs)} blocks to {_name(session, int(pairs[0, 1]))}"
     else:
         text = ", ".join(
-            f"{count:,} px from {_name(session, giver)} to {_name(session, taker)}"
+            f"{grouped(count)} px from {_name(session, giver)} to {_name(session, taker)}"
             for count, (giver, taker) in zip(counts.tolist(), pairs.tolist(), strict=True)
         )
     rows, columns = patch.box
     path = boundary_path(changed, columns.start, rows.start)
-    return Outlook(f"{text}, {apart:,} px of them apart from the rest of it" if apart else text, path)
+    if apart:
+        text += f", {'' if apart == counts.sum() else f'{grouped(apart)} px of them '}apart from the rest of it"
+    return Outlook(text, path)
 
 
 def say_apart(name: str, apart: int) -> str:
     """What is said once a block has got pixels that lie apart from it."""
-    return f"{name} has got {apart:,} px that lie apart from the rest of it."
+    return f"{name} has got {grouped(apart)} px that lie apart from the rest of it."
 
 
 def _name(session: Session, label: int) -> str:

@@ -500,7 +500,7 @@ def test_what_would_lie_apart_from_its_block_is_said(host: ToolHost) -> None:
     outline = hand(host, "outline")
     island = [(5.0, 30.0), (15.0, 30.0), (15.0, 40.0), (5.0, 40.0)]
     outline.drag(island, release=False)
-    assert "100 px from Block 1 to Block 5, 100 px of them apart from" in outline.tool.hint
+    assert "100 px from Block 1 to Block 5, apart from the rest of it" in outline.tool.hint
     outline.send(*_release(island[-1]))
     assert host.labels[35, 10] == 5
     assert host.said == [

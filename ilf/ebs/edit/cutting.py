@@ -17,6 +17,9 @@ from .patches import LabelPatch, Labels, Mask, Points, box_of, patch_within
 _NEAR = 3.0
 """How far [px] from a line's end the block's boundary may be for the line to be led there; straight on twice as far."""
 
+_FRAGMENT = 16
+"""Parts of up to so many pixels come of a trembling line, and go along wherever they lie."""
+
 
 def split(
     labels: Labels,
@@ -89,7 +92,7 @@ def cut_off(
     beside = set(np.unique(parted.parts[distance <= max(near, 1.0)]).tolist())
     numbers = np.full(parted.sizes.size, source, np.int32)
     for largest, *others in parted.pieces:
-        touching = [part for part in others if part in beside]
+        touching = [part for part in others if part in beside or parted.sizes[part] <= _FRAGMENT]
         if not touching:
             touching = [largest] if bordering[largest] else others
         numbers[touching] = label
