@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 from gui.state.session import touched_by
 from gui.tools.base import Host, Point, Press, refuses_one
 from gui.tools.line import LineTool
+from gui.tools.outlook import Outlook, of_patch
 from gui.tools.select import choose
 from gui.views.pointer import PointerEvent, PointerKind
-from ilf.ebs.edit import redraw_border
+from ilf.ebs.edit import LabelPatch, redraw_border
 
 
 class BorderTool(LineTool):
@@ -16,6 +20,8 @@ class BorderTool(LineTool):
     @property
     def hint(self) -> str:
         """What a drag would do."""
+        if self._outlook is not None:
+            return f"Release: {self._outlook.text} | Shift: straight | Esc: give up"
         return "Drag: draw a border as it should be | Shift: straight | click: choose a block"
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
@@ -32,6 +38,14 @@ class BorderTool(LineTool):
             else:
                 choose(press.point, event, host)
         return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a press like any other
+
+    def look_ahead(self, line: list[Point], host: Host) -> Callable[[], LabelPatch | None]:
+        """The change that the line would make."""
+        return partial(redraw_border, host.session.labels.copy(), line)
+
+    def outlook(self, answer: LabelPatch | None, host: Host) -> Outlook:
+        """Whose pixels would go where."""
+        return of_patch(host.session, answer)
 
 
 def _redraw(line: list[Point], host: Host) -> None:

@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
 from gui.tools.base import Host, Point, Press, refuses
-from gui.tools.crossing import crossed
+from gui.tools.crossing import around, crossed, is_thick
 from gui.tools.line import LineTool
+from gui.tools.outlook import Outlook, of_patch, say_apart
 from gui.views.overlay import boundary_path
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
-from ilf.ebs.edit import LabelPatch, cut_off, give
+from ilf.ebs.edit import LabelPatch, Labels, cut_off, give, pixels_apart
 from ilf.ebs.pieces import piece_at
-
-_THIN = 3
-"""Pixels per pixel of the line that cuts it off up to which a part may be but its trembling."""
 
 
 class GiveTool(LineTool):
     """A click gives the piece under the pointer to the chosen block; hovering shows the piece.
 
-    A line drawn from one block through another cuts a part off that, and gives it to the one that it begins in.
+    A line drawn from one block through another cuts a part off that, and gives it to the one that it begins in; to the
+    chosen one if it begins in that or beside it.
     """
 
     def __init__(self) -> None:
@@ -32,6 +35,8 @@ class GiveTool(LineTool):
     @property
     def hint(self) -> str:
         """What a click or a drag would do."""
+        if self._outlook is not None:
+            return f"Release: {self._outlook.text} | Shift: straight | Esc: give up"
         return "Click: give this piece to the chosen block | Ctrl: this region | Shift: choose | drag: cut a part off"
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
@@ -45,7 +50,7 @@ class GiveTool(LineTool):
                 press, line = self._press, self._pen.line
                 self.cancel(host)
                 if press.drags:
-                    _cut_off(press.point, line, host)
+                    _cut_off(press.point, line, self._near, host)
                 else:
                     self._give(event, host)
             case PointerKind.LEAVE if self._press is None:
@@ -58,6 +63,16 @@ class GiveTool(LineTool):
         """Drop the line, and forget the piece that is shown, as the label map may be another."""
         self._piece = None
         return super().cancel(host)
+
+    def look_ahead(self, line: list[Point], host: Host) -> Callable[[], _Cut | None]:
+        """What the line would cut off."""
+        start = line[0] if self._press is None else self._press.point
+        takers = _takers(host, start, self._near)
+        return partial(_find_cut, host.session.labels.copy(), takers, line, self._near)
+
+    def outlook(self, answer: _Cut | None, host: Host) -> Outlook:
+        """Whose pixels would go where."""
+        return of_patch(host.session, *((None,) if answer is None else (answer.patch, answer.apart)))
 
     def _give(self, event: PointerEvent, host: Host) -> None:
         session = host.session
@@ -87,32 +102,63 @@ class GiveTool(LineTool):
         return piece if piece.any() else None
 
 
-def _cut_off(start: Point, line: list[Point], host: Host) -> None:
-    """Give the block that a line begins in what it cuts off from another, the one that it crosses most if from several.
+@dataclass(frozen=True, eq=False)
+class _Cut:
+    """A part of one block for another: whose it is, who gets it, and how many of its pixels lie apart from that."""
 
-    What is as thin as the line's trembling is meant only if there is nothing else. If the line cuts off nothing but of
-    that block itself, the chosen one gets it.
-    """
+    source: int
+    taker: int
+    patch: LabelPatch
+    apart: int
+
+
+def _takers(host: Host, start: Point, near: float) -> tuple[list[int], list[int]]:
+    """The blocks that a line from a point can be meant for, in this order; and those that it then only begins near."""
     session = host.session
-    takers = dict.fromkeys([session.label_at(*start), *session.selected[:1]])
-    found = crossed(session.labels, line)
-    ways = [(source, label) for label in takers if label for source in found if source != label]
-    if not ways:
-        host.say("Begin the line in the block that is to get a part, and draw it right across another.")
-        return
-    cuts = {way: cut_off(session.labels, way[0], line, way[1]) for way in ways}
-    parts = [(way, patch) for way, patch in cuts.items() if patch is not None]
-    if not parts:
-        name = session.info(ways[0][1]).name
+    beside, chosen = around(session.labels, start, near), list(session.selected[:1])
+    begun_in = [label for label in [session.label_at(*start)] if label]
+    meant = chosen + begun_in if set(chosen) & set(beside) else begun_in + chosen
+    return meant, beside
+
+
+def _find_cut(labels: Labels, takers: Sequence[Sequence[int]], line: list[Point], near: float) -> _Cut | None:
+    """What a line cuts off from a block for another, by the first of several lists of takers for which it does.
+
+    The source is the one that the line crosses most, if from several. What is as thin as the line's trembling, or would
+    lie apart from the block that gets it, is meant only if there is nothing else.
+    """
+    found = crossed(labels, line)
+    for some in takers:
+        cuts = []
+        for taker in dict.fromkeys(some):
+            for source in found:
+                patch = cut_off(labels, source, line, taker, near=near)
+                if patch is not None:
+                    cuts.append(_Cut(source, taker, patch, pixels_apart(labels, patch, taker)))
+        if cuts:
+            return min(
+                cuts, key=lambda cut: (not is_thick(labels, cut.source, cut.patch, found[cut.source]), cut.apart > 0)
+            )
+    return None
+
+
+def _cut_off(start: Point, line: list[Point], near: float, host: Host) -> None:
+    """Give a block what a line cuts off from another."""
+    session = host.session
+    takers = _takers(host, start, near)
+    cut = _find_cut(session.labels, takers, line, near)
+    if cut is not None:
+        if refuses(host, cut.taker) or refuses(host, cut.source):
+            return
+        name = session.info(cut.taker).name
+        host.commit(cut.patch, f"Give a part of {session.info(cut.source).name} to {name}")
+        if cut.apart:
+            host.say(say_apart(name, cut.apart))
+    elif takers[0] and set(crossed(session.labels, line)) - set(takers[0][:1]):
+        name = session.info(takers[0][0]).name
         host.say(f"The line cuts nothing off for {name}: draw it right across another block.")
-        return
-    (source, label), patch = next((part for part in parts if _thick(*part, found)), parts[0])
-    if not refuses(host, label) and not refuses(host, source):
-        host.commit(patch, f"Give a part of {session.info(source).name} to {session.info(label).name}")
-
-
-def _thick(way: tuple[int, int], patch: LabelPatch, crossed_pixels: dict[int, int]) -> bool:
-    return int(np.count_nonzero(patch.before != patch.after)) > _THIN * crossed_pixels[way[0]]
+    else:
+        host.say("Begin the line in the block that is to get a part, and draw it right across another.")
 
 
 def give_piece(host: Host, piece: NDArray[np.bool_], source: int) -> None:

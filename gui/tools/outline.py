@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
-from gui.tools.base import Host, Press, refuses
+from gui.tools.base import Host, Point, Press, refuses
 from gui.tools.line import LineTool
+from gui.tools.outlook import Outlook, of_patch, say_apart
 from gui.views.pointer import PointerEvent, PointerKind
-from ilf.ebs.edit import assign_outline
+from ilf.ebs.edit import LabelPatch, assign_outline, pixels_apart
 
 _NEAR = 8
 """Pixels of the screen around the first corner within which a click closes the outline."""
@@ -23,8 +25,11 @@ class OutlineTool(LineTool):
     @property
     def hint(self) -> str:
         """What a drag, a click or a key would do."""
+        close = "close" if self._outlook is None else self._outlook.text
         if self._by_clicks:
-            return "Click: next corner | Shift: straight | Enter or double click: close | Backspace: one back"
+            return f"Click: next corner | Shift: straight | Enter or double click: {close} | Backspace: one back"
+        if self._outlook is not None:
+            return f"Release: {close} | Shift: straight | Esc: give up"
         return "Drag around, or click corners: give the inside to the chosen block | Ctrl: to a new block"
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
@@ -58,11 +63,30 @@ class OutlineTool(LineTool):
         label = self._target(host) or session.next_label()
         name = session.info(label).name
         outline = line + closing[1:-1]
-        if host.commit(assign_outline(session.labels, outline, label, session.locked), f"Outline {name}"):
+        patch = assign_outline(session.labels, outline, label, session.locked)
+        apart = pixels_apart(session.labels, patch, label)
+        if host.commit(patch, f"Outline {name}"):
             host.select([label])
+            if apart:
+                host.say(f"{say_apart(name, apart)} Ctrl at the start of an outline makes a new block.")
         else:
             host.say(f"The outline gives {name} no pixel: it has those inside already, or they are of locked blocks.")
         return True
+
+    def look_ahead(self, line: list[Point], host: Host) -> Callable[[], tuple[LabelPatch | None, int]]:
+        """The change that the outline would make, and how many pixels would lie apart from their block."""
+        session = host.session
+        labels, locked, label = session.labels.copy(), session.locked, self._target(host) or session.next_label()
+
+        def find() -> tuple[LabelPatch | None, int]:
+            patch = assign_outline(labels, line, label, locked)
+            return patch, pixels_apart(labels, patch, label)
+
+        return find
+
+    def outlook(self, answer: tuple[LabelPatch | None, int], host: Host) -> Outlook:
+        """What the block would get."""
+        return of_patch(host.session, *answer)
 
     def _target(self, host: Host) -> int:
         """The block that gets the inside; 0 for a new one."""

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from functools import partial
 
 from gui.tools.base import Host, Point, Press, knows_edges, line_path, refuses
-from gui.tools.crossing import crossed
+from gui.tools.crossing import crossed, is_thick
 from gui.tools.line import LineTool
+from gui.tools.outlook import Outlook
 from gui.views.pointer import PointerEvent, PointerKind
 from gui.views.preview import Preview
-from ilf.ebs.edit import split
+from ilf.ebs.edit import Labels, run_on, split
 from ilf.ebs.splitting import suggest_split
 
 
@@ -37,8 +38,11 @@ class SplitTool(LineTool):
             return "Looking for a line that parts two surfaces… | Enter: cut along it at once | Esc: give up"
         if self._offer is not None:
             return "Click or Enter: cut along this line | drag: draw another | Esc: give up"
+        cut = "cut" if self._outlook is None else self._outlook.text
         if self._by_clicks:
-            return "Click: next point | Shift: straight | Enter or double click: cut | Backspace: one back"
+            return f"Click: next point | Shift: straight | Enter or double click: {cut} | Backspace: one back"
+        if self._outlook is not None:
+            return f"Release: {cut} | Shift: straight | Esc: give up"
         return "Drag: cut along a line | Shift: straight | click: suggest a line | Ctrl+click: point by point"
 
     @property
@@ -84,10 +88,17 @@ class SplitTool(LineTool):
         if offer is not None:
             _cut(offer.label, offer.line, host)
         else:
-            found = list(crossed(host.session.labels, line))
-            chosen = [label for label in host.session.selected[:1] if label in found]
-            _cut((chosen or found or [0])[0], line, host)
+            _cut(*_meant(host.session.labels, line, self._near), host)
         return True
+
+    def look_ahead(self, line: list[Point], host: Host) -> Callable[[], tuple[int, list[Point]]]:
+        """The block that would be cut, and where."""
+        return partial(_meant, host.session.labels.copy(), line, self._near)
+
+    def outlook(self, answer: tuple[int, list[Point]], host: Host) -> Outlook:
+        """The block that would be cut, and how its line runs on."""
+        label, line = answer
+        return Outlook(f"cut {host.session.info(label).name}" if label else "cut nothing", line_path(line))
 
     def _end(self, press: Press, event: PointerEvent, host: Host) -> None:
         if press.drags and self._by_clicks:
@@ -123,25 +134,26 @@ class SplitTool(LineTool):
             if at_once:
                 self.finish(host)
             return
-        go_on = "." if at_once else ": click on, point by point."
-        host.say(f"Nothing tells two surfaces in {host.session.info(label).name} apart{go_on}")
-        if not at_once:
-            self._click(point, False, host)
+        host.say(_nothing_found(host, label))
 
 
 def suggested_cut(host: Host, label: int) -> None:
     """Cut a block where its depth and edges suggest it, as soon as that is known."""
     if refuses(host, label) or not knows_edges(host):
         return
-    name = host.session.info(label).name
 
     def take(line: list[Point] | None) -> None:
         if line is None:
-            host.say(f"Nothing tells two surfaces in {name} apart. Draw the line with Split.")
+            host.say(_nothing_found(host, label))
         else:
             _cut(label, line, host)
 
     _look_for_line(host, label, take)
+
+
+def _nothing_found(host: Host, label: int) -> str:
+    name = host.session.info(label).name
+    return f"Nothing tells two surfaces in {name} apart. Drag a line across it with Split."
 
 
 def _look_for_line(host: Host, label: int, take: Callable[[list[Point] | None], None]) -> None:
@@ -150,6 +162,22 @@ def _look_for_line(host: Host, label: int, take: Callable[[list[Point] | None], 
         return
     frame, labels, strength = session.frame, session.labels.copy(), aid.strength
     host.work_out(lambda: suggest_split(frame, labels, label, strength), take)
+
+
+def _meant(labels: Labels, line: list[Point], near: float) -> tuple[int, list[Point]]:
+    """The block that a line is to cut, 0 for none, and the line as it runs on to its boundary.
+
+    That is the block that it crosses most, of those that it parts as it is drawn; or else of all that it crosses. What
+    is as thin as the line's trembling does not count as parted.
+    """
+    found = crossed(labels, line)
+    for label, pixels in found.items():
+        patch = split(labels, label, line, near=near)
+        if patch is not None and is_thick(labels, label, patch, pixels):
+            break
+    else:
+        label = next(iter(found), 0)
+    return label, run_on(labels, label, line, near)
 
 
 def _cut(label: int, line: list[Point], host: Host) -> None:

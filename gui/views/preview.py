@@ -30,12 +30,15 @@ class Preview:
         Whether the line is only offered.
     area : QPainterPath, optional
         Shaded and hatched.
+    outlook : QPainterPath, optional
+        Drawn dashed beside the line: what would come of it.
     """
 
     line: QPainterPath
     corners: Sequence[tuple[float, float]] = ()
     dashed: bool = False
     area: QPainterPath | None = None
+    outlook: QPainterPath | None = None
 
 
 class PreviewItem(ViewItem):
@@ -52,8 +55,9 @@ class PreviewItem(ViewItem):
             self.set_extent(None)
             return
         extent = preview.line.controlPointRect()
-        if preview.area is not None:
-            extent = extent.united(preview.area.controlPointRect())
+        for path in (preview.area, preview.outlook):
+            if path is not None:
+                extent = extent.united(path.controlPointRect())
         for x, y in preview.corners:
             extent = extent.united(QRectF(x, y, 1e-6, 1e-6))
         self.set_extent(extent, _WIDTH + _HANDLE + 3)
@@ -67,14 +71,9 @@ class PreviewItem(ViewItem):
             painter.fillPath(preview.area, QBrush(_LINE, Qt.BrushStyle.BDiagPattern))
         # straight lines along the pixels' edges are clearer without; others are not
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        for colour, width in ((_HALO, _WIDTH + 2), (_LINE, _WIDTH)):
-            pen = QPen(colour, width)
-            pen.setCosmetic(True)
-            if preview.dashed and colour is _LINE:
-                pen.setDashPattern([4, 3])
-            pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-            painter.setPen(pen)
-            painter.drawPath(preview.line)
+        if preview.outlook is not None:
+            _draw(painter, preview.outlook, dashed=True)
+        _draw(painter, preview.line, preview.dashed)
         self._draw_corners(painter, preview)
 
     def _draw_corners(self, painter: QPainter, preview: Preview) -> None:
@@ -86,3 +85,14 @@ class PreviewItem(ViewItem):
         for x, y in preview.corners:
             painter.drawRect(QRectF(QPointF(x - half, y - half), QPointF(x + half, y + half)))
         painter.setBrush(Qt.BrushStyle.NoBrush)
+
+
+def _draw(painter: QPainter, path: QPainterPath, dashed: bool) -> None:
+    for colour, width in ((_HALO, _WIDTH + 2), (_LINE, _WIDTH)):
+        pen = QPen(colour, width)
+        pen.setCosmetic(True)
+        if dashed and colour is _LINE:
+            pen.setDashPattern([4, 3])
+        pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+        painter.setPen(pen)
+        painter.drawPath(path)

@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject
 from gui.tools.base import Point, Tool
 from gui.tools.kinds import make_tools
 from gui.tools.pen import Pen, straightened
-from gui.views.pointer import PointerKind
+from gui.views.pointer import PointerEvent, PointerKind
 from ilf.ebs.edit import LabelPatch, patch_between
 from ilf.frame import RGBDFrame
 
@@ -85,6 +85,35 @@ def test_shift_draws_a_border_straight_and_free_again_without(host: ToolHost) ->
     line = host.preview.line
     assert line.elementCount() == 2, "from the press to the pointer, not moved onto an edge"
     assert (line.elementAt(1).x, line.elementAt(1).y) == pytest.approx((34, 40), abs=1)
+
+
+def test_whose_border_would_move_is_said_before_it_moves(host: ToolHost) -> None:
+    border = hand(host, "border")
+    border.drag([(30, 10), (36, 16), (36, 24), (30, 30)], release=False)
+    assert "px from Block 2 to Block 1" in border.tool.hint
+    assert host.preview is not None
+    assert host.preview.outlook is not None
+    assert host.preview.outlook.boundingRect().left() == 30, "the old border"
+    border.send(*_release((30, 30)))
+    assert "Release" not in border.tool.hint
+    border.drag([(45, 20), (55, 20)], release=False)
+    assert "no pixel changes hands" in border.tool.hint
+    border.tool.cancel(host)
+    host.workspace.set_lock(2, True)
+    border.drag([(30, 10), (24, 16), (24, 24), (30, 30)], release=False)
+    assert "Block 2 is locked" in border.tool.hint
+
+
+def test_what_is_found_out_of_a_line_that_is_gone_shows_nothing(host: ToolHost) -> None:
+    host.waits = True
+    for name in ("border", "give", "split", "outline"):
+        user = hand(host, name)
+        user.drag([(26, 10), (36, 16), (36, 24), (26, 30)], release=False)
+        user.tool.cancel(host)
+        for answer in host.waiting:
+            answer()
+        assert host.preview is None, name
+        assert "Release" not in user.tool.hint
 
 
 def test_a_click_with_the_border_tool_chooses(host: ToolHost) -> None:
@@ -254,14 +283,60 @@ def test_a_line_that_is_still_looked_for(small_frame: RGBDFrame, qapp: QObject, 
     assert not split.tool.busy
 
 
-def test_where_nothing_suggests_itself_a_click_begins_a_line(host: ToolHost) -> None:
+def test_where_nothing_suggests_itself_a_click_draws_nothing(host: ToolHost) -> None:
     split = hand(host, "split")
     split.click((45, -1))
-    split.tool.cancel(host)
+    assert split.tool.take_back(host), "off the frame, a line is begun"
     split.click((45, 5))
-    assert "click on" in host.said[-1]
-    assert split.tool.take_back(host)
+    assert "Nothing tells two surfaces in Block 2 apart" in host.said[-1]
     assert not split.tool.busy
+    assert host.preview is None
+    split.hover((50, 20))
+    split.click((50, 20))
+    assert host.steps == []
+
+
+def test_open_ends_of_a_cut_run_on_to_the_boundary_and_are_shown(host: ToolHost) -> None:
+    split = hand(host, "split")
+    split.drag([(46.5, 14), (46.5, 20), (46.5, 25), (46.5, 32)], release=False)
+    assert host.preview is not None
+    assert host.preview.outlook is not None
+    shown = host.preview.outlook.boundingRect()
+    assert shown.top() <= 0, "14 px short of the frame's rim"
+    assert shown.bottom() >= 48
+    assert host.preview.line.boundingRect().bottom() == 32
+    assert "cut Block 2" in split.tool.hint
+    split.send(*_release((46.5, 32)))
+    assert (host.labels[:, 47:] == 2).all() != (host.labels[:, 30:46] == 2).all()
+    assert len(set(np.unique(host.labels[:, 47:]))) == len(set(np.unique(host.labels[:, 30:46]))) == 1
+    assert host.steps == ["Split Block 2"]
+    assert "Release" not in split.tool.hint
+
+
+def test_the_block_under_the_stroke_is_cut_whatever_is_chosen(host: ToolHost) -> None:
+    host.select([1])
+    split = hand(host, "split")
+    split.drag([(26, 20), (31, 20), (45, 20), (64, 20)])
+    assert host.steps == ["Split Block 2"]
+    assert (host.labels[:, :30] == 1).all()
+
+
+def test_a_block_that_a_line_parts_is_meant_however_far_it_is_drawn_beyond(host: ToolHost) -> None:
+    host.workspace.edit_labels(_box_to(host, 3, np.s_[:, 30:36]), "A narrow block")
+    hand(host, "split").drag([(20, 24.5), (28, 24.5), (36, 24.5), (45, 24.5)])
+    assert host.steps[-1] == "Split Block 3"
+    assert (host.labels[:, :30] == 1).all()
+
+
+def test_how_near_an_end_must_come_goes_by_the_screen(host: ToolHost) -> None:
+    """Seen from afar, a hand misses the boundary by more pixels of the image."""
+    give = hand(host, "give")
+    line = [(25.0, 20.5), (40.0, 20.5), (54.0, 20.5)]  # 10 px short of the frame's rim
+    for pixel, steps in ((0.25, []), (1.0, ["Give a part of Block 2 to Block 1"])):
+        for kind, (x, y) in zip((PointerKind.PRESS, PointerKind.MOVE, PointerKind.MOVE), line, strict=True):
+            give.tool.pointer(PointerEvent(kind, x, y, pixel=pixel), host)
+        give.tool.pointer(PointerEvent(PointerKind.RELEASE, *line[-1], pixel=pixel), host)
+        assert host.steps == steps
 
 
 def test_edges_that_are_still_looked_for_are_said(host: ToolHost) -> None:
@@ -360,8 +435,8 @@ def test_a_line_cuts_a_part_off_for_the_block_that_it_begins_in(host: ToolHost) 
     assert "cuts nothing off" in host.said[-1]
     host.select([1])
     give.drag([(50.5, 46), (50.5, 30), (50.5, 10), (50.5, -2)])
-    assert (host.labels[:, 51:] == 1).all(), "begun in the block itself, it is for the chosen one"
-    assert (host.labels[:, 30:50] == 2).all()
+    assert (host.labels[:, :50] == 1).all(), "begun in the block itself, it is for the chosen one: what is beside that"
+    assert (host.labels[:, 51:] == 2).all()
     host.session.undo_stack.undo()
     host.workspace.set_lock(2, True)
     give.drag([(25, 20.5), (40, 20.5), (62, 20.5)])
@@ -377,6 +452,69 @@ def test_a_part_smaller_than_the_line_in_its_block_is_not_meant(host: ToolHost) 
     assert (host.labels[:10, 30:] == 3).all()
     assert (host.labels[10:13, 30:43] == 1).all()
     assert (host.labels[10:13, 44:] == 4).all()
+
+
+def _three_blocks(host: ToolHost) -> None:
+    """Block 3 in the upper left corner, above Block 1; Block 2 on the right of both."""
+    host.workspace.edit_labels(_box_to(host, 3, np.s_[:24, :30]), "Third block")
+
+
+def test_a_line_begun_beside_the_chosen_block_is_for_that(host: ToolHost) -> None:
+    _three_blocks(host)
+    line = [(27.0, 20.0), (36.0, 34.0), (50.0, 40.0), (58.0, 49.0)]
+    hand(host, "give").drag(line)
+    assert host.labels[40, 35] == 3, "without a chosen block it is for the one that it begins in"
+    host.session.undo_stack.undo()
+    host.select([1])
+    give = hand(host, "give")
+    give.drag(line, release=False)
+    assert "from Block 2 to Block 1" in give.tool.hint
+    assert host.preview is not None
+    assert host.preview.outlook is not None
+    assert host.preview.outlook.boundingRect().left() == 30
+    give.send(*_release(line[-1]))
+    assert host.labels[40, 35] == 1, "it begins 4 px from the chosen one"
+    assert (host.labels[:24, :30] == 3).all()
+
+
+def test_a_line_begun_in_the_block_that_gives_is_for_the_one_beside(host: ToolHost) -> None:
+    give = hand(host, "give")
+    give.drag([(33, 20.5), (45, 20.5), (62, 20.5)])
+    assert host.labels[10, 50] == 1
+    assert host.steps == ["Give a part of Block 2 to Block 1"]
+    give.drag([(60, 40), (50, 40)])
+    assert "Begin the line in the block" in host.said[-1]
+
+
+def test_what_would_lie_apart_from_its_block_is_said(host: ToolHost) -> None:
+    _three_blocks(host)
+    host.workspace.edit_labels(_box_to(host, 5, np.s_[:10, :10]), "Corner")
+    host.select([5])
+    give = hand(host, "give")
+    give.drag([(50.5, 46), (50.5, 30), (50.5, -2)], release=False)
+    assert "to Block 5" in give.tool.hint
+    assert "apart" in give.tool.hint
+    give.send(*_release((50.5, -2)))
+    assert "Block 5 has got" in host.said[-1]
+    host.said.clear()
+    outline = hand(host, "outline")
+    island = [(5.0, 30.0), (15.0, 30.0), (15.0, 40.0), (5.0, 40.0)]
+    outline.drag(island, release=False)
+    assert "100 px from Block 1 to Block 5, apart from the rest of it" in outline.tool.hint
+    outline.send(*_release(island[-1]))
+    assert host.labels[35, 10] == 5
+    assert host.said == [
+        "Block 5 has got 100 px that lie apart from the rest of it. Ctrl at the start of an outline makes a new block."
+    ]
+    outline.drag([(5, 8), (12, 8), (12, 14), (5, 14)], release=False)
+    assert "from Block 3 to Block 5" in outline.tool.hint
+    assert "apart" not in outline.tool.hint
+    outline.send(*_release((5, 14)))
+    assert len(host.said) == 1, "that touches it"
+    outline.drag([(40, 30), (50, 30), (50, 40), (40, 40)], "c", release=False)
+    assert "to a new block" in outline.tool.hint
+    outline.tool.cancel(host)
+    assert "Release" not in outline.tool.hint
 
 
 def test_giving_needs_a_block_that_takes(host: ToolHost) -> None:

@@ -26,7 +26,9 @@ from ilf.ebs.edit import (
     paint,
     parts_touch,
     patch_between,
+    pixels_apart,
     redraw_border,
+    run_on,
     shrink,
     smooth,
     split,
@@ -364,6 +366,65 @@ def test_what_a_line_cuts_off_goes_to_another_block() -> None:
     assert cut_off(labels, 2, line, 1, locked={1}) is None
     assert cut_off(labels, 2, line, 1, locked={2}) is None
     assert cut_off(labels, 3, line, 1) is None
+
+
+def test_a_block_gets_the_part_that_is_beside_it() -> None:
+    labels = np.full((40, 60), 2, np.int32)
+    labels[:, :10], labels[:20, 50:] = 1, 3
+    line = [(40.5, -1.0), (40.5, 41.0)]
+    after = _applied(labels, cut_off(labels, 2, line, 1))
+    assert (after[:, 10:40] == 1).all(), "the larger part, as the smaller one is nowhere near"
+    assert (after[20:, 42:] == 2).all()
+    after = _applied(labels, cut_off(labels, 2, line, 3))
+    assert (after[:, 42:] == 3).all()
+    assert (after[:, 10:40] == 2).all()
+    after = _applied(labels, cut_off(labels, 2, [(-1.0, 33.5), (61.0, 33.5)], 1))
+    assert (after[35:, 10:] == 1).all(), "beside both parts, it gets the smaller one"
+    assert (after[:33, 10:50] == 2).all()
+    after = _applied(labels, cut_off(labels, 2, line, 7))
+    assert (after[20:, 42:] == 7).all(), "all but the largest part, for a block that is nowhere"
+    assert (after[:, 10:40] == 2).all()
+
+
+def test_open_ends_run_on_through_what_the_block_goes_around() -> None:
+    labels = np.zeros((40, 60), np.int32)
+    labels[5:35, 5:55] = 1
+    labels[25:30, 25:35] = 2
+    line = [(30.0, 12.0), (30.0, 20.0)]
+    assert split(labels, 1, line) is None
+    whole = run_on(labels, 1, line)
+    assert whole[1:-1] == line
+    (x0, y0), (x1, y1) = whole[0], whole[-1]
+    assert (x0, x1) == (30, 30)
+    assert y0 < 5
+    assert y1 >= 35
+    after = _applied(labels, split(labels, 1, whole))
+    assert after[10, 10] != after[10, 50]
+    assert (after[25:30, 25:35] == 2).all()
+    assert run_on(labels, 1, whole) == whole, "its ends are off the block"
+    assert run_on(labels, 9, line) == line
+    near = [(50.0, 12.0), (50.0, 20.0)]
+    assert run_on(labels, 1, near, 6.0)[-1][0] > 55, "the boundary beside it is 5 px away, that ahead 15 px"
+    assert run_on(labels, 1, near, 3.0)[-1][1] >= 35
+
+
+def test_pixels_that_touch_their_block_nowhere_or_at_a_point_lie_apart() -> None:
+    labels = np.ones((40, 60), np.int32)
+    labels[:, 30:] = 2
+    for box, apart in (
+        (np.s_[10:20, 25:30], 0),
+        (np.s_[10:20, 5:15], 100),
+        (np.s_[10:11, 29:30], 0),
+    ):
+        after = labels.copy()
+        after[box] = 2
+        patch = patch_between(labels, after)
+        assert pixels_apart(labels, patch, 2) == apart
+        assert pixels_apart(labels, patch, 1) == 0
+    diamond = np.abs(np.arange(40)[:, None] - 20) + np.abs(np.arange(60) - 19) <= 10
+    assert pixels_apart(labels, patch_between(labels, np.where(diamond, 2, labels).astype(np.int32)), 2) == 221
+    assert pixels_apart(labels, patch_between(labels, np.where(labels == 1, 5, labels)), 5) == 0, "a new block"
+    assert pixels_apart(labels, None, 1) == 0
 
 
 def test_islands_slivers_and_holes_go_where_they_belong() -> None:

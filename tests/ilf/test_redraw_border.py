@@ -117,6 +117,35 @@ def test_lines_that_move_no_border(points: Line) -> None:
     assert redraw_border(_halves(40), points) is None
 
 
+@pytest.mark.parametrize(
+    ("around", "points"),
+    [
+        ([(20, 40, 20, 60, 2), (40, 60, 0, 80, 3), (20, 40, 60, 80, 3)], [(33, 58), (62, 48), (78, 20)]),
+        ([(30, 60, 0, 40, 2), (30, 60, 40, 80, 3)], [(61, 41), (1, 30), (34, 3)]),
+        ([(0, 30, 40, 80, 2), (30, 60, 0, 39, 3), (30, 60, 39, 80, 4)], [(38, 47), (8, 58), (25, 46)]),
+    ],
+    ids=["699 px at 2", "575 px at 2", "92 px at 1"],
+)
+def test_nothing_goes_to_a_block_that_it_touches_at_a_point(
+    around: list[tuple[int, int, int, int, int]], points: Line
+) -> None:
+    """Lines across places where three or four blocks meet."""
+    labels = np.ones((60, 80), np.int32)
+    for top, bottom, left, right, label in around:
+        labels[top:bottom, left:right] = label
+    after = _redrawn(labels, points)
+    for label in np.unique(labels):
+        kept = np.pad((labels == label) & (after == label), 1)
+        gained, count = components((after == label) & (labels != label))
+        for number in range(1, count + 1):
+            rows, columns = np.nonzero(gained == number)
+            contact = sum(
+                np.count_nonzero(kept[rows + 1 + down, columns + 1 + right])
+                for down, right in ((-1, 0), (1, 0), (0, -1), (0, 1))
+            )
+            assert contact >= min(3, len(rows) ** 0.5 / 4)
+
+
 def test_locked_blocks_keep_their_border() -> None:
     for locked in ((1,), (2,)):
         assert redraw_border(_halves(40), [(30.0, -1.0), (30.0, 61.0)], locked) is None

@@ -8,11 +8,11 @@ from .areas import assign_outline, give, inside_outline, paint
 from .border import redraw_border
 from .brush import Stroke, brush_stroke
 from .cleaning import clean_up, count_slivers
-from .cutting import cut_off, split
+from .cutting import cut_off, run_on, split
 from .erasing import erase
 from .outlines import grow, shrink, smooth
 from .patches import LabelPatch, Labels, Points, patch_between
-from .whole import delete, merge, parts_touch
+from .whole import delete, merge, parts_touch, pixels_apart
 
 __all__ = [
     "LabelPatch",
@@ -33,7 +33,9 @@ __all__ = [
     "paint",
     "parts_touch",
     "patch_between",
+    "pixels_apart",
     "redraw_border",
+    "run_on",
     "shrink",
     "smooth",
     "split",

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from skimage.measure import label as connected_regions
 
 from .areas import parity
-from .cracks import OFF_FRAME, CrackPaths, Cracks, find_cracks
+from .cracks import OFF_FRAME, CrackPaths, Cracks, find_cracks, have_border
 from .patches import LabelPatch, Labels, Mask, Points, bounds, grown, patch_within
 
 _BEYOND_CROP = -2
@@ -44,8 +44,6 @@ _AROUND, _NEAR_END = 3.0, 4.0
 _OFF_PAIR = 25.0
 """What a line that runs through other blocks counts in the choice of the pair, in pixels off the border."""
 
-_CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
-
 _ALONG_BORDER, _ALONG_OUTLINE = 0.05, 1.0
 """Cost of a path per pixel along the border of the pair, and along its outline to others."""
 
@@ -54,7 +52,7 @@ def redraw_border(labels: Labels, points: Points, locked: Collection[int] = ()) 
     """Move a stretch of the border between two blocks to where a line is drawn.
 
     The areas between the line and the old border change hands, and nothing else does. What that cuts off from its
-    block goes to the other one, too.
+    block goes to the other one, too. Nothing goes to a block that it touches at a point only.
 
     Parameters
     ----------
@@ -141,7 +139,7 @@ def _redrawn(labels: Labels, line: NDArray[np.float64], length: float, locked: C
         after = _swapped(labels, swept, pair, cracks[stretch])
         if best is None or np.count_nonzero(after != labels) < np.count_nonzero(best != labels):
             best = after
-    return None if best is None else _without_fragments(labels, best, pair)
+    return None if best is None else _without_fragments(labels, _where_they_touch(labels, best, pair), pair)
 
 
 def _labels_under(labels: Labels, line: NDArray[np.float64]) -> NDArray[np.int32]:
@@ -158,6 +156,8 @@ def _pair(cracks: Cracks, line: NDArray[np.float64], under: NDArray[np.int32], l
     borders = cracks[(cracks.sides[:, 0] >= 0)]
     pairs, owner = np.unique(borders.sides, axis=0, return_inverse=True)
     for number, pair in enumerate(pairs):
+        if np.count_nonzero(owner == number) < _SHORTEST:
+            continue  # what touches at a point has no border to be moved
         inside = np.flatnonzero(np.isin(under, pair))
         if inside.size < len(line) / 2:
             continue
@@ -215,6 +215,17 @@ def _swapped(labels: Labels, swept: Mask, pair: tuple[int, int], stretch: Cracks
     return after
 
 
+def _where_they_touch(before: Labels, after: Labels, pair: tuple[int, int]) -> Labels:
+    """The map in which what has changed hands has its old label unless it has a border with the block that gets it."""
+    kept = before == after
+    for label, other in (pair, pair[::-1]):
+        gained = ((before == label) & (after == other)).astype(np.uint8)
+        areas = cv2.connectedComponents(gained, connectivity=4)[1].astype(np.int32)
+        joined = have_border(areas, kept & (before == other))[areas]
+        after = np.where((gained > 0) & ~joined, label, after).astype(np.int32)
+    return after
+
+
 def _joint(paths: CrackPaths, point: NDArray[np.float64], between: NDArray[np.bool_], trimmed: bool) -> int:
     """The corner that an end of the line is led to."""
     at_border, border_off = paths.nearest(point, between)
@@ -242,7 +253,7 @@ def _stretches(paths: CrackPaths, one: int, other: int, between: NDArray[np.bool
 
 
 def _without_fragments(before: Labels, after: Labels, pair: tuple[int, int]) -> Labels:
-    """The map in which what has been cut off from its block belongs to the other one, if it touches that."""
+    """The map in which what has been cut off from its block belongs to the other one, if it has a border with that."""
     box = bounds(before != after)
     if box is None:
         return after
@@ -259,8 +270,5 @@ def _without_fragments(before: Labels, after: Labels, pair: tuple[int, int]) -> 
         anchored[new[cv2.dilate((before == _BEYOND_CROP).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0]] = True
         loose = ~anchored
         loose[0] = False
-        touching = cv2.dilate((after == other).astype(np.uint8), _CROSS) > 0
-        reached = np.zeros(count, bool)
-        reached[new[touching]] = True
-        after = np.where((loose & reached)[new], other, after).astype(np.int32)
+        after = np.where((loose & have_border(new, after == other))[new], other, after).astype(np.int32)
     return after

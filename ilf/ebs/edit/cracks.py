@@ -13,10 +13,14 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
-from .patches import Labels
+from .patches import Labels, Mask
 
 OFF_FRAME = -1
 """What lies beyond the frame, in place of a label."""
+
+_CONTACT, _CONTACT_SHARE = 3.0, 0.25
+"""Length [px] from which on two areas that touch have a border; less is enough for a small one: this share of the root
+of its pixels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +60,35 @@ def find_cracks(labels: Labels) -> Cracks:
     start, end = (np.concatenate(ends) for ends in zip(upright, level, strict=True))
     sides = np.sort(np.stack([np.concatenate(side) for side in zip(beside, above, strict=True)], axis=1), axis=1)
     return Cracks(start, end, sides)
+
+
+def have_border(areas: NDArray[np.int32], other: Mask) -> Mask:
+    """Which areas of a map have a border with some pixels, instead of touching them at a point or two.
+
+    Parameters
+    ----------
+    areas : ndarray of int32, shape (H, W)
+        The number of the area at every pixel; 0 for none.
+    other : ndarray of bool, shape (H, W)
+        The pixels.
+
+    Returns
+    -------
+    ndarray of bool, shape (N + 1,)
+        By the number of the area; the first is False.
+    """
+    sizes = np.bincount(areas.ravel())
+    lengths = np.zeros(sizes.size)
+    for beside, pixels in (
+        (areas[1:], other[:-1]),
+        (areas[:-1], other[1:]),
+        (areas[:, 1:], other[:, :-1]),
+        (areas[:, :-1], other[:, 1:]),
+    ):
+        lengths += np.bincount(beside[pixels], minlength=sizes.size)
+    found = (lengths > 0) & (lengths >= np.minimum(_CONTACT, _CONTACT_SHARE * np.sqrt(sizes)))
+    found[0] = False
+    return np.asarray(found, bool)
 
 
 class CrackPaths:

@@ -7,7 +7,8 @@ from collections.abc import Collection, Sequence
 import cv2
 import numpy as np
 
-from .patches import LabelPatch, Labels, bounds, patch_between
+from .cracks import have_border
+from .patches import LabelPatch, Labels, bounds, grown, patch_between
 
 
 def delete(labels: Labels, chosen: Collection[int], locked: Collection[int] = ()) -> LabelPatch | None:
@@ -29,3 +30,26 @@ def parts_touch(labels: Labels, chosen: Collection[int]) -> bool:
     together = np.isin(labels, [label for label in chosen if label > 0])
     box = bounds(together)
     return box is None or cv2.connectedComponents(together[box].astype(np.uint8), connectivity=4)[0] <= 2
+
+
+def pixels_apart(labels: Labels, patch: LabelPatch | None, label: int) -> int:
+    """How many of the pixels that a change gives a block have no border with the pixels that it has.
+
+    Parameters
+    ----------
+    labels : ndarray of int32, shape (H, W)
+        Before the change.
+    patch : LabelPatch or None
+        The change; None for none.
+    label : int
+        The block; one without pixels has none apart.
+    """
+    if patch is None or not (labels == label).any():
+        return 0
+    gained = np.zeros(labels.shape, np.uint8)
+    gained[patch.box] = (patch.before != label) & (patch.after == label)
+    box = grown(patch.box, 1, labels.shape)
+    areas = cv2.connectedComponents(gained[box], connectivity=4)[1].astype(np.int32)
+    apart = ~have_border(areas, labels[box] == label)
+    apart[0] = False
+    return int(np.count_nonzero(apart[areas]))
