@@ -30,7 +30,7 @@ IN_PROCESS = [
     "meta-json", "intrinsics-json", "preset", "blocks-coco", "blocks-coco-rle", "blocks-labelme",
     "experiment", "depth-png", "depth-npy", "depth-pfm", "colour-jpeg", "guide-npz", "time-list", "associations", "bop",
     "sun-camera", "trajectory", "pose", "scannet-sens", "arkit-camera", "guide-npy", "guide-pfm", "confidence-npy",
-    "mask-list", "split-list", "file-names", "bench-result",
+    "mask-list", "split-list", "file-names", "bench-result", "ros2-sqlite-sql", "journal-sql",
 ]  # fmt: skip
 """Formats whose readers cannot crash the interpreter; `python -m tests.bench.fuzz` has all, thousands of each."""
 
@@ -40,6 +40,7 @@ def test_damaged_files_are_told_of_in_one_line(name: str, tmp_path: Path) -> Non
     form = FORMATS[name]
     seeds = form.seeds(tmp_path)
     path = tmp_path / form.file
+    path.parent.mkdir(exist_ok=True)
     for number in range(15):
         path.write_bytes(case(form, seeds, 1, number))
         found = outcome(form, path)
