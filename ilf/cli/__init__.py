@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 
+from ..errors import InputError
+from ..memory import check_address_space
+from ..threads import available_cores
 from .ending import ending_at_once
 
 
@@ -21,6 +25,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         Exit status: 0 if all is well, 1 after an error, 2 for wrong usage, 130 if interrupted, 143 and 129 if ended by
         SIGTERM or SIGHUP. Whatever goes wrong is one line on stderr; nothing that was being written is left half done.
     """
+    try:
+        check_address_space(available_cores())
+    except InputError as error:
+        print("ilf: error:", error, file=sys.stderr)
+        return 1
     with ending_at_once("ilf"):
         from .commands import run  # takes a second, in which it can be asked to end, too
 

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from ..errors import ExportError
+from ..errors import ExportError, cause
 from ..io.left_over import MADE_BY, is_dead, made_by
 from ..sections import is_plain
 from ..unfinished import moving, remove_empty, unfinished
@@ -57,7 +57,7 @@ def staging(target: Path) -> Iterator[Path]:
         if isinstance(error, FileExistsError | NotADirectoryError):
             raise ExportError(f"Could not write into {target}: it is no folder, or lies in none.") from error
         if isinstance(error, OSError):
-            raise ExportError(f"Could not write into {target}: {error.strerror or error}.") from error
+            raise ExportError(f"Could not write into {target}: {cause(error)}.") from error
         raise
 
 

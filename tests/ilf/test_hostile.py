@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import errno
 import json
 from pathlib import Path
@@ -191,6 +192,18 @@ def test_the_sample_is_written_as_a_whole_or_not_at_all(
     assert main(["sample", str(tmp_path / "new" / "room")]) == 1
     assert "the disk is full" in capsys.readouterr().err
     assert not (tmp_path / "new").exists()
+
+
+def test_a_checkpoint_of_training_is_read_as_numbers_and_not_as_a_program() -> None:
+    calls = [
+        node
+        for path in Path(ilf.__file__).parent.rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Call) and ast.unparse(node.func) == "torch.load"
+    ]
+    assert calls
+    for call in calls:
+        assert {word.arg: ast.unparse(word.value) for word in call.keywords}.get("weights_only") == "True"
 
 
 def test_sources_that_are_deleted_while_open_do_not_keep_results_from_being_written(tmp_path: Path) -> None:

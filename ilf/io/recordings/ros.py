@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import FormatError, IlfError, InputError
+from ...errors import FormatError, IlfError, InputError, cause
 from ...extras import optional
 from ..headers import image_header
 from ..time_lists import MOST_APART_S
@@ -266,7 +266,7 @@ class RosBag(Recording):
         except IlfError:
             raise
         except PermissionError as error:
-            raise InputError(f"{self.path}: cannot be read ({error.strerror}). Check its permissions.") from error
+            raise InputError(f"{self.path}: cannot be read ({cause(error)}). Check its permissions.") from error
         except Exception as error:
             hint = f" Run: rosbag reindex {self.path}" if "not indexed" in str(error) else ""
             raise FormatError(
