@@ -18,7 +18,9 @@ from ilf.cli.ending import ending_at_once
 from ilf.errors import IlfError, InputError
 from ilf.extras import optional
 from ilf.fault_log import note_crashes, note_fault
+from ilf.memory import check_address_space
 from ilf.private import private_file, tighten
+from ilf.threads import available_cores
 
 if TYPE_CHECKING:
     from gui.main_window import MainWindow
@@ -28,6 +30,10 @@ if TYPE_CHECKING:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point of `ilf-gui`."""
     serve_as_child()
+    try:
+        check_address_space(available_cores())
+    except InputError as error:
+        return _refused(str(error))
     # whatever takes long to import is imported after this
     with ending_at_once("ilf-gui"):
         try:

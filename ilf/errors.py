@@ -2,11 +2,23 @@
 
 from __future__ import annotations
 
+import errno
 import sys
 import unicodedata
 import warnings
 
 _LONGEST = 1500
+_CAUSES = {
+    errno.EFBIG: "the file would be larger than its drive or a limit (ulimit -f) allows",
+    errno.EINVAL: "the drive does not take it",
+    errno.ELOOP: "symbolic links lead in a circle",
+    errno.EMFILE: "this process has too many files open",
+    errno.ENAMETOOLONG: "the name is too long",
+    errno.ENFILE: "the machine has too many files open",
+    errno.ENOENT: "there is no such file or folder",
+    errno.ENOMEM: "memory has run out",
+    errno.ENOSPC: "the disk is full",
+}
 
 
 class IlfError(Exception):
@@ -28,6 +40,26 @@ def one_line(text: str) -> str:
     if not line.isprintable():
         line = "".join(map(_shown, line))
     return line if len(line) <= _LONGEST else f"{line[: _LONGEST // 2]} ... {line[-_LONGEST // 2 :]}"
+
+
+def cause(error: Exception) -> str:
+    """What went wrong, in words and without the number and the path that the system adds.
+
+    Examples
+    --------
+    >>> cause(OSError(errno.ELOOP, "Too many levels of symbolic links", "a/b"))
+    'symbolic links lead in a circle'
+    """
+    if isinstance(error, OSError) and error.errno is not None:
+        return _CAUSES.get(error.errno) or error.strerror or "the system gives no reason"
+    return str(error)
+
+
+def in_words(error: Exception) -> str:
+    """What to tell of an error that has no sentence of its own around it: for one of the system, the path and why."""
+    if isinstance(error, OSError) and error.errno is not None and error.filename is not None:
+        return f"{error.filename}: {cause(error)}"
+    return cause(error)
 
 
 def _shown(character: str) -> str:

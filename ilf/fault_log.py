@@ -13,6 +13,7 @@ from typing import TextIO
 
 import platformdirs
 
+from .errors import cause
 from .private import private_file, tighten
 from .version import __version__
 
@@ -46,7 +47,8 @@ def note_fault(error: BaseException) -> str:
         with _opened() as file:
             file.write(f"{_head()}\n{''.join(traceback.format_exception(error))}\n")
     except OSError as unwritable:
-        return f"An error that is a fault of the program ({what:.200}); its log could not be written ({unwritable})."
+        kept = f"its log could not be written ({cause(unwritable)})"
+        return f"An error that is a fault of the program ({what:.200}); {kept}."
     return f"An error that is a fault of the program ({what:.200}). To report it, add {fault_log()}"
 
 

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 from functools import cache
 
-from .errors import FormatError, ParameterError
+from .errors import FormatError, InputError, ParameterError
 from .numbers import as_float
 
 _PROGRAM = 0.35e9
@@ -20,6 +20,13 @@ _NETWORKS, _NETWORKS_PER_PIXEL = 0.6e9, 1200
 
 _PER_PIXEL = 120
 """Bytes that completing takes besides for each pixel of the frame, all results and files included."""
+
+_ADDRESSES, _ADDRESSES_PER_THREAD = 0.55e9, 0.25e9
+"""Bytes of address space that the libraries take to be loaded, most of which are never used, and those of the threads
+that OpenBLAS starts, one for each core unless told otherwise; without, they end the process or crash."""
+
+_MOST_THREADS = 64
+"""That OpenBLAS starts, on however many cores."""
 
 _USUAL_GB = 8.0
 
@@ -43,6 +50,24 @@ def memory_limit() -> float:
     if not limit > 0:
         raise ParameterError(f"The environment variable ILF_MEMORY must be a number of GB, not {said!r:.40}.")
     return 1e9 * limit
+
+
+def check_address_space(cores: int) -> None:
+    """Raise InputError if this process is allowed less address space (`ulimit -v`) than its libraries take to be
+    loaded on so many cores: it must be asked before they are."""
+    try:
+        import resource
+    except ImportError:  # on Windows there is no such limit
+        return
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    said = os.environ.get("OPENBLAS_NUM_THREADS") or os.environ.get("OMP_NUM_THREADS") or ""
+    threads = min(cores, int(said) if said.isdecimal() else _MOST_THREADS)
+    needed = _ADDRESSES + _ADDRESSES_PER_THREAD * threads
+    if limit != resource.RLIM_INFINITY and limit < needed:
+        raise InputError(
+            f"This process may take {limit / 1e6:.0f} MB of address space, and needs {needed / 1e6:.0f} MB to start "
+            f"with {threads} threads of OpenBLAS. Raise the limit (ulimit -v), or set OPENBLAS_NUM_THREADS=1."
+        )
 
 
 def memory_needed(width: int, height: int) -> float:

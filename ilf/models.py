@@ -9,7 +9,7 @@ from pathlib import Path
 import platformdirs
 
 from .assets import asset_path
-from .errors import ExportError, InputError
+from .errors import ExportError, InputError, cause
 
 BUNDLED = "edges"
 """The network of contours that comes with the program."""
@@ -114,7 +114,7 @@ def remove_model(name: str) -> Path:
     try:
         path.unlink()
     except OSError as error:
-        raise ExportError(f"{path} cannot be removed: {error.strerror}. Check the folder's permissions.") from error
+        raise ExportError(f"{path} cannot be removed: {cause(error)}. Check the folder's permissions.") from error
     return path
 
 

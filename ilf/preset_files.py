@@ -14,7 +14,7 @@ from typing import Any
 import platformdirs
 
 from .declarations import Value
-from .errors import ExportError, FormatError, IlfError, InputError, ParameterError
+from .errors import ExportError, FormatError, IlfError, InputError, ParameterError, cause
 from .io.atomic import write_bytes
 from .io.files import read_json
 from .io.folders import made_folder
@@ -244,7 +244,7 @@ def rename_preset(old: str, new: str) -> Path:
     try:
         return source.rename(target)
     except OSError as error:
-        raise ExportError(f"{source} cannot be renamed: {error.strerror}. Check the folder's permissions.") from error
+        raise ExportError(f"{source} cannot be renamed: {cause(error)}. Check the folder's permissions.") from error
 
 
 def delete_preset(name: str) -> Path:
@@ -261,7 +261,7 @@ def delete_preset(name: str) -> Path:
     try:
         path.unlink()
     except OSError as error:
-        raise ExportError(f"{path} cannot be deleted: {error.strerror}. Check the folder's permissions.") from error
+        raise ExportError(f"{path} cannot be deleted: {cause(error)}. Check the folder's permissions.") from error
     return path
 
 

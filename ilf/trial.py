@@ -14,7 +14,7 @@ from importlib.util import find_spec
 from typing import Any
 
 from .children import child_command
-from .errors import FormatError, IlfError, InputError
+from .errors import FormatError, IlfError, InputError, cause
 from .lifeline import live_by
 
 SECONDS, MEMORY = 60, 4 * 2**30
@@ -64,7 +64,7 @@ def in_child(
     except subprocess.TimeoutExpired:
         raise FormatError(f"{file} is damaged: reading it takes more than {seconds:g} s. {_WAY_OUT}") from None
     except OSError as error:
-        raise InputError(f"{file} cannot be tried: no process can be started for that ({error}).") from error
+        raise InputError(f"{file} cannot be tried: no process can be started for that ({cause(error)}).") from error
     except ValueError:  # a library has ended the process as if all were well
         status, kind = 0, ""
     if kind == _VALUE:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from ilf.errors import ExportError, IlfError
+from ilf.errors import ExportError, IlfError, cause
 from ilf.experiments import EXPERIMENTS, Progress, Settings, run_experiment, write_result
 from ilf.experiments.sources import find_sources
 from ilf.io.folders import made_folder
@@ -124,4 +124,4 @@ def _check_writable(folder: Path) -> None:
     try:
         tempfile.TemporaryFile(dir=folder).close()
     except OSError as error:
-        raise ExportError(f"{folder} cannot be written into: {error.strerror}. Choose another folder.") from error
+        raise ExportError(f"{folder} cannot be written into: {cause(error)}. Choose another folder.") from error

@@ -9,7 +9,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QMessageBox, QPushButton, QWidget
 
 from gui.versions import versions_text
-from ilf.errors import IlfError
+from ilf.errors import IlfError, in_words
 
 
 class ProblemBox(QMessageBox):
@@ -53,7 +53,7 @@ def warn(parent: QWidget, title: str, text: str, details: str = "") -> None:
 
 def error_text(error: Exception) -> str:
     """What to tell of an error. What IlfError and the operating system say is meant for people."""
-    return str(error) if _is_expected(error) else f"{type(error).__name__}: {error}"
+    return in_words(error) if _is_expected(error) else f"{type(error).__name__}: {error}"
 
 
 def error_details(error: Exception) -> str:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
+from ..errors import InputError, cause
 from ..io.frame_source import FrameSource
 from ..sources import Source
 
@@ -158,7 +158,7 @@ def with_files(frames: Sequence[BatchFrame], kind: str, folder: str | os.PathLik
         files = {path.stem: str(path.absolute()) for path in sorted(Path(folder).iterdir()) if path.is_file()}
     except OSError as error:
         raise InputError(
-            f"{folder}: cannot be read ({error.strerror}). Name a folder with a file for each frame."
+            f"{folder}: cannot be read ({cause(error)}). Name a folder with a file for each frame."
         ) from error
     found = []
     for frame in frames:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..errors import FormatError, InputError
+from ..errors import FormatError, InputError, cause
 from ..io.atomic import write_bytes
 from ..io.files import file_sha256, read_json
 from ..judgement import HiddenTest
@@ -145,6 +145,6 @@ def _content_sha256(path: str) -> str:
     try:
         files = sorted(entry.name for entry in os.scandir(path) if entry.is_file())
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}). Check its permissions.") from error
+        raise InputError(f"{path}: cannot be read ({cause(error)}). Check its permissions.") from error
     lines = [f"{name} {file_sha256(os.path.join(path, name))}" for name in files]
     return hashlib.sha256("\n".join(lines).encode(errors="backslashreplace")).hexdigest()

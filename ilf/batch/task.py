@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from ..confidence import error_summary, expected_error
-from ..errors import Cancelled, ExportError, IlfError, InputError
+from ..errors import Cancelled, ExportError, IlfError, InputError, cause
 from ..io.files import file_sha256
 from ..io.label_files import also_distrusting
 from ..judgement import Judgement, judge_completion, judge_hidden
@@ -132,7 +132,7 @@ def write_record(task: Task, frame: BatchFrame, record: FrameRecord) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ExportError(f"{folder} cannot be made ({error.strerror}). Choose another folder.") from error
+        raise ExportError(f"{folder} cannot be made ({cause(error)}). Choose another folder.") from error
     write_frame_record(folder, record)
 
 

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 
 from ..children import serve_as_child
+from ..errors import InputError
+from ..memory import check_address_space
+from ..threads import available_cores
 from .ending import ending_at_once
 
 
@@ -23,6 +27,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         SIGTERM or SIGHUP. Whatever goes wrong is one line on stderr; nothing that was being written is left half done.
     """
     serve_as_child()
+    try:
+        check_address_space(available_cores())
+    except InputError as error:
+        print("ilf: error:", error, file=sys.stderr)
+        return 1
     with ending_at_once("ilf"):
         from .commands import run  # takes a second, in which it can be asked to end, too
 

@@ -189,7 +189,8 @@ def _add_sharing(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--dask",
         metavar="ADDRESS",
-        help="have the workers of a Dask cluster do it: the scheduler's address, or the file that it has written it to",
+        help="have the workers of a Dask cluster do it: the scheduler's address, or the file that it has written it "
+        "to. A scheduler can run any code here and on its workers: name only one that you trust",
     )
 
 

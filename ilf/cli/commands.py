@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import TextIO
 
-from ..errors import IlfError, one_line
+from ..errors import IlfError, in_words, one_line
 from ..fault_log import note_fault
 from ..version import __version__
 from . import (
@@ -59,7 +59,7 @@ def _status(argv: Sequence[str] | None) -> int:
         # whoever read the output has seen enough
         return 1
     except (IlfError, OSError) as error:
-        return _failed(error, 1)
+        return _failed(in_words(error), 1)
     except Exception as error:
         return _failed(note_fault(error), 1)
     return 0

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ..errors import ExportError
+from ..errors import ExportError, cause
 from ..stopping import check_stopped
 from ..unfinished import moving, unfinished
 from .left_over import clear_left_files, made_by
@@ -22,13 +22,16 @@ _WAYS_OUT = {
     errno.ENOSPC: "the disk is full. Free some space or choose another folder",
     errno.EDQUOT: "the disk quota is used up. Free some space or choose another folder",
     errno.EEXIST: "there is a file of that name in the way. Move it, or choose another folder",
+    errno.EFBIG: "the file would be too large for its drive or a limit (ulimit -f). Choose another folder",
+    errno.ELOOP: "symbolic links lead in a circle. Choose another folder",
+    errno.ENAMETOOLONG: "the name is too long. Choose a shorter one",
     errno.EISDIR: "there is a folder of that name. Choose another name",
 }
 
 
 def way_out(error: OSError) -> str:
     """Why a file could not be written, and what to do about it."""
-    return _WAYS_OUT.get(error.errno or 0, str(error))
+    return _WAYS_OUT.get(error.errno or 0) or cause(error)
 
 
 @contextmanager

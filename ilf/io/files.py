@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import FormatError, InputError
+from ..errors import FormatError, InputError, cause
 
 MAX_FILE_BYTES = 2**30
 """Larger files cannot be frames of a size that this library takes."""
@@ -36,7 +36,9 @@ def existing_file(path: str | os.PathLike[str]) -> Path:
             raise InputError(f"{found} is a device or a pipe, not a file. Copy its content into a file first.")
         size = found.stat().st_size
     except (OSError, ValueError) as error:
-        raise InputError(f"{path!s:.200}: cannot be read ({error}). Check the name and its permissions.") from error
+        raise InputError(
+            f"{path!s:.200}: cannot be read ({cause(error)}). Check the name and its permissions."
+        ) from error
     if size == 0:
         raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")
     if size > MAX_FILE_BYTES:
@@ -85,7 +87,7 @@ def read_file(source: FileSource) -> FileContent:
     try:
         return FileContent(found, np.fromfile(found, np.uint8))
     except OSError as error:
-        raise InputError(f"{found}: cannot be read ({error.strerror}). Check its permissions.") from error
+        raise InputError(f"{found}: cannot be read ({cause(error)}). Check its permissions.") from error
 
 
 def read_json(source: FileSource) -> Any:
@@ -111,4 +113,4 @@ def file_sha256(path: str | os.PathLike[str]) -> str:
         with open(path, "rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}). Check its permissions.") from error
+        raise InputError(f"{path}: cannot be read ({cause(error)}). Check its permissions.") from error

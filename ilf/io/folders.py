@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..errors import ExportError
+from ..errors import ExportError, cause
 
 
 def made_folder(folder: str | Path) -> Path:
@@ -13,5 +13,5 @@ def made_folder(folder: str | Path) -> Path:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ExportError(f"{path} cannot be made a folder: {error.strerror}. Choose another one.") from error
+        raise ExportError(f"{path} cannot be made a folder: {cause(error)}. Choose another one.") from error
     return path

@@ -6,7 +6,7 @@ import json
 import os
 from pathlib import Path
 
-from ..errors import ExportError
+from ..errors import ExportError, cause
 from ..frame import RGBDFrame
 from .atomic import write_bytes
 from .depth_files import write_depth
@@ -56,7 +56,7 @@ def write_frame(folder: str | os.PathLike[str], frame: RGBDFrame) -> tuple[Path,
     try:
         root.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ExportError(f"{root} cannot be made ({error.strerror}). Choose another folder.") from error
+        raise ExportError(f"{root} cannot be made ({cause(error)}). Choose another folder.") from error
     write_bytes(paths[0], encode_image(".png", frame.rgb[..., ::-1]))
     write_depth(paths[1], frame.measured)
     write_bytes(paths[2], f"{json.dumps(meta, indent=2)}\n".encode())

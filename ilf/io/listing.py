@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ..errors import FormatError, InputError, ParameterError
+from ..errors import FormatError, InputError, ParameterError, cause
 from ..number_words import counted
 from .bop import CAMERA_FILE
 from .camera_files import IntrinsicsSpec
@@ -185,7 +185,9 @@ def _content(folder: str | Path) -> _Content:
     except FileNotFoundError:
         raise InputError(f"{folder}: there is no such folder. Check the name.") from None
     except (OSError, ValueError) as error:
-        raise InputError(f"{folder!s:.200}: cannot be read ({error}). Check the name and its permissions.") from error
+        raise InputError(
+            f"{folder!s:.200}: cannot be read ({cause(error)}). Check the name and its permissions."
+        ) from error
     return _Content(
         frozenset(name for name, is_folder in shown if not is_folder),
         tuple(name for name, is_folder in shown if is_folder),

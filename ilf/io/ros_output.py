@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import CameraIntrinsics
-from ..errors import ExportError, ParameterError
+from ..errors import ExportError, ParameterError, cause
 from ..extras import optional
 from ..unfinished import moving, remove, unfinished
 from .depth_files import UINT16_MAX
@@ -114,7 +114,7 @@ def write_rosbag(
             finally:
                 remove(making)
     except OSError as error:
-        raise ExportError(f"{target} could not be written: {error.strerror or error}.") from error
+        raise ExportError(f"{target} could not be written: {cause(error)}.") from error
     return count
 
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, Self
 
-from ..errors import FormatError, InputError
+from ..errors import FormatError, InputError, cause
 from ..io.atomic import atomic_path
 
 MAX_INFLATED = 2**28
@@ -144,7 +144,7 @@ class Archive:
             self._stream = stream = open(self.path, "rb")  # noqa: SIM115 - kept open
             self._identity = _identity(os.fstat(stream.fileno()))
         except (OSError, ValueError) as error:
-            raise InputError(f"{self.path}: cannot be read ({error}). Check its permissions.") from error
+            raise InputError(f"{self.path}: cannot be read ({cause(error)}). Check its permissions.") from error
         self._members, self.problems = _listed(stream), ()
         if _FIRST not in self._members:
             self._members = _scanned(stream)
@@ -170,7 +170,7 @@ class Archive:
             self._stream.seek(start)
             packed = self._stream.read(member.packed)
         except (OSError, ValueError) as error:
-            raise InputError(f"{self.path}: cannot be read ({error}).") from error
+            raise InputError(f"{self.path}: cannot be read ({cause(error)}).") from error
         if member.method == zipfile.ZIP_STORED:
             return packed
         if member.method != zipfile.ZIP_DEFLATED or member.size > MAX_INFLATED:

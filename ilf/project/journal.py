@@ -19,6 +19,8 @@ import numpy as np
 
 from ..errors import ExportError, InputError
 from ..io.atomic import way_out
+from ..io.files import MAX_FILE_BYTES
+from ..io.sqlite_files import DEFINITIONS, LimitedConnection, check_plain
 from ..private import private_file, tighten
 from ..version import __version__
 from .pieces import Change, Pieces
@@ -52,6 +54,7 @@ _REASONS = {
     "SQLITE_IOERR": "the drive does not take it",
     "SQLITE_CORRUPT": "the file is damaged",
     "SQLITE_NOTADB": "the file is damaged, or no journal at all",
+    "SQLITE_INTERRUPT": "the file is damaged, and reading it takes too long",
 }
 
 
@@ -148,7 +151,9 @@ class Journal:
         wait = 0.0 if there else _WAIT_S
         with self._telling(reading=there):
             private_file(self.path)
-            self._database = sqlite3.connect(self.path, timeout=wait, isolation_level=None, check_same_thread=False)
+            self._database = sqlite3.connect(
+                self.path, timeout=wait, isolation_level=None, check_same_thread=False, factory=LimitedConnection
+            )
         try:
             with self._telling(reading=True):
                 self._open()
@@ -175,6 +180,7 @@ class Journal:
             raise InputError(f"{self.path} is no journal of this program.")
         if schema > SCHEMA:
             raise InputError(f"{self.path} was made by a newer version of this program: open it with that.")
+        check_plain(self.path, database.execute(DEFINITIONS))
         self.note = self._read_note()
 
     def _read_note(self) -> JournalNote:
@@ -233,11 +239,15 @@ class Journal:
         raise InputError(f"The part {name} of {self.path} is damaged.") from damaged
 
     def _joined(self, pieces: bytes) -> bytes | None:
-        """The content of pieces, one after the other; None if one cannot be read."""
+        """The content of pieces, one after the other; None if one cannot be read, or it is far too long."""
         try:
             numbers, read = np.frombuffer(pieces, np.int64).tolist(), self._database.execute
-            rows = (read("SELECT content FROM pieces WHERE id = ?", (number,)).fetchone() for number in numbers)
-            return b"".join(row[0] for row in rows)
+            content = bytearray()
+            for number in numbers:
+                content += read("SELECT content FROM pieces WHERE id = ?", (number,)).fetchone()[0]
+                if len(content) > MAX_FILE_BYTES:  # a small file may have the same piece a million times
+                    return None
+            return bytes(content)
         except (sqlite3.DatabaseError, TypeError, ValueError):
             return None
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..camera import CameraIntrinsics
-from ..errors import ExportError, InputError
+from ..errors import ExportError, InputError, cause
 from ..io import frame_folder, read_depth_values, write_depth
 from ..io.atomic import write_bytes
 from ..io.depth_reading import read_depth
@@ -195,5 +195,5 @@ def _write(path: Path, content: bytes) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ExportError(f"Could not write into {path.parent}: {error.strerror or error}.") from error
+        raise ExportError(f"Could not write into {path.parent}: {cause(error)}.") from error
     write_bytes(path, content)

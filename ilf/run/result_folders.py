@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from ..errors import InputError
+from ..errors import InputError, cause
 from ..io.pairing import natural
 from .options import RECORD_FILE
 
@@ -19,7 +19,7 @@ def result_folders(path: str | os.PathLike[str]) -> list[Path]:
         inside = (inner for inner in root.iterdir() if (inner / RECORD_FILE).is_file())
         found = sorted(inside, key=lambda inner: natural(inner.name))
     except OSError as error:
-        raise InputError(f"{root}: cannot be read ({error.strerror}). Name a folder of results.") from error
+        raise InputError(f"{root}: cannot be read ({cause(error)}). Name a folder of results.") from error
     if not found:
         raise InputError(f"{root} holds no results: neither it nor a folder in it has a {RECORD_FILE}.")
     return found

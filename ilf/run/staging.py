@@ -16,7 +16,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from ..errors import ExportError
+from ..errors import ExportError, cause
 from ..io.left_over import MADE_BY, is_dead, is_own, made_by
 from ..sections import is_plain
 from ..unfinished import moving, remove_empty, unfinished
@@ -59,7 +59,7 @@ def staging(target: Path) -> Iterator[Path]:
         if isinstance(error, FileExistsError | NotADirectoryError):
             raise ExportError(f"Could not write into {target}: it is no folder, or lies in none.") from error
         if isinstance(error, OSError):
-            raise ExportError(f"Could not write into {target}: {error.strerror or error}.") from error
+            raise ExportError(f"Could not write into {target}: {cause(error)}.") from error
         raise
 
 

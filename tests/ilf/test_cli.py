@@ -1,6 +1,7 @@
 """The command line: what it writes, that replays are exact, and that errors are one line."""
 
 import ast
+import errno
 import json
 import os
 import re
@@ -525,6 +526,27 @@ def _child(*arguments, **environment):
         [sys.executable, *arguments],
         capture_output=True, check=False, env=os.environ | {"PYTHONPATH": str(ROOT)} | environment,
     )  # fmt: skip
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not keep this limit")
+@pytest.mark.parametrize("megabytes", [80, 300, 700])
+@pytest.mark.parametrize("module", ["ilf", "gui"])
+def test_too_little_address_space_is_one_line(module, megabytes):
+    limit = f"ulimit -v {1000 * megabytes}; exec {sys.executable} -m {module} --version"
+    ended = subprocess.run(["sh", "-c", limit], capture_output=True, text=True)
+    assert ended.returncode == 1
+    assert ended.stderr.count("\n") == 1
+    assert "MB of address space" in ended.stderr
+
+
+def test_system_errors_are_told_in_words(files, capsys, monkeypatch):
+    def too_large(arguments):
+        raise OSError(errno.EFBIG, os.strerror(errno.EFBIG), "big.png")
+
+    monkeypatch.setattr("ilf.cli.info.run", too_large)
+    assert main(["info", *files]) == 1
+    said = capsys.readouterr().err
+    assert said == "ilf: error: big.png: the file would be larger than its drive or a limit (ulimit -f) allows\n"
 
 
 def test_python_runs_the_package_as_the_command():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import errno
 import json
 from pathlib import Path
@@ -30,7 +31,7 @@ IN_PROCESS = [
     "meta-json", "intrinsics-json", "preset", "blocks-coco", "blocks-coco-rle", "blocks-labelme",
     "experiment", "depth-png", "depth-npy", "depth-pfm", "colour-jpeg", "guide-npz", "time-list", "associations", "bop",
     "sun-camera", "trajectory", "pose", "scannet-sens", "arkit-camera", "guide-npy", "guide-pfm", "confidence-npy",
-    "mask-list", "split-list", "file-names", "bench-result",
+    "mask-list", "split-list", "file-names", "bench-result", "ros2-sqlite-sql", "journal-sql",
 ]  # fmt: skip
 """Formats whose readers cannot crash the interpreter; `python -m tests.bench.fuzz` has all, thousands of each."""
 
@@ -40,6 +41,7 @@ def test_damaged_files_are_told_of_in_one_line(name: str, tmp_path: Path) -> Non
     form = FORMATS[name]
     seeds = form.seeds(tmp_path)
     path = tmp_path / form.file
+    path.parent.mkdir(exist_ok=True)
     for number in range(15):
         path.write_bytes(case(form, seeds, 1, number))
         found = outcome(form, path)
@@ -190,6 +192,18 @@ def test_the_sample_is_written_as_a_whole_or_not_at_all(
     assert main(["sample", str(tmp_path / "new" / "room")]) == 1
     assert "the disk is full" in capsys.readouterr().err
     assert not (tmp_path / "new").exists()
+
+
+def test_a_checkpoint_of_training_is_read_as_numbers_and_not_as_a_program() -> None:
+    calls = [
+        node
+        for path in Path(ilf.__file__).parent.rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Call) and ast.unparse(node.func) == "torch.load"
+    ]
+    assert calls
+    for call in calls:
+        assert {word.arg: ast.unparse(word.value) for word in call.keywords}.get("weights_only") == "True"
 
 
 def test_sources_that_are_deleted_while_open_do_not_keep_results_from_being_written(tmp_path: Path) -> None:

@@ -165,6 +165,42 @@ def test_names_that_are_none_are_passed_over(journal: Journal) -> None:
     assert journal.names() == {"frames/1.json"}
 
 
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "CREATE TRIGGER more AFTER INSERT ON parts BEGIN DELETE FROM pieces; END",
+        "CREATE VIEW other AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT i FROM n",
+        "ALTER TABLE parts ADD COLUMN more GENERATED ALWAYS AS (zeroblob(900000000))",
+        "CREATE VIRTUAL TABLE other USING fts5(a)",
+    ],
+)
+def test_a_journal_has_plain_tables_only(journal: Journal, path: Path, statement: str) -> None:
+    journal.commit({"frames/1.json": b"{}"})
+    journal._database.execute(statement)
+    journal.close()
+    with pytest.raises(InputError, match="Only plain tables are read"):
+        Journal(path)
+
+
+def test_a_journal_whose_query_would_not_end_is_damaged(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("ilf.io.sqlite_files._SECONDS", 0.0)
+    monkeypatch.setattr("ilf.io.sqlite_files._SECONDS_PER_BYTE", 0.0)
+    monkeypatch.setattr("ilf.io.sqlite_files.STEPS", 1)
+    with pytest.raises(InputError, match="takes too long"):
+        Journal(path)
+
+
+def test_a_piece_that_is_used_a_million_times_fills_no_memory(
+    journal: Journal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("ilf.project.journal.MAX_FILE_BYTES", 10_000)
+    journal.commit({"arrays/1.png": b"1" * 9000})
+    assert journal.read("arrays/1.png") == b"1" * 9000
+    journal._database.execute("UPDATE parts SET pieces = CAST(pieces || pieces AS BLOB)")
+    with pytest.raises(InputError, match="is damaged"):
+        journal.read("arrays/1.png")
+
+
 def test_damage_that_is_no_text_is_told_of(journal: Journal, path: Path) -> None:
     journal.close()
     content = path.read_bytes()

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import math
+import sqlite3
 import struct
 import sys
 from collections.abc import Iterator
@@ -314,6 +316,114 @@ def test_topics_that_cannot_be_are_told_of(tmp_path: Path, ours: str, other: str
     (path / "metadata.yaml").write_text(text.replace(ours, other))
     with pytest.raises(FormatError, match="ros2 bag reindex"):
         ilf.open_source(path)
+
+
+def _changed(folder: Path, *statements: str) -> Path:
+    """A recording of ROS 2 whose SQLite file was changed by statements."""
+    write_aligned(folder, "sqlite3", frames=1)
+    path = storage_of(folder, "sqlite3")
+    with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as database:
+        for statement in statements:
+            database.execute(statement)
+    return path
+
+
+ENDLESS = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n)"
+
+
+@pytest.mark.parametrize(
+    "statements",
+    [
+        ["DROP TABLE schema", f"CREATE VIEW schema AS {ENDLESS} SELECT max(i) AS schema_version FROM n"],
+        ["ALTER TABLE schema ADD COLUMN more AS (length(zeroblob(900000000)))"],
+        ["CREATE VIRTUAL TABLE other USING fts5(a)"],
+        ["CREATE TRIGGER more AFTER INSERT ON topics BEGIN DELETE FROM messages; END"],
+        [
+            "CREATE VIEW more AS SELECT 4 AS schema_version",
+            "PRAGMA writable_schema = ON",
+            "UPDATE sqlite_master SET sql = CAST(sql AS BLOB)",
+        ],
+    ],
+)
+def test_a_recording_has_plain_tables_only(tmp_path: Path, statements: list[str]) -> None:
+    path = _changed(tmp_path, *statements)
+    for recording in (path, path.parent):
+        with pytest.raises(FormatError, match="Only plain tables are read"):
+            ilf.open_source(recording)
+
+
+def test_pages_that_lead_in_a_circle_hold_no_recording_for_ever(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("ilf.io.sqlite_files._SECONDS", 0.2)
+    path = _changed(
+        tmp_path,
+        "PRAGMA page_size = 512",
+        "VACUUM",
+        f"INSERT INTO messages (topic_id, timestamp, data) {ENDLESS} SELECT 1, i, '' FROM n LIMIT 60000",
+    )
+    _lead_in_a_circle(path)
+    with pytest.raises(FormatError, match="reading it takes too long"):
+        ilf.open_source(path)
+
+
+def _lead_in_a_circle(path: Path) -> None:
+    """Have all branches of the messages' tree lead to the same page of the next level, down ten levels."""
+    with contextlib.closing(sqlite3.connect(path)) as database:
+        (root,) = database.execute("SELECT rootpage FROM sqlite_master WHERE name = 'messages'").fetchone()
+    content = bytearray(path.read_bytes())
+
+    def branches(page: int) -> list[int]:
+        """Where a page has the numbers of the pages below it; none if it is no inner one."""
+        begin = (page - 1) * 512
+        if content[begin] != 5:
+            return []
+        (count,) = struct.unpack_from(">H", content, begin + 3)
+        cells = struct.unpack_from(f">{count}H", content, begin + 12)
+        return [begin + 8, *(begin + cell for cell in cells)]
+
+    below = [struct.unpack_from(">I", content, place)[0] for place in branches(root)]
+    inner = [page for page in below if branches(page)][:10]
+    assert len(inner) == 10
+    for page, following in itertools.pairwise([root, *inner]):
+        for place in branches(page):
+            struct.pack_into(">I", content, place, following)
+    path.write_bytes(content)
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "INSERT INTO topics SELECT i + 100, 'a' || i, 'sensor_msgs/msg/Image', 'cdr', '', '' FROM n LIMIT 4001",
+        "INSERT INTO topics SELECT 100, 'a', 'sensor_msgs/msg/Image', 'cdr', hex(zeroblob(2000000)), '' FROM n LIMIT 1",
+        "INSERT INTO message_definitions SELECT i + 100, 'A', 'ros2msg', hex(zeroblob(5000)), '' FROM n LIMIT 900",
+    ],
+)
+def test_topics_without_end_are_refused(tmp_path: Path, statement: str) -> None:
+    path = _changed(tmp_path, f"{ENDLESS} {statement}")
+    for recording in (path, path.parent):
+        with pytest.raises(FormatError, match="Record the ones of the camera alone"):
+            ilf.open_source(recording)
+
+
+def test_definitions_and_metadata_without_end_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    paths = [write_aligned(tmp_path, kind, frames=1, name=kind) for kind in KINDS]
+    monkeypatch.setattr("ilf.io.recordings.ros_limits.MOST_DEFINITIONS", 500)
+    for path in paths:
+        with pytest.raises(FormatError, match="MiB of text about its topics"):
+            ilf.open_source(path)
+    monkeypatch.undo()
+    metadata = paths[1] / "metadata.yaml"
+    metadata.write_text(metadata.read_text() + "# " + "x" * 2**21)
+    with pytest.raises(FormatError, match="2 MiB of text about its topics"):
+        ilf.open_source(paths[1])
+
+
+def test_a_message_that_is_too_long_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write_aligned(tmp_path, "sqlite3", frames=1)
+    monkeypatch.setattr("ilf.io.recordings.ros_limits.LONGEST", 2000)
+    with pytest.raises(FormatError, match="too big"):
+        _read_first(path)
 
 
 def test_messages_of_another_kind_under_a_usual_name_are_passed_over(tmp_path: Path) -> None:

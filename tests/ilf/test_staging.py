@@ -258,7 +258,7 @@ def test_a_folder_that_was_made_for_nothing_is_unmade(tmp_path):
     with pytest.raises(KeyError), staging(tmp_path / "new" / "deep"):
         raise KeyError
     assert list(tmp_path.iterdir()) == []
-    with pytest.raises(ExportError, match=r"Could not write into .*new: no space"), staging(tmp_path / "new"):
+    with pytest.raises(ExportError, match=r"Could not write into .*new: the disk is full"), staging(tmp_path / "new"):
         raise OSError(28, "no space")
 
 

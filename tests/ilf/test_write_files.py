@@ -30,6 +30,7 @@ from ilf.io import (
     write_labels,
     write_mesh,
 )
+from ilf.io.files import read_file
 from ilf.run.curve_files import write_curves
 
 from .space_formats import read_ply
@@ -88,7 +89,14 @@ def test_writing_twice_gives_the_same_bytes_and_leaves_nothing_else(name, tmp_pa
 
 @pytest.mark.parametrize("name", WRITERS)
 @pytest.mark.parametrize(
-    ("code", "message"), [(errno.ENOSPC, "disk is full"), (errno.EROFS, "read-only"), (errno.EIO, "I/O|nput/output")]
+    ("code", "message"),
+    [
+        (errno.ENOSPC, "disk is full"),
+        (errno.EROFS, "read-only"),
+        (errno.EIO, "I/O|nput/output"),
+        (errno.EFBIG, "too large for its drive"),
+        (errno.ELOOP, "symbolic links lead in a circle"),
+    ],
 )
 def test_a_failure_in_the_middle_keeps_the_old_file(name, code, message, tmp_path, monkeypatch):
     target = tmp_path / name
@@ -101,6 +109,7 @@ def test_a_failure_in_the_middle_keeps_the_old_file(name, code, message, tmp_pat
     with pytest.raises(ExportError, match=message) as caught:
         WRITERS[name](target)
     assert str(target) in str(caught.value)
+    assert "Errno" not in str(caught.value)
     assert target.read_bytes() == b"the last good result"
     assert list(tmp_path.iterdir()) == [target]
 
@@ -322,3 +331,14 @@ def test_clouds_come_back_in_open3d(suffix, ascii, axes, signs, unit, scale, tmp
         assert not found.has_colors()
     else:
         np.testing.assert_array_equal(np.rint(np.asarray(found.colors) * 255), CLOUD.colours)
+
+
+@pytest.mark.parametrize("code", [errno.ELOOP, errno.EIO, errno.ENAMETOOLONG])
+def test_a_path_that_cannot_be_looked_at_is_told_of_in_words(code, tmp_path, monkeypatch):
+    def fail(_):
+        raise OSError(code, os.strerror(code), str(tmp_path))
+
+    monkeypatch.setattr(Path, "exists", fail)
+    with pytest.raises(InputError, match="cannot be read") as caught:
+        read_file(tmp_path / "depth.png")
+    assert "Errno" not in str(caught.value)

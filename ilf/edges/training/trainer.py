@@ -103,7 +103,7 @@ class Trainer:
 
     def resume(self) -> None:
         """Go on where the checkpoint was written."""
-        state: dict[str, Any] = torch.load(self.checkpoint, map_location=self.device)
+        state: dict[str, Any] = torch.load(self.checkpoint, self.device, weights_only=True)
         self.model.load_state_dict(state["model"])
         self.average.load_state_dict(state["average"])
         self.optimiser.load_state_dict(state["optimiser"])

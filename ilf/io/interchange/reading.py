@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from ...errors import FormatError, InputError
+from ...errors import FormatError, InputError, cause
 from ..files import read_file, read_json
 from ..label_files import read_labels
 from .coco import blocks_of_coco, blocks_of_mask_list
@@ -58,7 +58,7 @@ def read_blocks(
         if place.is_dir():
             return blocks_of_mask_folder(place, shape)
     except OSError as error:
-        raise InputError(f"{place}: cannot be read ({error.strerror}). Check its permissions.") from error
+        raise InputError(f"{place}: cannot be read ({cause(error)}). Check its permissions.") from error
     content = read_file(place)
     beginning = content.data[:64].tobytes().lstrip(b"\xef\xbb\xbf \t\r\n")
     if place.suffix.lower() != ".json" and not beginning.startswith((b"{", b"[")):

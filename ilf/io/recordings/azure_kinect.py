@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import FormatError, InputError
+from ...errors import FormatError, InputError, cause
 from ...extras import optional
 from ..files import FileContent
 from ..images import check_pixel_count, read_colour
@@ -167,7 +167,7 @@ class AzureKinect(Recording):
         try:
             yield
         except PermissionError as error:
-            raise InputError(f"{self.path}: cannot be read ({error.strerror}). Check its permissions.") from error
+            raise InputError(f"{self.path}: cannot be read ({cause(error)}). Check its permissions.") from error
         except (self._av.FFmpegError, ValueError, OverflowError) as error:
             raise FormatError(
                 f"{self.path}: this recording is truncated, damaged or of a rare kind ({error!s:.120})."

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...camera import IMAGE_SIZES, INTRINSICS, CameraIntrinsics
-from ...errors import InputError
+from ...errors import InputError, cause
 from ...registration import Camera
 from ..depth_files import read_depth_values
 from ..files import read_file
@@ -62,7 +62,7 @@ class NyuRawFolder(Recording):
         try:
             names = os.listdir(path)
         except OSError as error:
-            raise InputError(f"{path}: cannot be read ({error}). Check the name and its permissions.") from error
+            raise InputError(f"{path}: cannot be read ({cause(error)}). Check the name and its permissions.") from error
         for name in names:
             match = _NAME.fullmatch(name)
             if match is not None and name.endswith(_ENDING[match["what"]]):

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...camera import CameraIntrinsics, fitted
-from ...errors import FormatError, InputError
+from ...errors import FormatError, InputError, cause
 from ...numbers import as_float
 from ...registration import Camera
 from ..files import FileContent
@@ -41,7 +41,9 @@ class Record3D(Recording):
         try:
             self._zip = zipfile.ZipFile(path)
         except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError) as error:
-            raise FormatError(f"{path} is no whole recording of Record3D ({error!s:.80}). Export it again.") from error
+            raise FormatError(
+                f"{path} is no whole recording of Record3D ({cause(error):.80}). Export it again."
+            ) from error
         try:
             self._names = frozenset(self._zip.namelist())
             numbers = sorted(int(found[1]) for name in self._names if (found := _DEPTH.fullmatch(name)))
@@ -144,7 +146,7 @@ class Record3D(Recording):
             metadata = json.loads(self._member(_METADATA))
         except (ValueError, RecursionError) as error:
             raise FormatError(
-                f"{self._place(_METADATA)} is not valid JSON ({error!s:.80}). Export it again."
+                f"{self._place(_METADATA)} is not valid JSON ({cause(error):.80}). Export it again."
             ) from error
         if not isinstance(metadata, dict):
             raise FormatError(f"{self._place(_METADATA)} must hold a JSON object. Export the recording again.")
@@ -157,7 +159,9 @@ class Record3D(Recording):
         try:
             return self._zip.read(entry)
         except (zipfile.BadZipFile, zlib.error, OSError, RuntimeError, EOFError, ValueError) as error:
-            raise FormatError(f"{self._place(name)} is damaged ({error!s:.80}). Export the recording again.") from error
+            raise FormatError(
+                f"{self._place(name)} is damaged ({cause(error):.80}). Export the recording again."
+            ) from error
 
     def _place(self, name: str) -> str:
         return f"{self.path}/{name}"

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import FormatError, IlfError, InputError
+from ...errors import FormatError, IlfError, InputError, cause
 from ...extras import optional
 from ..headers import image_header
 from ..time_lists import MOST_APART_S
@@ -19,11 +19,11 @@ from .recording import Cameras, RecordedFrame, Recording, RecordingIndex, Topics
 from .ros_cameras import INFO, TRANSFORM, TRANSFORMS, between, camera_of, motion
 from .ros_definitions import check_definitions
 from .ros_images import COMPRESSED, IMAGE, colour_of, depth_of, is_colour, is_depth
+from .ros_limits import METADATA, limited
 from .ros_realsense import stream_of, unit_topics, units_of
 from .ros_topics import CameraTopics, ImageTopic, chosen_topics
 from .stamps import StampedPairs
 
-_METADATA = "metadata.yaml"
 _STORAGE = (".db3", ".mcap")
 _IMAGES = (IMAGE, COMPRESSED)
 _Stamped = dict[int, int]
@@ -42,15 +42,16 @@ class RosBag(Recording):
         super().__init__(path)
         highlevel = optional("rosbags.highlevel", "sequences", "A ROS bag")
         typesys = optional("rosbags.typesys", "sequences", "A ROS bag")
-        if path.is_dir() and not (path / _METADATA).is_file():
+        if path.is_dir() and not (path / METADATA).is_file():
             raise InputError(
-                f"{path} has no {_METADATA}: it was not ended as it should be. Run: ros2 bag reindex {path}"
+                f"{path} has no {METADATA}: it was not ended as it should be. Run: ros2 bag reindex {path}"
             )
         with self._reading():
             known = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
             # recordings of before ROS 2 Iron do not say what their messages are
             self._reader = highlevel.AnyReader([path], default_typestore=known)
-            self._reader.open()
+            with limited(path, self._reader):
+                self._reader.open()
         own = known.fielddefs
         if not self._reader.is2:  # where some fields have capitals
             own = {**own, **typesys.get_typestore(typesys.Stores.ROS1_NOETIC).fielddefs}
@@ -73,7 +74,7 @@ class RosBag(Recording):
             if not (isinstance(one.topic, str) and isinstance(one.msgcount, int)):
                 raise FormatError(
                     f"{self.path}: a topic {one.topic!s:.60} of {one.msgcount!s:.60} messages cannot be: its "
-                    f"{_METADATA} is damaged. Run: ros2 bag reindex {self.path}"
+                    f"{METADATA} is damaged. Run: ros2 bag reindex {self.path}"
                 )
 
     @classmethod
@@ -81,7 +82,7 @@ class RosBag(Recording):
         if not path.is_dir():
             return super().fits(path)
         inside = list(path.iterdir())
-        is_ended = any(entry.name == _METADATA for entry in inside)
+        is_ended = any(entry.name == METADATA for entry in inside)
         has_storage = any(entry.suffix.lower() in _STORAGE for entry in inside)
         return has_storage and (is_ended or not any(entry.is_dir() for entry in inside))
 
@@ -265,7 +266,7 @@ class RosBag(Recording):
         except IlfError:
             raise
         except PermissionError as error:
-            raise InputError(f"{self.path}: cannot be read ({error.strerror}). Check its permissions.") from error
+            raise InputError(f"{self.path}: cannot be read ({cause(error)}). Check its permissions.") from error
         except Exception as error:
             hint = f" Run: rosbag reindex {self.path}" if "not indexed" in str(error) else ""
             raise FormatError(

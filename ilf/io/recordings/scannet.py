@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...camera import CameraIntrinsics
-from ...errors import FormatError, InputError
+from ...errors import FormatError, InputError, cause
 from ...registration import Camera
 from ..files import FileContent
 from ..images import check_pixel_count, read_colour
@@ -49,7 +49,7 @@ class ScanNet(Recording):
         try:
             self._file = open(path, "rb")  # noqa: SIM115 - it stays open until `close`
         except OSError as error:
-            raise InputError(f"{path}: cannot be read ({error.strerror}). Check its permissions.") from error
+            raise InputError(f"{path}: cannot be read ({cause(error)}). Check its permissions.") from error
         try:
             self._count = self._read_header()
             self._frames = self._read_places()

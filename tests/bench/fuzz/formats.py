@@ -16,7 +16,7 @@ from ilf.preset_files import read_preset
 from ilf.run.record_file import read_record
 
 from . import kept_seeds, readers, recording_seeds, seeds
-from .mutations import Mutation, of_bytes, of_json, of_png, of_text, of_zip
+from .mutations import Mutation, of_bytes, of_json, of_png, of_sql, of_text, of_zip
 
 
 @dataclass(frozen=True)
@@ -87,6 +87,7 @@ _ALL = (
     Format("depth-npz", "depth.npz", recording_seeds.depth_npz, of_zip(lambda name: of_bytes), readers.depth),
     Format("ros1-bag", "made.bag", recording_seeds.bag("ros1"), of_bytes, readers.recording),
     Format("ros2-sqlite", "made.db3", recording_seeds.bag("sqlite3"), of_bytes, readers.recording),
+    Format("ros2-sqlite-sql", "made.db3", recording_seeds.bag("sqlite3"), of_sql, readers.recording),
     Format("ros2-mcap", "made.mcap", recording_seeds.bag("mcap"), of_bytes, readers.recording),
     Format("azure-mkv", "made.mkv", recording_seeds.azure, of_bytes, readers.recording),
     Format("record3d", "made.r3d", recording_seeds.record3d, of_zip(_for_member), readers.recording),
@@ -119,6 +120,7 @@ _ALL = (
     Format("ros2-metadata", "sound/metadata.yaml", recording_seeds.metadata, of_text, readers.folder_around),
     Format("realsense-bag", "made.bag", recording_seeds.realsense_viewer, of_bytes, readers.recording),
     Format("realsense-db3", "made.db3", recording_seeds.realsense_library, of_bytes, readers.recording),
+    Format("realsense-db3-sql", "made.db3", recording_seeds.realsense_library, of_sql, readers.recording),
     Format("nyu-raw-colour", "raw/r-1.5-1.ppm", recording_seeds.nyu_raw("r-1.5-1.ppm"), of_bytes, readers.unregistered),
     Format("nyu-raw-depth", "raw/d-1.5-2.pgm", recording_seeds.nyu_raw("d-1.5-2.pgm"), of_bytes, readers.unregistered),
     Format("raw-pair", "pair/calibration.json", recording_seeds.raw_pair, of_json, readers.folder_around),
@@ -146,6 +148,7 @@ _ALL = (
     Format("interrupted-set", "names", kept_seeds.interrupted, of_text, readers.unfinished),
     Format("window-settings", "ILF Studio/ilf-studio.ini", seeds.window, of_text, readers.window),
     Format("journal", "left/left.journal", kept_seeds.journal, of_bytes, readers.journal),
+    Format("journal-sql", "left/left.journal", kept_seeds.journal, of_sql, readers.journal),
     Format("journal-log", "left/left.journal-wal", kept_seeds.journal_log, of_bytes, readers.journal_log),
 )
 

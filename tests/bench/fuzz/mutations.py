@@ -6,9 +6,11 @@ import copy
 import io
 import json
 import re
+import sqlite3
 import zipfile
 import zlib
 from collections.abc import Callable, Sequence
+from contextlib import closing, suppress
 from typing import Any
 
 import numpy as np
@@ -108,6 +110,74 @@ def of_zip(inner: Callable[[str], Mutation]) -> Mutation:
         return packed.getvalue()
 
     return mutate
+
+
+def of_sql(rng: Rng, seeds: Sequence[bytes]) -> bytes:
+    """An SQLite file whose tables, values and definitions are made wrong by statements: its pages stay sound."""
+    content = bytearray(_one(rng, seeds))
+    content[18:20] = b"\1\1"  # a file with a log beside it cannot be held in memory
+    with closing(sqlite3.connect(":memory:", isolation_level=None)) as database:
+        database.deserialize(bytes(content))
+        # some read what an earlier one has made endless
+        database.set_progress_handler(lambda: True, 2_000_000)
+        database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, 2**26)
+        database.execute("PRAGMA writable_schema = ON")
+        for _ in range(int(rng.integers(1, 4))):
+            statements = _SQL[int(rng.integers(len(_SQL)))]
+            with suppress(sqlite3.Error, IndexError):  # no table of that name is left, or it has no such column
+                words = _sql_words(rng, database)
+                for statement in statements:
+                    database.execute(statement.format(**words))
+        return database.serialize()
+
+
+_ENDLESS = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n)"
+_SQL_VALUES = (
+    "NULL", "-1", "0", "9223372036854775807", "1e308", "9e999", "''", "x''", "x'ff'", "'nan'", "'../../x'",
+    "zeroblob(5000000)", "CAST(zeroblob(100000) AS TEXT)", "char(0, 27, 10)",
+)  # fmt: skip
+_SQL = (
+    ("DROP TABLE {table}", "CREATE VIEW {table} AS " + _ENDLESS + " SELECT i AS {column} FROM n"),
+    ("DROP TABLE {table}", "CREATE VIEW {table} AS " + _ENDLESS + " SELECT max(i) AS {column} FROM n"),
+    ("ALTER TABLE {table} RENAME TO kept", "CREATE VIEW {table} AS SELECT * FROM kept"),
+    ("ALTER TABLE {table} DROP COLUMN {column}", "ALTER TABLE {table} ADD COLUMN {column} AS (zeroblob(900000000))"),
+    ("ALTER TABLE {table} DROP COLUMN {column}", "ALTER TABLE {table} ADD COLUMN {column} AS ({value})"),
+    ("DROP TABLE {table}", "CREATE VIRTUAL TABLE {table} USING fts5({column})"),
+    ("CREATE TRIGGER more AFTER INSERT ON {table} BEGIN DELETE FROM {table}; END",),
+    ("INSERT INTO {table} ({columns}) SELECT {columns} FROM {table}, (" + _ENDLESS + " SELECT i FROM n LIMIT 20000)",),
+    ("UPDATE {table} SET {column} = {value}",),
+    ("UPDATE {table} SET {column} = {value} WHERE rowid = (SELECT min(rowid) FROM {table})",),
+    ("UPDATE {table} SET {column} = {value} WHERE rowid = (SELECT max(rowid) FROM {table})",),
+    ("UPDATE {table} SET {column} = (SELECT {column} FROM {table} ORDER BY rowid DESC)",),
+    ("DELETE FROM {table}",),
+    ("DROP TABLE {table}",),
+    ("ALTER TABLE {table} RENAME COLUMN {column} TO other",),
+    ("ALTER TABLE {table} DROP COLUMN {column}",),
+    ("UPDATE sqlite_master SET rootpage = {number} WHERE name = '{table}'",),
+    ("UPDATE sqlite_master SET sql = CAST(replace(sql, '{column}', '{column} AS ({value})') AS BLOB)",),
+    ("UPDATE sqlite_master SET sql = replace(sql, 'NOT NULL', 'COLLATE other') WHERE name = '{table}'",),
+    ("CREATE TABLE more AS SELECT * FROM {table}", "CREATE INDEX some ON {table} (length({column}))"),
+    ("ANALYZE", "UPDATE sqlite_stat1 SET stat = '{number} {number}'"),
+    ("PRAGMA user_version = {number}",),
+)
+"""Statements, one after the other, about a table and one of its columns."""
+
+
+def _sql_words(rng: Rng, database: sqlite3.Connection) -> dict[str, object]:
+    """What is put in the place of the words in `_SQL`."""
+
+    def one(of: Sequence[Any]) -> Any:
+        return of[int(rng.integers(len(of)))]
+
+    table = one([row[0] for row in database.execute("SELECT name FROM sqlite_master WHERE type = 'table'")])
+    columns = [(row[1], row[5]) for row in database.execute(f"PRAGMA table_info({table})")]
+    return {
+        "table": table,
+        "column": one(columns)[0],
+        "columns": ", ".join(name for name, is_key in columns if not is_key),
+        "value": one(_SQL_VALUES),
+        "number": one((0, 1, 2, 3, 4, 5, 99, 2**31 - 1)),
+    }
 
 
 def _one(rng: Rng, seeds: Sequence[bytes]) -> bytes:
