@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import uuid
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ from gui.project_file.saving import Wish
 from gui.state.entries import Entry
 from ilf.frame import RGBDFrame
 from ilf.io.frame_source import FrameSource
-from ilf.project.file import open_project
+from ilf.project.file import open_project, save_project
 
 from .conftest import WAIT_MS, write_frame
 
@@ -70,6 +71,24 @@ def test_a_note_written_while_the_project_is_saved_stays_unsaved(
     assert entry.unsaved
     _saved(opened, qtbot, tmp_path / "room.ilf")
     assert not entry.unsaved
+
+
+def test_the_status_line_shows_how_much_of_the_project_is_written(
+    opened: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shares = []
+
+    def told(*what: object, on_part: Callable[[int, int], None], **how: object) -> tuple[str, ...]:
+        for done in (0, 1, 3):
+            on_part(done, 4)
+            shares.append(opened.documents.saved_share())
+        return save_project(*what, **how)
+
+    monkeypatch.setattr("gui.project_file.saving.save_project", told)
+    assert opened.documents.saved_share() is None
+    _saved(opened, qtbot, tmp_path / "room.ilf")
+    assert shares == [0.0, 0.25, 0.75]
+    assert opened.documents.saved_share() is None
 
 
 def test_two_frames_of_the_same_files_stay_apart(opened: MainWindow, qtbot: QtBot) -> None:

@@ -9,6 +9,7 @@ import shutil
 import sqlite3
 import stat
 from collections.abc import Iterator
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -79,6 +80,27 @@ def test_says_whose_work_it_is(journal: Journal, path: Path) -> None:
     assert (again.note.process, again.note.unsaved) == (os.getpid(), False)
     again.discard()
     assert list(path.parent.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        "UPDATE note SET content = 'no json'",
+        "UPDATE note SET content = '[]'",
+        "UPDATE note SET content = '{}'",
+        "UPDATE note SET content = json_set(content, '$.started', 'never')",
+        "UPDATE note SET content = json_set(content, '$.wonders', 1)",
+        "DROP TABLE note",
+    ],
+)
+def test_work_whose_note_is_damaged_is_unsaved_work_of_nobody(journal: Journal, path: Path, spoil: str) -> None:
+    journal.commit({"frames/a1.json": b"{}"}, note=JournalNote("/projects/room.ilf", unsaved=False))
+    journal._database.execute(spoil)
+    journal.close()
+    changed = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
+    os.utime(path, (changed.timestamp(), changed.timestamp()))
+    (left,) = left_work(path.parent)  # nobody knows that it is saved: it is not taken away
+    assert left.note == JournalNote("", True, "", 0, "", changed, changed)
 
 
 def test_a_full_disk_leaves_what_was_there_and_can_be_tried_again(journal: Journal) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -28,7 +29,9 @@ from ilf.judgement import (
     share_within,
     sparsification_error,
     sweep_steps,
+    truth_steps,
 )
+from ilf.judgement.step import run_out
 from ilf.run import Run
 
 QUICK = ilf.preset("paper", max_iterations=30)
@@ -134,6 +137,17 @@ def test_errors_on_hidden_depth_are_pooled_over_seeds_and_told_by_block(run):
     alone = judge_hidden(run, HiddenTest("areas", (0, 1)), only=[2])
     # the expected error at its border goes by what is filled beyond
     assert alone.blocks == {2: replace(result.blocks[2], within=alone.blocks[2].within)}
+
+
+@pytest.mark.parametrize("steps", [lambda run: hidden_steps(run, HiddenTest(seeds=(0,))), truth_steps])
+def test_a_result_tells_the_seconds_from_its_first_step_to_its_end(steps, run, monkeypatch):
+    clock = SimpleNamespace(perf_counter=lambda: 100.0)
+    for module in (ilf.judgement.hidden, ilf.judgement.against_truth):
+        monkeypatch.setattr(module, "time", clock)
+    going = steps(run)
+    next(going)
+    clock.perf_counter = lambda: 102.5
+    assert run_out(going).seconds == 2.5
 
 
 def test_runs_are_compared_on_what_both_fill(run):

@@ -62,6 +62,10 @@ def test_links_that_lead_nowhere_do_not_count(tmp_path):
     (tmp_path / "round").symlink_to("about")
     (tmp_path / "about").symlink_to("round")
     assert _named(tmp_path) == [("1_rgb.png", "1_depth.png")]
+    (tmp_path / "1_rgb.png").unlink()
+    _touch(tmp_path, "a/meta.json")
+    assert _named(tmp_path) == [("a", None)]
+    assert list_frames(tmp_path).notes == (), "none of them is a folder that is left out"
 
 
 def test_numbers_are_matched_with_and_without_zeros_before_them(tmp_path):

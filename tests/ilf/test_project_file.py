@@ -16,13 +16,13 @@ import pytest
 import ilf
 from ilf.errors import ExportError, FormatError, InputError
 from ilf.io.frame_source import FrameSource
-from ilf.project import FrameSummary, Project, ProjectFrame, Stage
+from ilf.project import BlockNotes, FrameState, FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.archive import Archive
 from ilf.project.encoding import frame_part
 from ilf.project.file import open_project, save_project
 from ilf.project.packing import Npz, npz
 from ilf.project.result_packs import unpack_results
-from ilf.project.sources import ChangedSource, MissingSource, Places
+from ilf.project.sources import ChangedSource, MissingSource, Places, source_part
 
 from .project_states import assert_same, made_frame, rich_state, small_frame
 from .small_frames import write_small_frame
@@ -164,6 +164,31 @@ def test_embedded_files_need_nothing_else(work, tmp_path):
         assert_same(filed, opened.state("a1").state)  # what is nowhere else stays in
 
 
+def test_an_embedded_file_that_is_damaged_is_read_from_where_it_was(work):
+    folder, project, filed, _ = work
+    path = folder / "room.ilf"
+    with open_project(path) as opened:
+        save_project(path, project, base=[opened.parts], places=opened.places, embed=True)
+    with Archive(path) as archive:
+        place = path.read_bytes().index(archive.read(source_part(filed.frame.inputs.rgb.sha256, "rgb.png")))
+    content = bytearray(path.read_bytes())
+    content[place + 40] ^= 1
+    path.write_bytes(content)
+    with open_project(path) as opened:
+        assert_same(filed, opened.state("a1").state)
+        (folder / "frames" / "one" / "rgb.png").unlink()
+        with pytest.raises(MissingSource, match=r"rgb\.png: there is no such file any more"):
+            opened.state("a1")
+
+
+def test_saving_tells_how_many_parts_are_written(work):
+    folder, project, filed, made = work
+    told = []
+    save_project(folder / "room.ilf", project, [filed, made], on_part=lambda done, total: told.append((done, total)))
+    with Archive(folder / "room.ilf") as archive:
+        assert told == [(done, len(archive.names())) for done in range(len(archive.names()))]
+
+
 def test_what_is_on_disk_stays_whole_when_saving_fails(work, monkeypatch):
     folder, project, _, _ = work
     path = folder / "room.ilf"
@@ -249,6 +274,27 @@ def test_a_damaged_list_is_made_of_the_frames_that_are_there_and_a_damaged_frame
         assert "list of frames is lost" in opened.problems[0]
         assert [frame.name for frame in opened.project.frames] == [filed.frame.name, "made"]
         assert_same(filed.labels, opened.state("a1").state.labels)
+
+
+ONES = np.ones((60, 80), np.int32)
+
+
+@pytest.mark.parametrize(
+    ("notes", "stage"),
+    [
+        (BlockNotes(extracted=ONES), Stage.EXTRACTED),
+        (BlockNotes(extracted=ONES, carried_from="one"), Stage.CARRIED),
+        (BlockNotes(extracted=2 * ONES, carried_from="one"), Stage.EDITED),
+        (BlockNotes(extracted=2 * ONES), Stage.EDITED),
+        (BlockNotes(extracted=ONES, kept=frozenset({1})), Stage.EDITED),
+    ],
+)
+def test_a_list_that_is_lost_is_made_with_how_far_each_frame_has_come(notes, stage, tmp_path):
+    state = FrameState("a1", made_frame(), ONES, notes)
+    save_project(tmp_path / "room.ilf", Project((ProjectFrame("a1", "made", None),)), [state])
+    rewritten(tmp_path / "room.ilf", lambda parts: parts | {"project.json": b"{"})
+    with open_project(tmp_path / "room.ilf") as opened:
+        assert [frame.summary.stage for frame in opened.project.frames] == [stage]
 
 
 def test_a_damaged_frame_is_opened_from_its_source_and_saved_as_it_is(work):

@@ -1,9 +1,10 @@
 """`python -m tests.bench.mutants --sample 150 --seed 0`: how many deliberate faults the tests find.
 
-It takes `pip install -e '.[mutants]'`. First the whole suite runs once, to learn which tests run which lines. Then
-every fault of the sample is made in a copy of the tree, and the tests that run its line go until one fails. What has
-been tried is kept: the same command goes on where it was interrupted, and after new tests it tries only those faults
-again that had survived. `--fresh` forgets all that.
+It takes `pip install -e '.[mutants]'`. First every file of tests runs once, to learn which tests run which lines. Then
+every fault of the sample is made in a copy of the tree, and the tests that run its line go until one fails, the quick
+ones first, for as long as `--longest` allows. What has been learnt and tried is kept: the same command goes on where it
+was interrupted, and after new tests it tries only those faults again that had survived. `--fresh` forgets what has been
+tried.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from .covering import SUITES, Covering, collect
-from .sites import TARGETS, Mutant, sample, target_files
+from .covering import SUITES, collect
+from .sites import Mutant, sample, target_files
 from .trees import copy_tree, file_hash, take_tree, tree_hash
 from .trials import Trial, Trials
 
@@ -37,12 +38,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with tempfile.TemporaryDirectory(prefix="ilf-mutants-") as folder:
         tree = take_tree(ROOT, Path(folder) / "tree")
         results = Results(options.out / "results.json", tree, options.fresh)
-        mutants = sample(tree, target_files(tree, options.only or TARGETS), options.sample, options.seed)
+        mutants = sample(tree, target_files(tree, options.only), options.sample, options.seed)
         to_try = [mutant for mutant in mutants if not results.holds(mutant)]
         print(f"{len(mutants)} faults, {len(mutants) - len(to_try)} of them tried before", flush=True)
         if to_try:
-            covering = _covering(tree, options.suites, options.out, options.jobs)
-            _try_all(tree, to_try, covering, results, options.jobs)
+            print("running the tests once, as far as it is not known which lines they run", flush=True)
+            paths = sorted({mutant.path for mutant in to_try})
+            clean = copy_tree(tree, tree.with_name("covering"))
+            covering = collect(clean, paths, options.suites, options.jobs, options.out / "covering")
+            _try_all(tree, to_try, Trials(tree, covering, options.longest), results, options.jobs)
         _report(tree, mutants, results)
     return 0
 
@@ -53,10 +57,18 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--sample", type=int, default=150, metavar="N", help="how many faults (default: 150)")
     parser.add_argument("--seed", type=int, default=0, help="which ones (default: 0)")
-    parser.add_argument("--only", nargs="+", metavar="PATH", help=f"files or folders (default: {' '.join(TARGETS)})")
+    parser.add_argument(
+        "--only",
+        nargs="+",
+        metavar="PATH",
+        help="files or folders (default: the whole program, without bench, experiments and training)",
+    )
     parser.add_argument("--suites", nargs="+", default=SUITES, metavar="PATH", help="tests (default: all suites)")
     parser.add_argument(
         "--jobs", type=int, default=os.cpu_count() or 1, help="faults at a time (default: one per core)"
+    )
+    parser.add_argument(
+        "--longest", type=float, default=300.0, metavar="S", help="how long the tests of a fault usually take at most"
     )
     parser.add_argument("--out", type=Path, default=ROOT / "build/mutants", help="folder for what has been tried")
     parser.add_argument("--fresh", action="store_true", help="forget what has been tried")
@@ -98,24 +110,7 @@ def _key(mutant: Mutant) -> str:
     return f"{mutant.path}:{mutant.operator}:{mutant.occurrence}"
 
 
-def _covering(tree: Path, suites: Sequence[str], folder: Path, jobs: int) -> Covering:
-    """Which tests run which lines, of this very tree."""
-    kept, present = folder / "covering.json", {"tree": tree_hash(tree), "suites": list(suites)}
-    if kept.is_file():
-        known = json.loads(kept.read_text(encoding="utf-8"))
-        if known["of"] == present:
-            lines = {path: {int(line): tests for line, tests in part.items()} for path, part in known["lines"].items()}
-            return Covering(known["seconds"], lines)
-    print("running all tests once, to learn which lines they run", flush=True)
-    started = time.monotonic()
-    covering = collect(copy_tree(tree, tree.with_name("covering")), target_files(tree), suites, jobs, folder)
-    print(f"{len(covering.seconds)} tests in {time.monotonic() - started:.0f} s", flush=True)
-    kept.write_text(json.dumps({"of": present} | asdict(covering)), encoding="utf-8")
-    return covering
-
-
-def _try_all(tree: Path, mutants: list[Mutant], covering: Covering, results: Results, jobs: int) -> None:
-    trials = Trials(tree, covering)
+def _try_all(tree: Path, mutants: list[Mutant], trials: Trials, results: Results, jobs: int) -> None:
     trees: queue.SimpleQueue[Path] = queue.SimpleQueue()
     for number in range(jobs):
         trees.put(copy_tree(tree, tree.with_name(f"tree-{number}")))
@@ -155,7 +150,7 @@ def _report(tree: Path, mutants: list[Mutant], results: Results) -> None:
         found, tried = by_file.setdefault(mutant.path, [0, 0])
         by_file[mutant.path] = [found + (entry["outcome"] != "survived"), tried + 1]
         if entry["outcome"] == "survived":
-            why = f"{entry['tests']} tests run it" if entry["tests"] else "no test runs it"
+            why = f"{entry['tests']} tests of it tried" if entry["tests"] else "no test runs it"
             print(f"\nsurvived ({why}), {mutant.operator.removeprefix('core/')}:")
             print(mutant.diff((tree / mutant.path).read_text(encoding="utf-8")))
     print()

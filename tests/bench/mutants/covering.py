@@ -6,19 +6,22 @@ import ast
 import json
 import subprocess
 import sys
-from collections.abc import Collection, Iterator, Sequence
+import time
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import coverage
 import pytest
 
-from .trees import environment
+from .trees import PACKAGES, environment, file_hash, python_files, tree_hash
 
 _NO_TIME_S = 0.02
 """What a test takes at most that looks at definitions alone."""
 
+_NO_TESTS = pytest.ExitCode.NO_TESTS_COLLECTED
 SUITES = ("tests/ilf", "tests/gui", "tests/e2e")
 
 
@@ -41,47 +44,76 @@ class Covering:
         """The tests that a fault in this line of a file concerns, the quick ones first.
 
         What stands outside functions runs once, when the file is imported: it concerns all tests of the file, and as
-        any test may look at what a file defines, all others that take no time.
+        any test may look at what a file defines, then all others that take no time.
         """
         known = self.lines.get(path, {})
         span = _statement(source, line)
         numbers = known if span is None else range(span[0], span[1] + 1)
         tests = {test for number in numbers for test in known.get(number, [])}
-        if span is None:
-            tests |= {test for test, seconds in self.seconds.items() if seconds < _NO_TIME_S}
+        others = {test for test, seconds in self.seconds.items() if seconds < _NO_TIME_S} if span is None else set()
+        return [*self._quick_first(tests), *self._quick_first(others - tests)]
+
+    def _quick_first(self, tests: Iterable[str]) -> list[str]:
         return sorted(tests, key=lambda test: (self.seconds[test], test))
 
 
-def collect(tree: Path, files: Sequence[str], suites: Sequence[str], jobs: int, folder: Path) -> Covering:
-    """Run the suites once, side by side. Tests that fail without any fault are said and left out.
+def collect(tree: Path, paths: Iterable[str], suites: Sequence[str], jobs: int, folder: Path) -> Covering:
+    """Run every file of tests once, by itself, and look up what runs the lines of some files.
+
+    What a file of tests runs of the whole program is kept in the folder until the program or that file changes. Tests
+    that fail without any fault are said and left out.
 
     Raises
     ------
     RuntimeError
         If the tests cannot be run.
     """
+    program = tree_hash(tree, lambda name: not _is_of_tests(name))
+    folder.mkdir(parents=True, exist_ok=True)
 
-    def run(suite: str) -> dict[str, dict[str, object]]:
-        out = folder / f"{suite.replace('/', '-')}.json"
-        command = [sys.executable, "-m", __name__, suite, str(out), *files]
-        done = subprocess.run(command, cwd=tree, env=environment(tree), capture_output=True, text=True, check=False)
-        if done.returncode > 1:
-            raise RuntimeError(f"{suite} cannot be run:\n{done.stdout[-4000:]}{done.stderr[-2000:]}")
-        found: dict[str, dict[str, object]] = json.loads(out.read_text(encoding="utf-8"))
-        return found
+    def known(name: str) -> tuple[Path, dict[str, Any]]:
+        kept = folder / f"{name.replace('/', '-').removesuffix('.py')}.json"
+        of = f"{program} {file_hash(tree, name)}"
+        found = json.loads(kept.read_text(encoding="utf-8")) if kept.is_file() else {}
+        if found.get("of") != of:
+            started = time.monotonic()
+            command = [sys.executable, "-m", __name__, name, str(kept), of]
+            done = subprocess.run(command, cwd=tree, env=environment(tree), capture_output=True, text=True, check=False)
+            if done.returncode not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED, _NO_TESTS):
+                raise RuntimeError(f"{name} cannot be run:\n{done.stdout[-4000:]}{done.stderr[-2000:]}")
+            found = json.loads(kept.read_text(encoding="utf-8"))
+            print(f"{len(found['seconds'])} tests in {time.monotonic() - started:.0f} s: {name}", flush=True)
+        return kept, found
 
     with ThreadPoolExecutor(jobs) as pool:
-        parts = list(pool.map(run, suites))
+        running = [pool.submit(known, name) for name in _files_of(tree, suites)]
+        try:
+            parts = [one.result() for one in running]
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
     seconds: dict[str, float] = {}
-    lines: dict[str, dict[int, list[str]]] = {path: {} for path in files}
-    for part in parts:
-        for test in part["failed"]:
+    lines: dict[str, dict[int, list[str]]] = {path: {} for path in paths}
+    for kept, found in parts:
+        for test in found["failed"]:
             print(f"left out, since it fails without any fault: {test}", flush=True)
-        seconds |= part["seconds"]  # type: ignore[arg-type]
-        for path, tests_of_line in part["lines"].items():
-            for line, tests in tests_of_line.items():  # type: ignore[attr-defined]
-                lines[path].setdefault(int(line), []).extend(tests)
+        seconds |= found["seconds"]
+        data = coverage.CoverageData(str(kept.with_suffix(".lines")))
+        data.read()
+        for path, of_path in lines.items():
+            for line, tests in _tests_by_line(data.contexts_by_lineno(path), found["seconds"]).items():
+                of_path.setdefault(line, []).extend(tests)
+        data.close()
     return Covering(seconds, lines)
+
+
+def _is_of_tests(name: str) -> bool:
+    return Path(name).name.startswith("test_")
+
+
+def _files_of(tree: Path, suites: Iterable[str]) -> list[str]:
+    """The files of tests among the suites, from the root."""
+    return [name for name in python_files(tree, suites) if _is_of_tests(name)]
 
 
 class _Recorder:
@@ -108,22 +140,21 @@ class _Recorder:
             self.failed.append(report.nodeid)
 
 
-def _record(suite: str, out: Path, files: Sequence[str]) -> int:
-    """Run a suite in this process, and write what its tests run."""
-    measured = coverage.Coverage(data_file=None, include=[str(Path(path).absolute()) for path in files])
+def _record(name: str, kept: Path, of: str) -> int:
+    """Run a file of tests in this process, and write what its tests run, in the end what that is of."""
+    lines = kept.with_suffix(".lines")
+    for old in (kept, lines):
+        old.unlink(missing_ok=True)
+    measured = coverage.Coverage(data_file=lines, include=[f"{package}/*" for package in PACKAGES])
+    measured.set_option("run:relative_files", True)
     recorder = _Recorder(measured)
     measured.start()
-    status = int(pytest.main(["-q", "-p", "no:cacheprovider", suite], plugins=[recorder]))
+    status = int(pytest.main(["-q", "-p", "no:cacheprovider", name], plugins=[recorder]))
     measured.stop()
+    measured.save()
     passed = {test: seconds for test, seconds in recorder.seconds.items() if test not in recorder.failed}
-    data = measured.get_data()
-    lines = {}
-    for path in files:
-        if str(Path(path).absolute()) in data.measured_files():
-            by_line = data.contexts_by_lineno(str(Path(path).absolute()))
-            lines[path] = _tests_by_line(by_line, passed)
-    found = {"seconds": passed, "failed": recorder.failed, "lines": lines}
-    out.write_text(json.dumps(found), encoding="utf-8")
+    found = {"of": of, "seconds": passed, "failed": recorder.failed}
+    kept.write_text(json.dumps(found), encoding="utf-8")
     return status
 
 
@@ -164,4 +195,4 @@ def _head_end(node: ast.stmt) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(_record(sys.argv[1], Path(sys.argv[2]), sys.argv[3:]))
+    sys.exit(_record(sys.argv[1], Path(sys.argv[2]), sys.argv[3]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import difflib
 import random
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import islice, zip_longest
@@ -16,16 +16,10 @@ from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator
 
-TARGETS = (
-    "ilf/filter",
-    "ilf/ebs",
-    "ilf/completion.py",
-    "ilf/outcomes.py",
-    "ilf/run",
-    "gui/state",
-    "gui/work",
-)
-"""Files and folders whose faults count."""
+from .trees import PACKAGES, python_files
+
+_APART = {"bench", "experiments", "training"}
+"""Folders whose faults are only made where they are asked for: they hold what measures, not what completes frames."""
 
 _BINARY = {
     "Add": ("Sub",),
@@ -105,14 +99,15 @@ class Mutant:
         return "\n".join(lines)
 
 
-def target_files(tree: Path, targets: Iterable[str] = TARGETS) -> list[str]:
-    """The Python files among the targets, from the root, that have anything in them."""
-    files = []
-    for target in targets:
-        path = tree / target
-        found = [path] if path.is_file() else sorted(path.rglob("*.py"))
-        files += [file.relative_to(tree).as_posix() for file in found if file.stat().st_size]
-    return files
+def target_files(tree: Path, targets: Sequence[str] | None = None) -> list[str]:
+    """The Python files among the targets, by default the whole program; of folders that are apart, only where a target
+    names one."""
+    return [
+        path
+        for target in targets or PACKAGES
+        for path in python_files(tree, [target])
+        if _APART.isdisjoint(path.split("/")) or not _APART.isdisjoint(target.split("/"))
+    ]
 
 
 def mutants_of(tree: Path, path: str) -> list[Mutant]:
@@ -136,7 +131,7 @@ def sample(tree: Path, files: Sequence[str], size: int, seed: int) -> list[Mutan
     mutants = {path: found for path in files if (found := mutants_of(tree, path))}
     lines = {path: (tree / path).read_text(encoding="utf-8").count("\n") for path in mutants}
     chosen: list[Mutant] = []
-    for path, share in _shares(lines, size).items():
+    for path, share in _shares(lines, size, random.Random(seed)).items():
         source = (tree / path).read_text(encoding="utf-8")
         rng = random.Random(f"{seed}:{path}")
         by_line: dict[int, list[Mutant]] = {}
@@ -149,13 +144,15 @@ def sample(tree: Path, files: Sequence[str], size: int, seed: int) -> list[Mutan
     return chosen
 
 
-def _shares(lines: dict[str, int], size: int) -> dict[str, int]:
-    """Whole numbers in proportion to the lines that add up to the size, by largest remainders."""
-    exact = {path: size * count / sum(lines.values()) for path, count in lines.items()}
-    shares = {path: int(share) for path, share in exact.items()}
-    by_remainder = sorted(exact, key=lambda path: (shares[path] - exact[path], path))
-    for path in by_remainder[: size - sum(shares.values())]:
-        shares[path] += 1
+def _shares(lines: dict[str, int], size: int, rng: random.Random) -> dict[str, int]:
+    """Whole numbers that add up to the size, each its exact share of the lines rounded up or down: with as many files
+    as there are, most shares are less than one, and chance says which of them are rounded up."""
+    total, shares = sum(lines.values()), {}
+    before = rng.randrange(total)
+    for path in rng.sample(list(lines), len(lines)):
+        after = before + size * lines[path]
+        shares[path] = after // total - before // total
+        before = after
     return shares
 
 

@@ -6,7 +6,11 @@ import hashlib
 import os
 import shutil
 import subprocess
+from collections.abc import Callable, Iterable
 from pathlib import Path
+
+PACKAGES = ("ilf", "gui")
+"""The program."""
 
 
 def take_tree(root: Path, folder: Path) -> Path:
@@ -28,11 +32,28 @@ def copy_tree(tree: Path, folder: Path) -> Path:
     return folder
 
 
-def tree_hash(tree: Path) -> str:
-    """SHA-256 over names and contents of all Python files of a copy."""
+def python_files(tree: Path, targets: Iterable[str]) -> list[str]:
+    """The Python files among files and folders of a copy, from its root, that have anything in them.
+
+    Raises
+    ------
+    ValueError
+        If there is no such file or folder.
+    """
+    files = []
+    for target in targets:
+        path = tree / target
+        if not path.exists():
+            raise ValueError(f"{target}: there is no such file or folder in the tree.")
+        found = [path] if path.is_file() else sorted(path.rglob("*.py"))
+        files += [file.relative_to(tree).as_posix() for file in found if file.stat().st_size]
+    return files
+
+
+def tree_hash(tree: Path, counts: Callable[[str], bool] = bool) -> str:
+    """SHA-256 over names and contents of all Python files of a copy, or of those whose names count."""
     digest = hashlib.sha256()
-    for path in sorted(tree.rglob("*.py")):
-        name = path.relative_to(tree).as_posix()
+    for name in filter(counts, sorted(python_files(tree, ["."]))):
         digest.update(f"{name}\0{file_hash(tree, name)}\0".encode())
     return digest.hexdigest()
 

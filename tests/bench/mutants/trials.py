@@ -10,7 +10,10 @@ import subprocess
 import sys
 from collections import Counter
 from dataclasses import dataclass
+from itertools import accumulate
 from pathlib import Path
+
+import pytest
 
 from .covering import Covering
 from .sites import Mutant
@@ -19,8 +22,11 @@ from .trees import environment, put
 _MEMORY = 8 << 30
 """A fault may ask for any amount of memory; this much it gets [bytes]."""
 
-_START_S, _FACTOR, _LONGEST_S = 60.0, 5.0, 900.0
-"""Time limit: so long to start, so many times what the tests usually take, and never longer than this."""
+_START_S, _FACTOR = 60.0, 5.0
+"""Time limit: so long to start, and so many times what the tests usually take."""
+
+_FEW = 30
+"""So many tests go first."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +38,7 @@ class Trial:
     outcome : str
         "killed", "survived" or "timeout".
     tests : int
-        How many tests it concerns.
+        How many of the tests that it concerns were to be tried.
     killer : str
         The test that found it, "" for none.
     """
@@ -45,9 +51,10 @@ class Trial:
 class Trials:
     """Tries faults, in a copy of the tree at a time; tests that found faults in a file go first there."""
 
-    def __init__(self, tree: Path, covering: Covering) -> None:
+    def __init__(self, tree: Path, covering: Covering, longest: float) -> None:
         self._tree = tree
         self._covering = covering
+        self._longest = longest
         self._killers: dict[str, Counter[str]] = {}
         self._reliable: dict[str, bool] = {}
 
@@ -59,53 +66,78 @@ class Trials:
         Raises
         ------
         RuntimeError
-            If pytest could not do what it was asked to.
+            If pytest cannot do what it is asked to without any fault either.
         """
         source = (self._tree / mutant.path).read_text(encoding="utf-8")
         killers = self._killers.setdefault(mutant.path, Counter())
         while True:
-            tests = [test for test in self._covering.tests_of(mutant.path, mutant.line, source) if self._counts(test)]
-            if not tests:
-                return Trial("survived", 0)
-            first = [test for test, _ in killers.most_common(5) if test in set(tests)]
+            tests = self._tests(mutant, source, [test for test, _ in killers.most_common(5)])
             put(copy, mutant.path, mutant.code(source))
             try:
-                outcome, killer = self._pytest(copy, list(dict.fromkeys(first + tests)))
+                outcome, killer = self._try(copy, tests)
             finally:
                 put(copy, mutant.path, source)
-            if killer not in self._covering.seconds:
+            if outcome != "killed":
+                return Trial(outcome, len(tests))
+            named = killer if killer in self._covering.seconds else ""
+            if self._is_reliable(copy, named or tests[0]):
+                killers.update([named] if named else [])
                 return Trial(outcome, len(tests), killer)
-            if killer not in self._reliable:
-                self._reliable[killer] = self._pytest(copy, [killer])[0] == "survived"
-            if self._reliable[killer]:
-                killers[killer] += 1
-                return Trial(outcome, len(tests), killer)
+            if not named:
+                raise RuntimeError(f"The tests cannot be run without any fault: {killer}.")
             print(f"left out, since it fails without any fault: {killer}", flush=True)
 
-    def _counts(self, test: str) -> bool:
-        return self._reliable.get(test, True)
+    def _tests(self, mutant: Mutant, source: str, first: list[str]) -> list[str]:
+        """Those that a fault concerns, in the order in which they are tried, as far as the time goes."""
+        of_it = [
+            test for test in self._covering.tests_of(mutant.path, mutant.line, source) if self._reliable.get(test, True)
+        ]
+        in_order = dict.fromkeys([test for test in first if test in of_it] + of_it)
+        passed = accumulate(self._covering.seconds[test] for test in in_order)
+        return [test for test, until in zip(in_order, passed, strict=True) if until <= self._longest]
+
+    def _is_reliable(self, copy: Path, test: str) -> bool:
+        """Whether it passes alone, without any fault."""
+        if test not in self._reliable:
+            self._reliable[test] = self._pytest(copy, [test])[0] == "survived"
+        return self._reliable[test]
+
+    def _try(self, copy: Path, tests: list[str]) -> tuple[str, str]:
+        """A few tests first: most faults are found by them, and the others need not even be collected."""
+        for some in (tests[:_FEW], tests[_FEW:]):
+            if some and (found := self._pytest(copy, some))[0] != "survived":
+                return found
+        return "survived", ""
 
     def _pytest(self, tree: Path, tests: list[str]) -> tuple[str, str]:
         names = tree.with_suffix(".tests")
         names.write_text("\n".join(tests), encoding="utf-8")
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-rfE", "--tb=no", "-p", "no:cacheprovider", f"@{names}"]
-        usual = sum(self._covering.seconds[test] for test in tests)
+        asked = set(tests)
+        usual = sum(seconds for test, seconds in self._covering.seconds.items() if {test, _function(test)} & asked)
         process = subprocess.Popen(
             command, cwd=tree, env=environment(tree), text=True, start_new_session=True, preexec_fn=_limit_memory,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         )  # fmt: skip
         try:
-            output, _ = process.communicate(timeout=min(_START_S + _FACTOR * usual, _LONGEST_S))
+            output, _ = process.communicate(timeout=_START_S + _FACTOR * usual)
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)
             process.communicate()
             return "timeout", ""
-        if process.returncode == 0:
+        if process.returncode == pytest.ExitCode.OK:
             return "survived", ""
-        if process.returncode > 4 or "ERROR: not found" in output:
-            raise RuntimeError(f"pytest ended with status {process.returncode}:\n{output[-2000:]}")
-        found = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", output, re.MULTILINE)
-        return "killed", found[1] if found else f"status {process.returncode}"
+        if found := re.search(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", output, re.MULTILINE):
+            return "killed", found[1]
+        # a fault in what a test is given for parameters changes their names: then it counts with whatever it is given
+        gone = {name.removeprefix(f"{tree}/") for name in re.findall(r"^ERROR: not found: (.+)$", output, re.MULTILINE)}
+        whole = list(dict.fromkeys(_function(test) if _function(test) in gone else test for test in tests))
+        return ("killed", f"status {process.returncode}") if whole == tests else self._pytest(tree, whole)
+
+
+def _function(test: str) -> str:
+    """A test's name without its parameters."""
+    return test.split("[")[0]
 
 
 def _limit_memory() -> None:
